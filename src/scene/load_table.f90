@@ -1,4 +1,4 @@
-!> A file of two columns, times and values: what goes on in time as it was measured.
+!> Reading of a file with two columns, times and values, such as a measured load.
 module load_table
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
@@ -10,18 +10,18 @@ module load_table
    private
    public :: read_load_table
 
-   !> Between a time and a value: blanks, a tab, a comma, a semicolon
+   !> Separators between a time and a value: blank, comma, semicolon, tab
    character(*), parameter :: separators = ' ,;'//achar(9)
 
 contains
 
-   !> Read a file, one time and one value a line; # and ! begin comments, and empty lines do not count.
+   !> Read a file with one time and one value in each line; # and ! begin comments, and empty lines are ignored.
    subroutine read_load_table(file, time, value, problem)
       character(*), intent(in) :: file
-      !> As many of both, in the order of the file
+      !> Times and values in the order of the file, equally many
       real(wp), allocatable, intent(out) :: time(:)
       real(wp), allocatable, intent(out) :: value(:)
-      !> What is wrong, with file and line; unallocated: nothing
+      !> Error message with file and line; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
       character(:), allocatable :: raw, text, reason
@@ -60,14 +60,14 @@ contains
       allocate (value, source=numbers(2, :rows))
    end subroutine read_load_table
 
-   !> One line without its comment.
+   !> Read the two numbers of a line from which a comment has been removed.
    pure subroutine read_row(row, numbers, rows, reason)
       character(*), intent(in) :: row
-      !> Its time and its value
+      !> Time and value
       real(wp), intent(inout) :: numbers(2)
-      !> One more, unless there is nothing in it
+      !> Number of rows read so far; increased by one unless the line is empty
       integer, intent(inout) :: rows
-      !> What is wrong; unallocated: nothing
+      !> Error message; unallocated: no error
       character(:), allocatable, intent(out) :: reason
 
       real(wp) :: number
@@ -93,7 +93,7 @@ contains
       if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value'
    end subroutine read_row
 
-   !> How often a character stands in a text.
+   !> Number of occurrences of a character in a text.
    pure integer function occurrences(letter, text)
       character(1), intent(in) :: letter
       character(*), intent(in) :: text

@@ -1,4 +1,5 @@
-!> What to tell a user about a name: of one that does not exist the nearest one, or all there are; what others it needs.
+!> Hints in messages about names: the valid name nearest to an unknown one, or all valid names, and the conditions under
+!> which a name applies.
 module name_hints
    use name_table, only: table_t
    use name_types, only: name_room
@@ -11,18 +12,18 @@ module name_hints
    private
    public :: group_hint, item_hint, choice_hint, phrase_of
 
-   !> A line can hold no more names.
-   integer, parameter :: most_listed = 40
+   !> Maximum number of names in the line of a message.
+   integer, parameter :: max_listed = 40
 
 contains
 
-   !> What a user who wrote an unknown group may have meant.
+   !> The hint for an unknown group: the group nearest to it, or all groups.
    pure function group_hint(table, program, group) result(hint)
-      !> All the names there are
+      !> Table of all names
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: what the user started
+      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
       integer, intent(in) :: program
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: group
       character(:), allocatable :: hint
 
@@ -45,15 +46,16 @@ contains
       end if
    end function group_hint
 
-   !> What a user who wrote an unknown name may have meant.
+   !> The hint for an unknown name in a group: the name nearest to it, the group that has the name, or names of the
+   !> group.
    pure function item_hint(table, program, group, name) result(hint)
-      !> All the names there are
+      !> Table of all names
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: what the user started
+      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
       integer, intent(in) :: program
-      !> Where the user wrote it
+      !> Group in which the user wrote the name
       character(*), intent(in) :: group
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: name
       character(:), allocatable :: hint
 
@@ -70,15 +72,15 @@ contains
          return
       end if
       do i = 1, table%entry_count
-         associate (home => table%groups(table%entries(i)%group))
-            if (table%entries(i)%name%name /= name .or. iand(home%programs, program) == 0) cycle
-            hint = 'it belongs to &'//trim(home%name)
+         associate (owner => table%groups(table%entries(i)%group))
+            if (table%entries(i)%name%name /= name .or. iand(owner%programs, program) == 0) cycle
+            hint = 'it belongs to &'//trim(owner%name)
             return
          end associate
       end do
       hint = missing_group(table, name)
       if (hint /= '') return
-      if (size(names) <= most_listed) then
+      if (size(names) <= max_listed) then
          hint = '&'//group//' takes'//joined(names, '')
       else
          hint = 'the nearest of '//to_text(size(names))//' are'//joined(nearest_of(name, names), '') &
@@ -86,20 +88,20 @@ contains
       end if
    end function item_hint
 
-   !> What a user may write who chose a word that is none of those there are; of many the nearest.
+   !> The hint for a value that is none of the allowed words: all of them, or if they are many the nearest.
    pure function choice_hint(word, words) result(hint)
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: word
-      !> What may be chosen
+      !> Allowed words
       character(*), intent(in) :: words(:)
       character(:), allocatable :: hint
 
-      !> Characters: beyond them nobody reads a list in a message
-      integer, parameter :: longest_list = 300
+      !> Maximum length of a list in a message, characters
+      integer, parameter :: max_list_length = 300
       integer :: nearest
 
       hint = one_of(words)//', in quotes'
-      if (len(hint) <= longest_list) return
+      if (len(hint) <= max_list_length) return
       nearest = nearest_name(word, words)
       if (nearest > 0) then
          hint = 'did you mean '//one_of(words(nearest:nearest))//'?'
@@ -109,9 +111,9 @@ contains
       hint = 'one of '//to_text(size(words))//' names, which '//program_name//' --names lists; '//hint
    end function choice_hint
 
-   !> The least wrong of many names.
+   !> The three names nearest to a word.
    pure function nearest_of(name, names) result(nearest)
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: name
       character(*), intent(in) :: names(:)
       character(len(names)) :: nearest(3)
@@ -126,10 +128,11 @@ contains
       end do
    end function nearest_of
 
-   !> Such as 'it needs &stop number 3; there are 2' for stop_3_position; empty: it is no parameter of one of several.
+   !> Hint that a numbered group is missing, such as 'it needs &stop number 3, and the scene has 2' for stop_3_position;
+   !> empty: the name does not begin with the name of a group that may be repeated and a number.
    pure function missing_group(table, name) result(hint)
       type(table_t), intent(in) :: table
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: name
       character(:), allocatable :: hint
 
@@ -149,11 +152,12 @@ contains
       end do
    end function missing_group
 
-   !> What an entry needs, in words; nothing: it always counts.
+   !> The condition under which an entry applies, in words; empty: the entry always applies.
    pure function phrase_of(table, place, from_elsewhere) result(phrase)
       type(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
-      !> To be read in another group than the entry's
+      !> The phrase is for a message about another group, so it names the entry's group
       logical, intent(in), optional :: from_elsewhere
       character(:), allocatable :: phrase
 
@@ -185,9 +189,9 @@ contains
          group = needs%group
          if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
          if (present(from_elsewhere)) then
-            associate (own => table%groups(table%entries(place)%group))
-               group = own%name
-               if (own%occurrence > 1) group = trim(group)//' '//to_text(own%occurrence)
+            associate (group_of_entry => table%groups(table%entries(place)%group))
+               group = group_of_entry%name
+               if (group_of_entry%occurrence > 1) group = trim(group)//' '//to_text(group_of_entry%occurrence)
             end associate
          end if
          if (group == '' .or. phrase == '') return
@@ -199,7 +203,7 @@ contains
    !> Names with a prefix and commas between them.
    pure function joined(names, prefix) result(text)
       character(*), intent(in) :: names(:)
-      !> What stands before each
+      !> Prefix of each name
       character(*), intent(in) :: prefix
       character(:), allocatable :: text
 

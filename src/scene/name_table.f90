@@ -1,9 +1,10 @@
-!> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
+!> The names of scene files as data: one table entry for each name, with its description and its value.
 !>
-!> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
-!> scene; a quantity in units has none, the ratio that stands for it has. It is gone through to fill the table with the
-!> scene's values, and again to give the scene what the table has by then, so a name and its component stand together in
-!> one statement. Reading a file, the echo, the reference, sweeps and cases work on the table alone.
+!> One procedure (`list_group` of `scene_groups`) lists all names: it opens the groups and binds each entry to a
+!> component of a scene. Quantities in units have no component; the dimensionless ratio that is computed from them has
+!> one. The procedure is called once to make the table with the values of the scene, and again to copy values of the
+!> table into the scene, so that one statement connects a name and its component. Reading a file, the echo, the
+!> reference, sweeps and cases use the table alone.
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &
@@ -14,30 +15,33 @@ module name_table
    private
    public :: table_t, is_among, most_repeats
 
-   !> Most groups of one name; all their names are fewer than `namelist_text` takes apart.
+   !> Maximum number of groups of one name; their names are fewer than the maximum that `namelist_text` parses.
    integer, parameter :: most_repeats = 500
 
+   !> Table of all groups and names.
    type :: table_t
-      !> In the order in which they were listed; only the first `*_count` are meant
+   !> Groups and entries in the order in which they were listed; only the first `group_count` and `entry_count` are used
       type(group_t), allocatable :: groups(:)
       type(entry_t), allocatable :: entries(:)
       integer :: group_count = 0
       integer :: entry_count = 0
-      !> What is listed is put at the end; the table gets its values, or gives it those it has
+      !> Effect of listing names: `grows`, new entries are added to the table; `takes`, the table takes the values of
+      !> the scene; `gives`, the scene gets the values of the table
       logical, private :: grows = .true.
       logical, private :: takes = .true.
       logical, private :: gives = .false.
-      !> It gives only what has changed
+      !> The scene gets only values that have changed
       logical, private :: gives_changes = .false.
-      !> The only name that gets a value, and in which of several groups of a name; empty: all
+      !> The only name whose value the scene gets, and the number of its group; empty: all names
       character(name_room), private :: only = ''
       integer, private :: only_in = 1
-      !> The group that is open, and the entry whose turn it is
+      !> Indices of the open group and of the current entry
       integer, private :: open_group = 0
-      integer, private :: now = 0
-      !> The names of the group that was opened last are to be listed
+      integer, private :: current = 0
+      !> The names of the group that was opened last must be listed
       logical :: is_open = .true.
-      !> Groups of the file, for those that may be given several times; unallocated: there is no file
+      !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
+      !> file
       character(name_room), allocatable, private :: groups_given(:)
    contains
       procedure :: expect_groups
@@ -63,16 +67,16 @@ module name_table
 
 contains
 
-   !> Names will be listed for a file.
+   !> Announce the groups of a file before the names are listed.
    subroutine expect_groups(table, names)
       class(table_t), intent(inout) :: table
-      !> The file's groups in small letters, once for each time that one is given
+      !> Names of all groups in the file in lower case; a repeated group has one element for each occurrence
       character(*), intent(in) :: names(:)
 
       table%groups_given = names
    end subroutine expect_groups
 
-   !> The same names are listed again and get the values of the table.
+   !> Prepare the table for a second listing of the same names, which copies the values of the table into the scene.
    subroutine give_values(table)
       class(table_t), intent(inout) :: table
 
@@ -81,10 +85,10 @@ contains
       table%gives = .true.
       table%gives_changes = .false.
       table%open_group = 0
-      table%now = 0
+      table%current = 0
    end subroutine give_values
 
-   !> The same names are listed again and the table gets their values.
+   !> Prepare the table for a second listing of the same names, which copies the values of the scene into the table.
    subroutine take_values(table)
       class(table_t), intent(inout) :: table
 
@@ -93,10 +97,10 @@ contains
       table%gives = .false.
    end subroutine take_values
 
-   !> Of the names that are listed this one gets a value; the table keeps none of them.
+   !> Prepare an empty table for a listing that gives the scene a value of one name.
    subroutine give_one(table, occurrence, name, value)
       class(table_t), intent(inout) :: table
-      !> Which of several groups
+      !> Number of the group among several of one name
       integer, intent(in) :: occurrence
       character(*), intent(in) :: name
       real(wp), intent(in) :: value
@@ -109,11 +113,12 @@ contains
       table%entries(1)%list = [value]
    end subroutine give_one
 
-   !> Another value of an entry.
+   !> Change the value of an entry.
    subroutine change(table, place, value)
       class(table_t), intent(inout) :: table
+      !> Index of the entry
       integer, intent(in) :: place
-      !> One number, or those of a list
+      !> The number, or all numbers of a list
       real(wp), intent(in) :: value(:)
 
       associate (entry => table%entries(place))
@@ -127,25 +132,25 @@ contains
       end associate
    end subroutine change
 
-   !> The names of one group are listed again and get the values that have changed, even of a group that the scene does
-   !> not ask for.
+   !> Prepare the table for a second listing of the names of one group, which copies the changed values into the scene,
+   !> even if the scene does not have the group.
    subroutine give_changes(table, group)
       class(table_t), intent(inout) :: table
-      !> Its place, of several of a name that of the first
+      !> Index of the group; for several groups of one name, the index of the first
       integer, intent(in) :: group
 
       call table%give_values()
       table%gives_changes = .true.
       table%open_group = group - 1
-      table%now = table%groups(group)%first_entry - 1
+      table%current = table%groups(group)%first_entry - 1
       table%groups(group)%is_changed = .false.
    end subroutine give_changes
 
-   !> How often a group that may be given several times is to be opened: once at least, so that its names are known.
+   !> How often a group that may be repeated must be opened: at least once, so that its names are in the table.
    pure function times(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
-      !> So many the scene has
+      !> Number of these groups in the scene
       integer, intent(in) :: in_scene
       integer :: number
 
@@ -159,11 +164,12 @@ contains
       end if
    end function times
 
-   !> The names to come belong to this group; unless `is_open` says that they do not matter.
+   !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., its names need not be
+   !> listed.
    subroutine open(table, group, is_wanted)
       class(table_t), intent(inout) :: table
       type(group_t), intent(in) :: group
-      !> The scene asks for it; absent: every scene may have it
+      !> The scene has the group; absent: the group has no such flag
       logical, intent(inout), optional :: is_wanted
 
       type(group_t), allocatable :: more(:)
@@ -185,8 +191,8 @@ contains
          table%group_count = table%open_group
          table%groups(table%group_count) = group
          if (group%label == '') table%groups(table%group_count)%label = group%name
-         table%groups(table%group_count)%first_entry = table%now + 1
-         table%groups(table%group_count)%last_entry = table%now
+         table%groups(table%group_count)%first_entry = table%current + 1
+         table%groups(table%group_count)%last_entry = table%current
       end if
       associate (opened => table%groups(table%open_group))
          if (table%takes) opened%is_wanted = .true.
@@ -194,16 +200,17 @@ contains
          if (table%takes) opened%is_wanted = is_wanted
          if (table%gives) is_wanted = opened%is_wanted
          table%is_open = is_wanted .or. table%grows
-         if (.not. table%is_open) table%now = opened%last_entry
+         if (.not. table%is_open) table%current = opened%last_entry
       end associate
    end subroutine open
 
-   !> One of several groups, of which even the first is called by its number.
+   !> Open one of several groups of one name; the label of each group has its number, even that of the first.
    subroutine open_numbered(table, group, which, is_wanted)
       class(table_t), intent(inout) :: table
       character(*), intent(in) :: group
+      !> Number of the group
       integer, intent(in) :: which
-      !> The scene asks for one at least
+      !> The scene has at least one of these groups
       logical, intent(inout) :: is_wanted
 
       type(group_t) :: opened
@@ -216,39 +223,39 @@ contains
       end if
    end subroutine open_numbered
 
-   !> A name without a component: its value stays in the table.
+   !> Add a name that is bound to no component: its value is in the table only.
    subroutine keep(table, name, kind, is_list)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
       !> One of the `kind_` constants; absent: a number
       integer, intent(in), optional :: kind
-      !> Absent: it is none
+      !> Absent: the value is not a list
       logical, intent(in), optional :: is_list
 
-      integer :: own_kind
-      logical :: own_list
+      integer :: chosen_kind
+      logical :: chosen_list
 
-      own_kind = kind_number
-      if (present(kind)) own_kind = kind
-      own_list = .false.
-      if (present(is_list)) own_list = is_list
-      call table%advance(name, own_kind, own_list)
+      chosen_kind = kind_number
+      if (present(kind)) chosen_kind = kind
+      chosen_list = .false.
+      if (present(is_list)) chosen_list = is_list
+      call table%advance(name, chosen_kind, chosen_list)
    end subroutine keep
 
-   !> A number.
+   !> Bind a number.
    subroutine bind_real(table, value, name)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: value
       type(name_t), intent(in) :: name
 
       call table%advance(name, kind_number, .false.)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (table%takes) entry%value = value
          if (table%gives) value = entry%value
       end associate
    end subroutine bind_real
 
-   !> A whole number, or one of some words, whose place in them it is; 0: none.
+   !> Bind a whole number, or one of several words, represented by its index; 0: no word.
    subroutine bind_integer(table, value, name, words)
       class(table_t), intent(inout) :: table
       integer, intent(inout) :: value
@@ -256,38 +263,39 @@ contains
       character(*), intent(in), optional :: words(:)
 
       call table%advance(name, kind_whole, .false., words)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (table%takes) entry%value = real(value, wp)
          if (table%gives) value = nint(entry%value)
       end associate
    end subroutine bind_integer
 
+   !> Bind a logical value.
    subroutine bind_logical(table, value, name)
       class(table_t), intent(inout) :: table
       logical, intent(inout) :: value
       type(name_t), intent(in) :: name
 
       call table%advance(name, kind_logical, .false.)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (table%takes) entry%value = merge(1.0_wp, 0.0_wp, value)
          if (table%gives) value = nint(entry%value) == 1
       end associate
    end subroutine bind_logical
 
-   !> A text of one line.
+   !> Bind a text of one line.
    subroutine bind_text(table, value, name)
       class(table_t), intent(inout) :: table
       character(:), allocatable, intent(inout) :: value
       type(name_t), intent(in) :: name
 
       call table%advance(name, kind_text, .false.)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (table%takes .and. allocated(value)) entry%text = value
          if (table%gives .and. allocated(entry%text)) value = entry%text
       end associate
    end subroutine bind_text
 
-   !> A list of numbers, or of whole numbers that the scene holds as reals.
+   !> Bind a list of numbers, or of whole numbers that the scene stores as reals.
    subroutine bind_reals(table, value, name, are_whole)
       class(table_t), intent(inout) :: table
       real(wp), allocatable, intent(inout) :: value(:)
@@ -295,14 +303,14 @@ contains
       logical, intent(in), optional :: are_whole
 
       call table%advance(name, kind_number, .true.)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (present(are_whole)) entry%kind = merge(kind_whole, kind_number, are_whole)
          if (table%takes .and. allocated(value)) entry%list = value
          if (table%gives .and. allocated(entry%list)) value = entry%list
       end associate
    end subroutine bind_reals
 
-   !> A list of whole numbers, or some of some words, whose places in them they are.
+   !> Bind a list of whole numbers, or of words, represented by their indices.
    subroutine bind_integers(table, value, name, words)
       class(table_t), intent(inout) :: table
       integer, allocatable, intent(inout) :: value(:)
@@ -310,17 +318,17 @@ contains
       character(*), intent(in), optional :: words(:)
 
       call table%advance(name, kind_whole, .true., words)
-      associate (entry => table%entries(table%now))
+      associate (entry => table%entries(table%current))
          if (table%takes .and. allocated(value)) entry%list = real(value, wp)
          if (table%gives .and. allocated(entry%list)) value = nint(entry%list)
       end associate
    end subroutine bind_integers
 
-   !> It is the turn of the next entry; filling, it is put into the group that is open.
+   !> Go to the next entry; if the table grows, add the entry to the open group.
    subroutine advance(table, name, kind, is_list, words)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
-      !> Its kind without words
+      !> Kind of the value, unless `words` is present
       integer, intent(in) :: kind
       logical, intent(in) :: is_list
       character(*), intent(in), optional :: words(:)
@@ -328,26 +336,26 @@ contains
       type(entry_t), allocatable :: more(:)
 
       if (table%only /= '') then
-         table%now = 1
+         table%current = 1
          table%gives = name%name == table%only
          return
       end if
-      table%now = table%now + 1
+      table%current = table%current + 1
       if (table%gives_changes) then
-         table%gives = table%entries(table%now)%is_changed
-         table%entries(table%now)%is_changed = .false.
+         table%gives = table%entries(table%current)%is_changed
+         table%entries(table%current)%is_changed = .false.
       end if
       if (.not. table%grows) return
       if (.not. allocated(table%entries)) allocate (table%entries(160))
-      if (table%now > size(table%entries)) then
+      if (table%current > size(table%entries)) then
          allocate (more(2*table%entry_count))
          more(:table%entry_count) = table%entries
          call move_alloc(more, table%entries)
       end if
-      table%entry_count = table%now
-      associate (entry => table%entries(table%now))
+      table%entry_count = table%current
+      associate (entry => table%entries(table%current))
          entry%group = table%open_group
-         table%groups(table%open_group)%last_entry = table%now
+         table%groups(table%open_group)%last_entry = table%current
          entry%name = name
          entry%kind = kind
          entry%is_list = is_list
@@ -358,11 +366,11 @@ contains
       end associate
    end subroutine advance
 
-   !> Place of a group; 0: there is none.
+   !> Index of a group; 0: there is none.
    pure function find_group(table, name, occurrence) result(place)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: name
-      !> Which of several; absent: the first
+      !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
       integer :: place
 
@@ -375,10 +383,10 @@ contains
       end do
    end function find_group
 
-   !> Place of an entry; 0: there is none.
+   !> Index of an entry; 0: there is none.
    pure function find(table, group, name) result(place)
       class(table_t), intent(in) :: table
-      !> Place of its group
+      !> Index of the group
       integer, intent(in) :: group
       character(*), intent(in) :: name
       integer :: place
@@ -389,24 +397,24 @@ contains
       place = 0
    end function find
 
-   !> Does the file give a name?
+   !> Does the file give this name?
    pure function has(table, group, name, occurrence)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of several groups; absent: the first
+      !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
       logical :: has
 
       has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
    end function has
 
-   !> Does the file give a name, or in units what stands for it?
+   !> Does the file give this name, or instead of it the quantity in units?
    pure function has_either(table, group, name, occurrence) result(has)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of several groups; absent: the first
+      !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
       logical :: has
 
@@ -422,14 +430,14 @@ contains
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of several groups; absent: the first
+      !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
       real(wp) :: number
 
       number = table%entries(table%find(table%find_group(group, occurrence), name))%value
    end function number
 
-   !> Is what an entry needs there?
+   !> Is the condition of an entry met?
    pure function counts(table, place)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
@@ -457,12 +465,12 @@ contains
          else if (needs%group /= '') then
             counts = table%groups(group)%is_wanted
          end if
-         ! its names have defaults even where it is not there
+         ! the names of a repeated group have default values even if the scene does not have the group
          if (table%groups(group)%repeats) counts = counts .and. table%groups(group)%is_wanted
       end associate
    end function counts
 
-   !> Is it one of some words with blanks between them?
+   !> Is a word in a list of words that are separated by blanks?
    pure function is_among(word, words)
       character(*), intent(in) :: word
       character(*), intent(in) :: words
@@ -471,10 +479,10 @@ contains
       is_among = index(' '//trim(words)//' ', ' '//trim(word)//' ') > 0
    end function is_among
 
-   !> What a number may be.
+   !> The range of a number.
    pure function range_of(table, group, name) result(range)
       class(table_t), intent(in) :: table
-      !> They are in the table
+      !> Group and name, which must be in the table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       type(range_t) :: range

@@ -1,4 +1,4 @@
-!> What is known about a name of scene files, and about its group.
+!> Types that describe a name of scene files and its group.
 module name_types
    use kinds, only: wp
    use program_identity, only: program_motion
@@ -9,110 +9,117 @@ module name_types
    public :: entry_t, group_t, name_t, condition_t, sweep_t, name_room
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
+   !> Kinds of values; the value of `kind_word` is one of several given words
    integer, parameter :: kind_number = 1
    integer, parameter :: kind_whole = 2
    integer, parameter :: kind_logical = 3
    integer, parameter :: kind_text = 4
    integer, parameter :: kind_word = 5
 
+   !> Maximum lengths of texts
    integer, parameter :: name_room = 48
    integer, parameter :: phrase_room = 64
    integer, parameter :: meaning_room = 180
 
-   !> What must be so for a name to count; empty: it always counts.
+   !> Condition under which a name applies; with empty components the name always applies.
    type :: condition_t
-      !> The group of the names below; without any it is the group that the scene must have. Empty: the name's own
+      !> Group of `name` and `without`; if both are empty, the scene must have this group. Empty: the group of the name
+      !> that has the condition
       character(name_room) :: group = ''
-      !> Which of several groups of that name
+      !> Number of the group among several groups of that name
       integer :: occurrence = 1
-      !> This name must be one of these words, which have blanks between them; of a logical, .true.
+      !> The value of this name must be one of `words`, separated by blanks; if its value is logical, it must be .true.
       character(name_room) :: name = ''
       character(phrase_room) :: words = ''
-      !> The file gives none of these names, which have blanks between them
+      !> The file must give none of these names, separated by blanks
       character(phrase_room) :: without = ''
-      !> For the user, where it is neither "name = 'word'" nor "&group"
+      !> The condition in words, if "name = 'word'" or "&group" does not express it
       character(phrase_room) :: phrase = ''
    end type condition_t
 
-   !> What a sweep makes of a name.
+   !> Use of a name as a parameter of sweeps.
    type :: sweep_t
-      !> Its number among the parameters; of those of a grid what makes other beams varies slowest, and then the least
-      !> number; 0: it is not swept
+      !> Number of the parameter; in a grid, parameters that change the beam vary slowest, and among parameters of one
+      !> kind those with smaller numbers. 0: the name cannot be swept
       integer :: order = 0
-      !> Another value makes another beam or mesh
+      !> A change of the value changes the beam or the mesh
       logical :: is_of_beam = .false.
-      !> &cases may vary it too
+      !> &cases may vary the parameter too
       logical :: is_in_cases = .false.
-      !> It may change in a motion under way: neither modes nor where surfaces are, nor the phase of loads, go by it
+      !> The value may change during a motion, because neither modes nor positions of surfaces nor phases of loads
+      !> depend on it
       logical :: is_in_motion = .false.
-      !> Name and meaning in a sweep, where they are others; of several groups the label stands before the name
+      !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
+      !> the name
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
    end type sweep_t
 
-   !> What is known about a name; its type is that of the component to which it is bound.
+   !> Description of a name; the component to which the name is bound determines its type.
    type :: name_t
-      !> In small letters
+      !> Name in lower case
       character(name_room) :: name = ''
-      !> What it is, with its unit
+      !> Meaning of the value, with its unit
       character(meaning_room) :: meaning = ''
-      !> What each number may be, or the length of a text
+      !> Range of each number, or of the length of a text
       type(range_t) :: range = range_t(-huge(1.0_wp), huge(1.0_wp))
-      !> When it counts
+      !> Condition under which the name applies
       type(condition_t) :: needs = condition_t()
-      !> Another name of its group for the same quantity: never both in one file; the other is echoed
+      !> Another name of the group for the same quantity; a file may give only one of both, and the echo has the other
+      !> name
       character(name_room) :: instead_of = ''
-      !> What it is, as in `quantity_table`, in the units of the scene: the other gets the ratio, and a sweep may vary
-      !> it if it may the other
+      !> Quantity of a value in the units of the scene, a name in `quantity_table`: the name `instead_of` gets the
+      !> dimensionless ratio, and a sweep may vary this name if it may vary that one
       character(name_room) :: quantity = ''
-      !> The ratio is not to one unit of its quantity, but to this quantity of the group
+      !> Name of another quantity of the group to which the ratio refers, instead of a unit of its own quantity
       character(name_room) :: over = ''
-      !> It says how long the unit of displacement is, and makes no ratio by itself
+      !> The value determines the unit of displacement and is not converted to a ratio
       logical :: is_scale = .false.
-      !> Its default in words, where that is no fixed value
+      !> Default value in words, if the default is not a constant
       character(phrase_room) :: default = ''
-      !> It counts only where it is given
+      !> The name has no effect unless the file gives it
       logical :: is_optional = .false.
-      !> Two words of a list that stand alone
+      !> Two words that must be the only word of their list
       character(name_room) :: alone(2) = ''
-      !> The range is that of the parameter which this name of the group chooses
+      !> Name of the group whose value chooses a parameter; the range is that of this parameter
       character(name_room) :: range_of = ''
       type(sweep_t) :: sweep = sweep_t()
    end type name_t
 
-   !> A group, or one of several of a name.
+   !> A group, or one of several groups of one name.
    type :: group_t
       character(name_room) :: name = ''
-      !> Programs that take it, a sum of `program_` constants
+      !> Programs that accept the group, a sum of `program_` constants
       integer :: programs = program_motion
-      !> A file may have several
+      !> A file may have several groups of this name
       logical :: repeats = .false.
-      !> Which of them it is, and what it is called among them
+      !> Number among the groups of this name, and label with the number
       integer :: occurrence = 1
       character(name_room) :: label = ''
-      !> The scene asks for it
+      !> The scene has the group
       logical :: is_wanted = .true.
-      !> Places of its entries
+      !> Indices of its first and last entry
       integer :: first_entry = 1
       integer :: last_entry = 0
-      !> Entries of it, or of another of its name, have changed; of several the first says so
+      !> Entries of the group have changed; for several groups of one name, the flag of the first counts for all
       logical :: is_changed = .false.
    end type group_t
 
+   !> A name of the table and its value.
    type :: entry_t
-      !> Its group in the list of all
+   !> Index of the group
       integer :: group = 0
       type(name_t) :: name
       !> One of the `kind_` constants
       integer :: kind = kind_number
       logical :: is_list = .false.
-      !> What may be chosen
+      !> Allowed words
       character(name_length), allocatable :: words(:)
-      !> The file gives it; of an echo: it has values
+      !> The file gives the name; in an echo: the name has a value
       logical :: is_given = .false.
-      !> It has another value than the scene
+      !> The value has changed and is not yet in the scene
       logical :: is_changed = .false.
-      !> A number, the place of a word, 1 for .true.; or a list of these, unallocated where there is none; or a text
+      !> Value: a number, the index of a word, or 1 for .true.; a list of these, unallocated if there is none; or a text
       real(wp) :: value = 0.0_wp
       real(wp), allocatable :: list(:)
       character(:), allocatable :: text

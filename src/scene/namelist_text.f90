@@ -1,10 +1,9 @@
-!> The text of a namelist file taken apart: groups, the items name = values in them, and where each
-!> stands. Values stay text here.
+!> Parser of namelist files: groups, the items `name = values` in them, and their positions in the text. Values remain
+!> text.
 !>
-!> What is accepted is a part of what the standard (Fortran 2018, 13.11) allows: every file that
-!> passes can be read by a namelist READ statement. Left out on purpose: subscripts and components,
-!> null values, texts that go on over the end of a line, `$` and `&end`, and anything but blanks and
-!> comments outside of groups.
+!> The accepted syntax is a subset of the standard (Fortran 2018, 13.11): a namelist READ statement can read every
+!> accepted file. Rejected on purpose: subscripts and components, null values, texts that continue on the next line, `$`
+!> and `&end`, and anything except blanks and comments outside of groups.
 module namelist_text
    use kinds, only: i8
    use namelist_tokens, only: advance, cursor_t, equals_follows, is_name, lower_case, &
@@ -16,35 +15,36 @@ module namelist_text
    public :: namelist_t, parse_namelist
    public :: find_group, find_item, group_name, item_name, value_text, value_source, item_text, value_count
 
-   !> Groups, and items, after which no more are taken apart: far beyond the names there are, so that unknown ones or
-   !> ones given twice, of which the first is told, stand before.
-   integer, parameter :: most_taken = 10000
+   !> Maximum number of groups, and of items, that are parsed. The limit is far above the number of valid names; a
+   !> longer file therefore has an unknown or a repeated name before the limit, and this name is reported.
+   integer, parameter :: max_parsed = 10000
 
-   !> name = values; as in the others, `first` and `last` delimit the name in the text
+   !> An item, name = values; `first` and `last` delimit the name in the text
    type :: item_t
       integer :: first = 1
       integer :: last = 0
       integer :: line = 0
       integer :: group = 0
-      !> Its values in the list of all
+      !> Indices of the first and last value in `values`
       integer :: first_value = 1
       integer :: last_value = 0
    end type item_t
 
-   !> &name ... /
+   !> A group, &name ... /; `first` and `last` delimit the name in the text
    type :: group_t
       integer :: first = 1
       integer :: last = 0
       integer :: line = 0
-      !> Its items in the list of all
+      !> Indices of the first and last item in `items`
       integer :: first_item = 1
       integer :: last_item = 0
    end type group_t
 
+   !> A parsed namelist file.
    type :: namelist_t
       !> The text with one newline at the end of each line, without byte order mark
       character(:), allocatable :: text
-      !> All groups, items and values in order; only the first `*_count` are meant
+      !> All groups, items and values in order; only the first `group_count`, `item_count` and `value_count` are used
       type(group_t), allocatable :: groups(:)
       type(item_t), allocatable :: items(:)
       type(value_t), allocatable :: values(:)
@@ -55,23 +55,23 @@ module namelist_text
 
 contains
 
-   !> Take a text apart, up to `most_taken` groups or items. With a problem, `namelist` is not meant to be used.
+   !> Parse a text, up to `max_parsed` groups or items. If there is a problem, `namelist` is incomplete.
    subroutine parse_namelist(text, namelist, line, problem)
       character(*), intent(in) :: text
-      !> Its parts
+      !> The groups, items and values
       type(namelist_t), intent(out) :: namelist
       !> Line of the problem
       integer, intent(out) :: line
-      !> What is wrong with the text; unallocated: nothing
+      !> Error message; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
       type(cursor_t) :: cursor
       logical :: is_after_slash
 
       call normalise_lines(text, namelist%text)
-      allocate (namelist%groups(most_of('&')), namelist%items(most_of('=')), namelist%values(64))
+      allocate (namelist%groups(upper_bound('&')), namelist%items(upper_bound('=')), namelist%values(64))
       is_after_slash = .false.
-      do while (max(namelist%group_count, namelist%item_count) < most_taken)
+      do while (max(namelist%group_count, namelist%item_count) < max_parsed)
          call advance(namelist%text, cursor, problem)
          if (allocated(problem)) exit
          select case (cursor%kind)
@@ -95,8 +95,8 @@ contains
 
    contains
 
-      !> No more are taken than the text has of what each has one of.
-      function most_of(mark) result(most)
+      !> Upper bound of the number of groups or items: the number of & or = signs in the text, at most `max_parsed`.
+      function upper_bound(mark) result(most)
          character, intent(in) :: mark
          integer :: most
 
@@ -106,16 +106,16 @@ contains
          do i = 1, len(namelist%text)
             if (namelist%text(i:i) == mark) most = most + 1
          end do
-         most = min(most, most_taken)
-      end function most_of
+         most = min(most, max_parsed)
+      end function upper_bound
 
    end subroutine parse_namelist
 
-   !> One group, from its name up to the slash.
+   !> Parse one group, from its name up to the slash.
    subroutine parse_group(namelist, cursor, problem)
-      !> The parts so far; the group is added
+      !> The groups parsed before; this group is added
       type(namelist_t), intent(inout) :: namelist
-      !> Stands on the group's name, then on its slash
+      !> In: at the group's name; out: at its slash
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -131,7 +131,7 @@ contains
          namelist%groups(count) = group
       end associate
       call advance(namelist%text, cursor, problem)
-      do while (namelist%item_count < most_taken)
+      do while (namelist%item_count < max_parsed)
          if (allocated(problem)) return
          select case (cursor%kind)
          case (token_slash)
@@ -148,11 +148,11 @@ contains
       end do
    end subroutine parse_group
 
-   !> One name = values, up to the next name or the slash.
+   !> Parse one item, name = values, up to the next name or the slash.
    subroutine parse_item(namelist, cursor, group, problem)
-      !> The parts so far; the item and its values are added
+      !> The items parsed before; this item and its values are added
       type(namelist_t), intent(inout) :: namelist
-      !> Stands on the name, then on what follows the values
+      !> In: at the name; out: at the token after the values
       type(cursor_t), intent(inout) :: cursor
       !> The group, for messages
       type(group_t), intent(in) :: group
@@ -206,7 +206,7 @@ contains
       end do
       item%last_value = namelist%value_count
       if (item%last_value < item%first_value) then
-         ! A missing slash is the likelier slip where the text or the group ends here
+         ! at the end of the text a missing slash is the more likely mistake
          if (cursor%kind /= token_end) problem = subject()//': no value after the = sign'
          if (cursor%kind == token_end) problem = subject()//': no value, and no / to close the group'
          return
@@ -217,7 +217,7 @@ contains
 
    contains
 
-      !> Group and name in words.
+      !> Group and name for messages.
       function subject() result(words)
          character(:), allocatable :: words
 
@@ -226,7 +226,7 @@ contains
 
    end subroutine parse_item
 
-   !> A group's name with its &, fit for messages.
+   !> Name of a group with its &, printable in messages.
    pure function marked(text, group) result(words)
       character(*), intent(in) :: text
       type(group_t), intent(in) :: group
@@ -236,14 +236,14 @@ contains
    end function marked
 
 
-   !> What to say about a group that another one or the end of the text interrupts.
+   !> Error message for a group that is not closed before another group or the end of the text.
    pure function not_closed(text, cursor, name, line) result(problem)
       character(*), intent(in) :: text
-      !> Stands on what interrupts
+      !> At the other group or at the end of the text
       type(cursor_t), intent(in) :: cursor
-      !> The group with its &
+      !> Name of the group with its &
       character(*), intent(in) :: name
-      !> Line where it began
+      !> Line in which the group begins
       integer, intent(in) :: line
       character(:), allocatable :: problem
 
@@ -262,8 +262,8 @@ contains
       end if
    end function not_closed
 
+   !> Append a value to the list of values.
    pure subroutine add_value(namelist, value)
-      !> What it is added to
       type(namelist_t), intent(inout) :: namelist
       type(value_t), intent(in) :: value
 
@@ -278,34 +278,34 @@ contains
       namelist%values(namelist%value_count) = value
    end subroutine add_value
 
-   !> Group of that name; 0: there is none.
+   !> Index of the group of this name; 0: there is none.
    pure function find_group(namelist, name, occurrence) result(position)
       type(namelist_t), intent(in) :: namelist
-      !> Name in small letters
+      !> Name in lower case
       character(*), intent(in) :: name
-      !> Which of several; absent: the first
+      !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
       integer :: position
 
-      integer :: to_come
+      integer :: remaining
 
-      to_come = 1
-      if (present(occurrence)) to_come = occurrence
+      remaining = 1
+      if (present(occurrence)) remaining = occurrence
       do position = 1, namelist%group_count
          associate (group => namelist%groups(position))
-            if (is_called(namelist%text, group%first, group%last, name)) to_come = to_come - 1
-            if (to_come == 0) return
+            if (is_called(namelist%text, group%first, group%last, name)) remaining = remaining - 1
+            if (remaining == 0) return
          end associate
       end do
       position = 0
    end function find_group
 
-   !> First item of that name in a group; 0: there is none.
+   !> Index of the first item of this name in a group; 0: there is none.
    pure function find_item(namelist, group, name) result(position)
       type(namelist_t), intent(in) :: namelist
-      !> Its position
+      !> Index of the group
       integer, intent(in) :: group
-      !> Name in small letters
+      !> Name in lower case
       character(*), intent(in) :: name
       integer :: position
 
@@ -317,13 +317,13 @@ contains
       position = 0
    end function find_item
 
-   !> Is this part of a text the name? Its length tells most apart, however long it is.
+   !> Is a part of a text equal to a name? The lengths are compared first, which is fast for long texts.
    pure function is_called(text, first, last, name) result(is)
       character(*), intent(in) :: text
-      !> Where the part begins and ends
+      !> First and last character of the part
       integer, intent(in) :: first
       integer, intent(in) :: last
-      !> The name in small letters; blanks may follow it
+      !> The name in lower case; trailing blanks are ignored
       character(*), intent(in) :: name
       logical :: is
 
@@ -331,10 +331,10 @@ contains
       if (is) is = lower_case(text(first:last)) == name
    end function is_called
 
-   !> Name of a group in small letters.
+   !> Name of a group in lower case.
    pure function group_name(namelist, position) result(name)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -343,10 +343,10 @@ contains
       end associate
    end function group_name
 
-   !> Name of an item in small letters.
+   !> Name of an item in lower case.
    pure function item_name(namelist, position) result(name)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -355,10 +355,10 @@ contains
       end associate
    end function item_name
 
-   !> A value as it stands in the text, without its quotes.
+   !> Text of a value as in the file, without its quotes.
    pure function value_text(namelist, position) result(text)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -367,10 +367,10 @@ contains
       end associate
    end function value_text
 
-   !> A value as it stands in the text, with its count and its quotes, cut short for messages.
+   !> Text of a value as in the file, with its repeat count and its quotes, shortened for messages.
    pure function value_source(namelist, position) result(text)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -379,10 +379,10 @@ contains
       end associate
    end function value_source
 
-   !> All the values of an item as they stand in the text, cut short for messages.
+   !> Text of all values of an item as in the file, shortened for messages.
    pure function item_text(namelist, position) result(text)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -397,10 +397,10 @@ contains
       text = excerpt(text)
    end function item_text
 
-   !> Number of values of an item, repeats counted.
+   !> Number of values of an item; repeat counts are included.
    pure function value_count(namelist, position) result(count)
-      !> Where it is
       type(namelist_t), intent(in) :: namelist
+      !> Index in the list of groups, items or values
       integer, intent(in) :: position
       integer(i8) :: count
 

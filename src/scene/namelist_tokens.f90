@@ -1,4 +1,4 @@
-!> The tokens of a namelist file: group names, words, texts in quotes, and the signs , = / between them.
+!> The tokens of a namelist file: group names, words, texts in quotes, and the separators , = /.
 module namelist_tokens
    use printable_text, only: excerpt
    implicit none (type, external)
@@ -10,7 +10,7 @@ module namelist_tokens
    character(1), parameter :: carriage_return = achar(13)
    character(1), parameter :: tab = achar(9)
    character(*), parameter :: blanks = ' '//tab//newline
-   !> What ends a word; a tab, blank or newline does too
+   !> Characters that end a word
    character(*), parameter :: word_end = blanks//',/!=''"'
    character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
    character(*), parameter :: capitals = 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'
@@ -24,8 +24,8 @@ module namelist_tokens
    integer, parameter :: token_equals = 5
    integer, parameter :: token_value = 6
 
-   !> One value or `repeat` equal ones. `first` and `last` delimit it in the text, without the count and without quotes;
-   !> `start` and `finish` with both.
+   !> One value, or `repeat` equal values. `first` and `last` delimit the value in the text without repeat count and
+   !> quotes, `start` and `finish` with both.
    type :: value_t
       integer :: first = 1
       integer :: last = 0
@@ -33,42 +33,42 @@ module namelist_tokens
       integer :: finish = 0
       !> r of r*value
       integer :: repeat = 1
-      !> It stood in quotes, which are not part of first to last
+      !> The value is in quotes
       logical :: is_quoted = .false.
    end type value_t
 
-   !> Where the reading stands, and the token just read
+   !> Position in the text, and the token that was read last
    type :: cursor_t
-      !> Next character, and its line
+      !> Position of the next character, and its line
       integer :: next = 1
       integer :: line = 1
-      !> One of the `token_` constants, where it begins, and its line
+      !> Kind of the token, one of the `token_` constants, its first position, and its line
       integer :: kind = token_end
       integer :: first = 1
       integer :: token_line = 1
-      !> First on its line
+      !> The token is the first in its line
       logical :: starts_line = .true.
-      !> A group's name, or a word or text
+      !> The name of a group, a word, or a text in quotes
       type(value_t) :: value
    end type cursor_t
 
 contains
 
-   !> Read the next token: blanks and comments are passed over.
+   !> Read the next token; blanks and comments are skipped.
    subroutine advance(text, cursor, problem)
       character(*), intent(in) :: text
-      !> Where the reading stands
+      !> In: at the previous token; out: at the next one
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
       cursor%starts_line = cursor%starts_line .and. cursor%next == 1
-      call pass_blanks(text, cursor%next, cursor%line, cursor%starts_line)
+      call skip_blanks(text, cursor%next, cursor%line, cursor%starts_line)
       cursor%first = cursor%next
       cursor%token_line = cursor%line
       cursor%value = value_t()
       if (cursor%next > len(text)) then
          cursor%kind = token_end
-         ! The text ends with a newline that begins no line
+         ! the newline at the end of the text begins no new line
          cursor%token_line = max(1, cursor%line - 1)
          return
       end if
@@ -95,10 +95,10 @@ contains
       cursor%value%finish = cursor%next - 1
    end subroutine advance
 
-   !> The name behind an &.
+   !> Read the name of a group after its &.
    subroutine take_group_name(text, cursor, problem)
       character(*), intent(in) :: text
-      !> Stands behind the &
+      !> In: behind the &
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -117,10 +117,10 @@ contains
       cursor%next = last + 1
    end subroutine take_group_name
 
-   !> A text in quotes, which ends on its line; a doubled quote inside stands for one.
+   !> Read a text in quotes, which must end in its line; a doubled quote stands for one quote.
    subroutine take_quoted(text, cursor, problem)
       character(*), intent(in) :: text
-      !> Stands behind the opening quote
+      !> In: behind the opening quote
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -129,7 +129,7 @@ contains
       quote = text(cursor%next - 1:cursor%next - 1)
       cursor%value%is_quoted = .true.
       cursor%value%first = cursor%next
-      ! The text ends with a newline: the search always finds something
+      ! the search succeeds always, because the text ends with a newline
       do
          cursor%next = cursor%next + scan(text(cursor%next:), quote//newline)
          if (text(cursor%next - 1:cursor%next - 1) == newline) exit
@@ -144,14 +144,14 @@ contains
       end if
    end subroutine take_quoted
 
-   !> A word, or a repeat count r* and what it repeats.
+   !> Read a word, or a repeat count r* and the repeated value.
    subroutine take_word(text, cursor, problem)
       character(*), intent(in) :: text
-      !> Stands behind the first letter
+      !> In: behind the first letter
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
-      integer, parameter :: most_digits = 9
+      integer, parameter :: max_digits = 9
       integer :: last, star, count
 
       last = word_last(text, cursor%first)
@@ -163,7 +163,7 @@ contains
       star = cursor%first + star - 1
       if (text(star:star) /= '*') return
 
-      if (star - cursor%first > most_digits) then
+      if (star - cursor%first > max_digits) then
          problem = excerpt(text(cursor%first:last))//': the repeat count is too large'
          return
       end if
@@ -181,13 +181,13 @@ contains
       cursor%value%repeat = count
    end subroutine take_word
 
-   !> Move past blanks, ends of lines and comments.
-   pure subroutine pass_blanks(text, next, line, starts_line)
+   !> Skip blanks, ends of lines and comments.
+   pure subroutine skip_blanks(text, next, line, starts_line)
       character(*), intent(in) :: text
-      !> Position, and its line
+      !> Position of the next character, and its line
       integer, intent(inout) :: next
       integer, intent(inout) :: line
-      !> Set when a line begins on the way
+      !> Set if a line begins among the skipped characters
       logical, intent(inout) :: starts_line
 
       do while (next <= len(text))
@@ -204,12 +204,12 @@ contains
             return
          end select
       end do
-   end subroutine pass_blanks
+   end subroutine skip_blanks
 
-   !> Is an = sign what comes next?
+   !> Is the next token an = sign?
    pure function equals_follows(text, next) result(follows)
       character(*), intent(in) :: text
-      !> Position to start from
+      !> Position at which the search begins
       integer, intent(in) :: next
       logical :: follows
 
@@ -219,15 +219,15 @@ contains
       position = next
       line = 0
       starts_line = .false.
-      call pass_blanks(text, position, line, starts_line)
+      call skip_blanks(text, position, line, starts_line)
       follows = .false.
       if (position <= len(text)) follows = text(position:position) == '='
    end function equals_follows
 
-   !> Last character of the word that starts at `first`; first - 1 if there is none.
+   !> Position of the last character of the word that begins at `first`; first - 1: there is no word.
    pure function word_last(text, first) result(last)
       character(*), intent(in) :: text
-      !> Where the word starts
+      !> First position of the word
       integer, intent(in) :: first
       integer :: last
 
@@ -237,7 +237,7 @@ contains
       last = merge(len(text), first + step - 2, step == 0)
    end function word_last
 
-   !> A letter, then letters, digits and underscores.
+   !> Is a text a name: a letter, then letters, digits and underscores?
    pure function is_name(text) result(is_legal)
       character(*), intent(in) :: text
       logical :: is_legal
@@ -248,10 +248,10 @@ contains
          .and. verify(text, letters//capitals//digits//'_') == 0
    end function is_name
 
-   !> One newline at the end of each line, whatever system it comes from.
+   !> Convert the line ends of any operating system to one newline at the end of each line.
    pure subroutine normalise_lines(raw, text)
       character(*), intent(in) :: raw
-      !> Its lines
+      !> Text with converted line ends
       character(:), allocatable, intent(out) :: text
 
       integer :: i, length
@@ -274,7 +274,7 @@ contains
       text = text(:length)
    end subroutine normalise_lines
 
-   !> Capital letters A to Z made small.
+   !> A text with its capital letters A to Z in lower case.
    pure function lower_case(text) result(lower)
       character(*), intent(in) :: text
       character(len(text)) :: lower
@@ -287,7 +287,7 @@ contains
       end do
    end function lower_case
 
-   !> Line of a position in a text.
+   !> Number of the line of a position in a text.
    pure function line_of(text, position) result(line)
       character(*), intent(in) :: text
       integer, intent(in) :: position
@@ -301,12 +301,12 @@ contains
       end do
    end function line_of
 
-   !> Characters first to last.
+   !> The characters `first` to `last` of a text.
    pure function slice(text, first, last) result(part)
       character(*), intent(in) :: text
-      !> Where the part begins
+      !> First position
       integer, intent(in) :: first
-      !> Where it ends; before `first`: it is empty
+      !> Last position; less than `first`: the result is empty
       integer, intent(in) :: last
       character(:), allocatable :: part
 

@@ -1,6 +1,6 @@
-!> One value of a namelist file in words made an integer, a real, a logical or a text. The grammar is
-!> checked here before the run-time library sees a number: that library takes nan, inf and 1e999, and
-!> traps where floating-point exceptions are trapped.
+!> Conversion of the text of one namelist value to an integer, a real, a logical or a text. The syntax is checked here
+!> before the run-time library reads a number, because the library accepts nan, inf and 1e999, and stops the program if
+!> floating-point exceptions are trapped.
 module namelist_values
    use kinds, only: i8, wp
    use namelist_tokens, only: lower_case
@@ -10,19 +10,19 @@ module namelist_values
    public :: read_integer, read_real, read_logical, read_text
 
    character(*), parameter :: digits = '0123456789'
-   !> Reals are read from 1e-300 to 1e300 in size, and 0.
+   !> Allowed reals: 0, and magnitudes from 1e-300 to 1e300.
    integer, parameter :: largest_exponent = 300
 
 contains
 
-   !> A whole number: a sign at most, then digits.
+   !> Read a whole number: an optional sign, then digits.
    pure subroutine read_integer(text, value, is_legal)
       character(*), intent(in) :: text
       integer, intent(out) :: value
-      !> It is a whole number that fits
+      !> The text is a whole number within the range of default integers
       logical, intent(out) :: is_legal
 
-      integer, parameter :: most_digits = 18
+      integer, parameter :: max_digits = 18
       integer(i8) :: long_value
       integer :: first, last
 
@@ -33,7 +33,7 @@ contains
       if (last < first) return
       if (verify(text(first:), digits) /= 0) return
       if (verify(text(first:), '0') > 0) first = first + verify(text(first:), '0') - 1
-      if (last - first >= most_digits) return
+      if (last - first >= max_digits) return
       read (text(first:last), '(i18)') long_value
       if (text(1:1) == '-') long_value = -long_value
       if (abs(long_value) > huge(value)) return
@@ -41,13 +41,13 @@ contains
       is_legal = .true.
    end subroutine read_integer
 
-   !> A real: digits with a point at most, then an exponent with e or d at most.
+   !> Read a real: digits with an optional point, then an optional exponent with e or d.
    pure subroutine read_real(text, value, is_legal, reason)
       character(*), intent(in) :: text
       real(wp), intent(out) :: value
-      !> It is a finite number, 0 or from 1e-300 to 1e300 in size
+      !> The text is a number, 0 or with a magnitude from 1e-300 to 1e300
       logical, intent(out) :: is_legal
-      !> What it must be, where it is a number that lies too near to 0 or is too long to read
+      !> Requirement that the text violates, if it is a number that is too near to 0 or has too many characters
       character(:), allocatable, intent(out), optional :: reason
 
       integer, parameter :: longest = 100
@@ -74,7 +74,7 @@ contains
       if (point /= index(mantissa, '.', back=.true.)) return
       if (point == 0) point = len(mantissa) + 1
 
-      ! Power of ten of the first digit that counts
+      ! power of ten of the first significant digit
       leading = verify(mantissa, '0.')
       is_legal = leading == 0
       if (is_legal) return
@@ -90,12 +90,12 @@ contains
       read (buffer, '(bn, f100.0)') value
    end subroutine read_real
 
-   !> The exponent of a real, whatever its size; beyond that of any number it is cut.
+   !> Read the exponent of a real; exponents beyond the range of all reals are replaced by a limit.
    pure subroutine read_exponent(text, exponent, is_legal)
-      !> What stands behind the letter
+      !> Text after the letter e or d
       character(*), intent(in) :: text
       integer, intent(out) :: exponent
-      !> It is one
+      !> The text is an exponent
       logical, intent(out) :: is_legal
 
       integer, parameter :: limit = 10**8
@@ -108,11 +108,11 @@ contains
       exponent = max(-limit, min(limit, exponent))
    end subroutine read_exponent
 
-   !> .true., .false. and their short forms.
+   !> Read .true., .false. or one of their short forms.
    pure subroutine read_logical(text, value, is_legal)
       character(*), intent(in) :: text
       logical, intent(out) :: value
-      !> It is one
+      !> The text is a logical value
       logical, intent(out) :: is_legal
 
       value = .false.
@@ -127,9 +127,9 @@ contains
       end select
    end subroutine read_logical
 
-   !> A text between its quotes: doubled quotes made single.
+   !> The content of a text in quotes: doubled quotes become single quotes.
    pure function read_text(text, quote) result(value)
-      !> What stands between the quotes
+      !> Text between the quotes
       character(*), intent(in) :: text
       !> The quote, ' or "
       character(1), intent(in) :: quote
@@ -149,9 +149,9 @@ contains
       value = value(:length)
    end function read_text
 
-   !> Length of the sign in front of a number: 0 or 1.
+   !> Length of the sign at the beginning of a number: 0 or 1.
    pure function sign_length(text) result(length)
-      !> The number in words
+      !> Text of the number
       character(*), intent(in) :: text
       integer :: length
 

@@ -1,4 +1,4 @@
-!> &beam: its names; heights from the taper, tables that fit together.
+!> &beam: the names of the group, heights from the taper, and checks of tables along the beam.
 module scene_beam
    use kinds, only: wp
    use name_table, only: table_t
@@ -13,23 +13,25 @@ module scene_beam
    private
    public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
       phrase='heights, not with area and inertia')
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
    type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
 
-   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
+   ! Values in the user's units: wide ranges, but products and quotients of a few values do not overflow
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
-   ! kilograms per cubic nanometre among them
+   ! wide enough for kilograms per cubic nanometre
    type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
 
-   !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in rounded numbers.
+   !> Minimum height at the tip over that at the root if it is not 0; a smaller one can, within rounding, not be told
+   !> from a full wedge.
    real(wp), parameter :: smallest_tip = 1.0e-9_wp
 
 contains
 
+   !> List the names of &beam.
    subroutine list_beam(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam
@@ -59,10 +61,10 @@ contains
          range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
    end subroutine list_beam
 
-   !> Complete the beam; problems go into the input.
+   !> Complete the settings of the beam and check them. Problems are reported to `input`.
    subroutine resolve_beam(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> As read in; complete out
+      !> In: as read; out: complete
       type(beam_settings_t), intent(inout) :: beam
 
       real(wp), parameter :: smallest_height = 1.0e-12_wp
@@ -94,10 +96,10 @@ contains
       end select
    end subroutine resolve_beam
 
-   !> Heights at both ends from the heights or from taper and mean height.
+   !> Find the heights at both ends from those given, or from taper and mean height.
    subroutine resolve_taper(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Heights out
+      !> Out: heights at both ends
       type(beam_settings_t), intent(inout) :: beam
 
       logical :: has_root
@@ -123,8 +125,8 @@ contains
       end if
    end subroutine resolve_taper
 
-   !> Another taper of a beam that tapers linearly. The mean height is given: taken from the heights it would keep a
-   !> trace of the tapers before, in the last digit.
+   !> Change the taper of a beam that tapers linearly. The mean height is an argument, because a mean of the present
+   !> heights would have rounding errors that depend on previous tapers.
    pure subroutine set_taper(beam, mean, taper)
       type(beam_settings_t), intent(inout) :: beam
       !> Mean height
@@ -134,18 +136,18 @@ contains
 
       beam%height_root = mean + 0.5_wp*taper*beam%length
       beam%height_tip = mean - 0.5_wp*taper*beam%length
-      ! a wedge in rounded numbers
+      ! a full wedge within rounding
       if (beam%height_tip < smallest_tip*mean) beam%height_tip = 0.0_wp
    end subroutine set_taper
 
-   !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
+   !> Check that stations ascend from 0 to the length; the last one is set to the length exactly.
    subroutine check_stations(input, group, name, length, station)
       type(scene_input_t), intent(inout) :: input
-      !> Where they stand
+      !> Group and name of the stations, for messages
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       real(wp), intent(in) :: length
-      !> Positions
+      !> Positions of the stations
       real(wp), intent(inout) :: station(:)
 
       real(wp), parameter :: tolerance = 1.0e-9_wp
@@ -177,16 +179,17 @@ contains
       end do
    end subroutine check_stations
 
-   !> As many values as stations, none zero except, where that may be, at the tip.
+   !> Check that there are as many values as stations, and that they are positive; the value at the tip may be 0 if
+   !> `may_vanish`.
    subroutine check_column(input, group, name, stations, column, smallest, may_vanish)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> How many there are
+      !> Number of stations
       integer, intent(in) :: stations
-      !> Values at them
+      !> Values at the stations
       real(wp), intent(in) :: column(:)
-      !> Least value but for 0
+      !> Minimum of values that are not 0
       real(wp), intent(in) :: smallest
       !> The last value may be 0
       logical, intent(in) :: may_vanish
@@ -210,10 +213,10 @@ contains
       end do
    end subroutine check_column
 
-   !> Area and second moment of area of the uniform beam of mean section: of mean height, or, where
-   !> areas are given, of mean area and mean second moment.
+   !> Area and second moment of area of the uniform beam of mean section. The section has the mean height, the mean
+   !> dimensions of its shape, or, if areas are given, mean area and mean second moment of area.
    pure subroutine mean_section(beam, area, inertia)
-      !> The complete beam
+      !> Complete settings of the beam
       type(beam_settings_t), intent(in) :: beam
       !> Abar
       real(wp), intent(out) :: area
@@ -243,11 +246,11 @@ contains
       inertia = beam%width*height**3/12.0_wp
    end subroutine mean_section
 
-   !> Mean of a function that is linear between stations.
+   !> Mean over the length of a function that is linear between stations.
    pure function mean_of_table(station, column) result(mean)
-      !> Positions, ascending
+      !> Positions of the stations, ascending
       real(wp), intent(in) :: station(:)
-      !> Values at them
+      !> Values at the stations
       real(wp), intent(in) :: column(:)
       real(wp) :: mean
 

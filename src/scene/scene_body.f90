@@ -1,5 +1,5 @@
-!> &root and &mass, of which a file may have any number: their names; masses that say nothing, motions that nothing
-!> would hold.
+!> &root and &mass: the names of the groups, and checks for masses without values and for beams without sufficient
+!> supports. A file may have any number of &mass groups.
 module scene_body
    use body_settings, only: mass_settings_t, root_names, root_pinned
    use kinds, only: wp
@@ -14,16 +14,17 @@ module scene_body
    private
    public :: list_root, list_masses, check_root, check_masses
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: springs = condition_t(name='kind', words='clamped')
 
    type(range_t), parameter :: mass_range = range_t(0.0_wp, 1.0e6_wp)
 
 contains
 
+   !> List the names of &root.
    subroutine list_root(table, scene)
       class(table_t), intent(inout) :: table
-      !> Its root
+      !> The scene; its root is bound
       type(scene_t), intent(inout) :: scene
 
       call table%open(group_t('root'), scene%has_root)
@@ -48,10 +49,10 @@ contains
       end associate
    end subroutine list_root
 
-   !> Every &mass.
+   !> List the names of all &mass groups.
    subroutine list_masses(table, scene)
       class(table_t), intent(inout) :: table
-      !> Its masses
+      !> The scene; its masses are bound
       type(scene_t), intent(inout) :: scene
 
       type(mass_settings_t), allocatable :: masses(:)
@@ -69,6 +70,7 @@ contains
       if (scene%has_masses) call move_alloc(masses, scene%masses)
    end subroutine list_masses
 
+   !> List the names of one &mass.
    subroutine list_mass(table, mass)
       class(table_t), intent(inout) :: table
       type(mass_settings_t), intent(inout) :: mass
@@ -85,7 +87,7 @@ contains
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass
 
-   !> Problems go into the input.
+   !> Check that a beam with a pinned root has the supports that its start requires. Problems are reported to `input`.
    subroutine check_root(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -101,10 +103,10 @@ contains
       end if
    end subroutine check_root
 
-   !> Problems go into the input.
+   !> Check that each &mass has a mass or a rotary inertia. Problems are reported to `input`.
    subroutine check_masses(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 

@@ -1,7 +1,8 @@
-!> The names of scene files: one entry a name, bound to its component, whose declaration has the default. All that is
-!> done with names follows from here; to add one, add its entry and its component.
+!> The names of scene files: one entry for each name, bound to a component of the scene, whose declaration has the
+!> default value. Reading, checks, echo and reference follow from these entries; to add a name, add its entry and its
+!> component.
 !>
-!> What a name needs stands before it, in its own group or an earlier one.
+!> The names in the condition of an entry must be listed before the entry, in its own group or in an earlier one.
 module scene_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
@@ -29,7 +30,7 @@ module scene_groups
 
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
-   !> Newmark's beta by these names
+   !> Newmark's beta of each scheme
    real(wp), parameter :: scheme_betas(3) = [1.0_wp/4.0_wp, 1.0_wp/6.0_wp, 0.0_wp]
 
    integer, parameter :: history_all = history_count + 1
@@ -37,12 +38,12 @@ module scene_groups
    character(*), parameter :: history_names(history_count + 2) = [character(name_length) :: &
       history_table%name, 'all', 'none']
 
-   !> In the order of the reference and the echo.
+   !> Names of the groups, in the order of the reference and the echo.
    character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
       'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
@@ -51,13 +52,14 @@ module scene_groups
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
 
-   ! Ranges of more than one name
-   integer, parameter :: most_elements = 200000
-   integer, parameter :: most_elements_judged = 128
-   integer, parameter :: most_elements_dense = 1000
-   type(range_t), parameter :: elements_range = range_t(1.0_wp, real(most_elements, wp))
-   type(range_t), parameter :: judged_range = range_t(1.0_wp, real(most_elements_judged, wp))
-   type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(most_elements, wp))
+   ! Ranges of more than one name, and maximum numbers of elements: of any mesh, for the paper's statements, for methods
+   ! with full matrices
+   integer, parameter :: max_elements = 200000
+   integer, parameter :: max_elements_statements = 128
+   integer, parameter :: max_elements_full_matrices = 1000
+   type(range_t), parameter :: elements_range = range_t(1.0_wp, real(max_elements, wp))
+   type(range_t), parameter :: statements_range = range_t(1.0_wp, real(max_elements_statements, wp))
+   type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(max_elements, wp))
    type(range_t), parameter :: ratio_range = range_t(0.1_wp, 10.0_wp)
    type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
@@ -67,7 +69,7 @@ module scene_groups
 
 contains
 
-   !> Every name of every group.
+   !> List all names of all groups.
    subroutine list_scene(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -79,7 +81,7 @@ contains
       end do
    end subroutine list_scene
 
-   !> Give a scene what has changed in the table.
+   !> Copy the values that have changed in the table into the scene.
    subroutine give_changes(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -93,7 +95,7 @@ contains
       end do
    end subroutine give_changes
 
-   !> The names of one group.
+   !> List the names of one group.
    subroutine list_group(group, table, scene)
       !> One of `group_names`
       character(*), intent(in) :: group
@@ -153,7 +155,7 @@ contains
          call table%open(group_t('statements', program_paper), scene%wants_statements)
          if (table%is_open) call list_statements(table, scene%statements)
       case ('output')
-         ! the results of a sweep are its rows alone
+         ! the results of a sweep are its rows of measures alone
          is_stored = .not. scene%wants_sweep
          call table%open(group_t('output'), is_stored)
          if (table%is_open) call list_output(table, scene%output, scene%output_units)
@@ -162,7 +164,7 @@ contains
       end select
    end subroutine list_group
 
-   !> &scene
+   !> List the names of &scene.
    subroutine list_heading(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -178,6 +180,7 @@ contains
          default='none: results are dimensionless', is_optional=.true.), system_names)
    end subroutine list_heading
 
+   !> List the names of &tip_mass.
    subroutine list_tip_mass(table, ratio)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: ratio
@@ -189,6 +192,7 @@ contains
          sweep=sweep_t(name='tip_mass')))
    end subroutine list_tip_mass
 
+   !> List the names of &damping.
    subroutine list_damping(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -209,6 +213,7 @@ contains
          sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
    end subroutine list_damping
 
+   !> List the names of &mesh.
    subroutine list_mesh(table, mesh)
       class(table_t), intent(inout) :: table
       type(mesh_settings_t), intent(inout) :: mesh
@@ -232,6 +237,7 @@ contains
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
    end subroutine list_mesh
 
+   !> List the names of &response.
    subroutine list_response(table, response)
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
@@ -275,10 +281,11 @@ contains
       if (tolerance > 0.0_wp) response%mode_tolerance = tolerance
       call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
       call table%bind(response%mode_count, name_t('modes', 'number of the lowest modes of the free beam to keep', &
-         range_t(1.0_wp, 2.0_wp*real(most_elements, wp)), exact, default='as accuracy asks', is_optional=.true., &
+         range_t(1.0_wp, 2.0_wp*real(max_elements, wp)), exact, default='as accuracy asks', is_optional=.true., &
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 
+   !> List the names of &stress.
    subroutine list_stress(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -292,6 +299,7 @@ contains
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
    end subroutine list_stress
 
+   !> List the names of &frequencies.
    subroutine list_frequencies(table, frequencies)
       class(table_t), intent(inout) :: table
       type(frequency_settings_t), intent(inout) :: frequencies
@@ -308,6 +316,7 @@ contains
          default='exact where they are known'), reference_names)
    end subroutine list_frequencies
 
+   !> List the names of &precision.
    subroutine list_precision(table, precision)
       class(table_t), intent(inout) :: table
       type(precision_settings_t), intent(inout) :: precision
@@ -322,7 +331,7 @@ contains
       call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', &
          mode_range, a_stop, default='none'))
       call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion; against_beam: of all', &
-         range_t(1, most_elements_dense), a_stop, default='none'))
+         range_t(1, max_elements_full_matrices), a_stop, default='none'))
       call table%bind(precision%against_beam, name_t('against_beam', &
          'find the cheapest way to each error against the beam itself: every method on every mesh', needs=a_stop))
       call table%bind(precision%scaling_elements, name_t('scaling_elements', &
@@ -339,19 +348,20 @@ contains
          range_t(1.0e-4_wp, 10.0_wp)))
    end subroutine list_precision
 
+   !> List the names of &best.
    subroutine list_best(table, best)
       class(table_t), intent(inout) :: table
       type(best_settings_t), intent(inout) :: best
 
       integer :: chosen
 
-      ! as results in units call some
+      ! measures that have another name in results with units, and their names in dimensionless results
       character(*), parameter :: in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
          'greatest_stress_time']
       character(*), parameter :: without(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
          'greatest_stress_tau']
 
-      ! whether a case failed is nothing to compare
+      ! the first measure, the status of a case, is no measure by which cases are compared
       chosen = best%measure - measure_status
       call table%bind(chosen, name_t('measure', &
          'measure by which cases are compared; with restitution greatest_force ' &
@@ -368,6 +378,7 @@ contains
          range_t(1.0e-12_wp, 0.1_wp), refinement))
    end subroutine list_best
 
+   !> List the names of &cases.
    subroutine list_cases(table, is_wanted, cases)
       class(table_t), intent(inout) :: table
       logical, intent(inout) :: is_wanted
@@ -395,7 +406,7 @@ contains
          default='none: give some', range_of='parameter'))
    end subroutine list_cases
 
-   !> May &cases vary it?
+   !> May &cases vary the entry?
    pure function is_in_cases(table, place)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
@@ -407,16 +418,18 @@ contains
       is_in_cases = sweep%is_in_cases
    end function is_in_cases
 
+   !> List the names of &statements.
    subroutine list_statements(table, statements)
       class(table_t), intent(inout) :: table
       type(statements_settings_t), intent(inout) :: statements
 
-      call table%bind(statements%elements, name_t('elements', "elements of the paper's mesh", judged_range))
+      call table%bind(statements%elements, name_t('elements', "elements of the paper's mesh", statements_range))
       call table%bind(statements%fine_elements, name_t('fine_elements', &
-         'elements of a mesh that is fine enough to judge by', judged_range))
+         'elements of a mesh that is fine enough to judge by', statements_range))
       call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))
    end subroutine list_statements
 
+   !> List the names of &output.
    subroutine list_output(table, output, units)
       class(table_t), intent(inout) :: table
       type(output_settings_t), intent(inout) :: output
@@ -438,7 +451,7 @@ contains
          default='scene where &scene units are given', is_optional=.true.), output_unit_names)
       call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
-         range_t(0.0_wp, 2.0_wp*real(most_elements, wp)), condition_t(group='frequencies')))
+         range_t(0.0_wp, 2.0_wp*real(max_elements, wp)), condition_t(group='frequencies')))
    end subroutine list_output
 
 end module scene_groups

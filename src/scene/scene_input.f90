@@ -1,5 +1,5 @@
-!> A scene file read into a table of names. What the table does not have is unknown. Of all the problems in a file the
-!> one that stands first is kept.
+!> Reading of a scene file into a table of names. Names that the table does not have are reported as unknown. Of all
+!> problems in a file, the first one in the text is recorded.
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
@@ -19,17 +19,18 @@ module scene_input
    private
    public :: scene_input_t
 
-   !> Longest list of values.
-   integer, parameter :: longest_list = 100000
+   !> Maximum number of values in a list.
+   integer, parameter :: max_list_size = 100000
 
+   !> A parsed scene file and the first problem in it.
    type :: scene_input_t
-      !> The file, and its parts
+   !> Name of the file, and its parsed text
       character(:), allocatable :: file
       type(namelist_t) :: namelist
-      !> Where in the text the first problem is, and what it is
+      !> Position of the first problem in the text, and its message
       integer :: problem_position = huge(1)
       character(:), allocatable :: problem
-      !> What counts as given besides, such as 'stop 2 stiffness'
+      !> Names that count as given although the file does not give them, such as 'stop 2 stiffness'
       character(name_length), allocatable :: added(:)
    contains
       procedure :: start
@@ -46,13 +47,14 @@ module scene_input
 
 contains
 
-   !> Begin with the parts of a file.
+   !> Begin with a parsed file.
    subroutine start(input, file, namelist, table)
       class(scene_input_t), intent(inout) :: input
-      !> Its name, for messages
+      !> Name of the file, for messages
       character(*), intent(in) :: file
       type(namelist_t), intent(in) :: namelist
-      !> It is told which groups will be read, before its names are listed; absent: nothing is read
+      !> Table that is told the groups of the file before its names are listed; absent: the file is only used for
+      !> messages
       type(table_t), intent(inout), optional :: table
 
       character(name_length) :: names(namelist%group_count)
@@ -67,17 +69,17 @@ contains
       call table%expect_groups(names)
    end subroutine start
 
-   !> Put what the file gives into a table; what the file does not give, or what is a problem, stays as it is there.
+   !> Read the values of the file into a table; values that are not given, or have a problem, do not change.
    subroutine read_table(input, table, program)
       class(scene_input_t), intent(inout) :: input
-      !> Listed, with the defaults
+      !> Table with all names and their default values
       type(table_t), intent(inout) :: table
-      !> One of the `program_` constants, or a sum of them: groups of others are problems
+      !> One of the `program_` constants, or a sum of them: groups of other programs are problems
       integer, intent(in) :: program
 
-      !> For each entry its item in the file; 0: it is not given
+      !> Item of each entry in the file; 0: not given
       integer :: items(table%entry_count)
-      !> For each group of the table its place in the file
+      !> Index of each group of the table in the file; 0: not given
       integer :: places(table%group_count)
       integer :: i
 
@@ -102,13 +104,13 @@ contains
       call input%report_items(table, program, items)
    end subroutine read_table
 
-   !> The value of a name, if it may stand there.
+   !> Read the value of a name, if the name may be given in this scene.
    subroutine read_entry(input, table, place, item)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(inout) :: table
-      !> The entry; those that it needs have been read
+      !> Index of the entry; the entries in its condition have been read before
       integer, intent(in) :: place
-      !> Its item in the file
+      !> Item of the entry in the file
       integer, intent(in) :: item
 
       type(range_t) :: range
@@ -150,13 +152,13 @@ contains
       end associate
    end subroutine read_entry
 
-   !> Numbers; one that is none or is not allowed is a problem.
+   !> Read numbers; a value that is not a number in the range is a problem.
    subroutine read_numbers(input, item, range, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> What is allowed
+      !> Allowed range
       type(range_t), intent(in) :: range
-      !> Gets them
+      !> Entry that gets the values
       type(entry_t), intent(inout) :: entry
 
       real(wp), allocatable :: values(:)
@@ -165,8 +167,8 @@ contains
       integer :: i, whole, count
       logical :: is_legal
 
-      if (value_count(input%namelist, item) > int(longest_list, i8)) then
-         call input%reject(item, 0, 'takes at most '//to_text(longest_list)//' values, ' &
+      if (value_count(input%namelist, item) > int(max_list_size, i8)) then
+         call input%reject(item, 0, 'takes at most '//to_text(max_list_size)//' values, ' &
             //to_text(value_count(input%namelist, item))//' given')
          return
       end if
@@ -197,11 +199,11 @@ contains
       end if
    end subroutine read_numbers
 
-   !> Words as places in what may be chosen, none twice; one that is not there is a problem.
+   !> Read words as indices of the allowed words; an unknown or a repeated word is a problem.
    subroutine read_words(input, item, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> Gets them
+      !> Entry that gets the values
       type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: word
@@ -239,11 +241,11 @@ contains
       end if
    end subroutine read_words
 
-   !> A logical.
+   !> Read a logical value.
    subroutine read_switch(input, item, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> Gets it
+      !> Entry that gets the value
       type(entry_t), intent(inout) :: entry
 
       integer :: first
@@ -258,13 +260,13 @@ contains
       end if
    end subroutine read_switch
 
-   !> A text of one line, without blanks at its end.
+   !> Read a text of one line, without trailing blanks.
    subroutine read_line(input, item, longest, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> Most characters
+      !> Maximum number of characters
       integer, intent(in) :: longest
-      !> Gets it
+      !> Entry that gets the value
       type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: text
@@ -287,8 +289,9 @@ contains
       end if
    end subroutine read_line
 
-   !> Groups that the table does not have, that another program takes, and those given twice. Only the first counts,
-   !> and it stands behind no more good ones than there are names: the time grows with the text, not its square.
+   !> Report the first group that the table does not have, that belongs to another program, or that is given twice. The
+   !> loop ends at this group, so at most as many valid groups as there are names come before it, and the time grows
+   !> linearly with the length of the text.
    subroutine report_groups(input, table, program)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
@@ -296,12 +299,12 @@ contains
       integer, intent(in) :: program
 
       character(:), allocatable :: group, problem
-      integer :: i, first, place, takers
+      integer :: i, first, place, accepting_programs
 
-      ! where no program takes all groups, they contradict each other
-      takers = program_any
+      ! programs that accept all groups of the file; 0: no program accepts all of them
+      accepting_programs = program_any
       do i = 1, table%group_count
-         if (table%groups(i)%is_wanted) takers = iand(takers, table%groups(i)%programs)
+         if (table%groups(i)%is_wanted) accepting_programs = iand(accepting_programs, table%groups(i)%programs)
       end do
       do i = 1, input%namelist%group_count
          group = group_name(input%namelist, i)
@@ -309,8 +312,8 @@ contains
          place = table%find_group(group)
          if (place == 0) then
             problem = '&'//excerpt(group)//': unknown group; '//group_hint(table, program, group)
-         else if (takers > 0 .and. iand(table%groups(place)%programs, program) == 0) then
-            problem = '&'//group//': '//name_of_program(takers)//' runs this scene'
+         else if (accepting_programs > 0 .and. iand(table%groups(place)%programs, program) == 0) then
+            problem = '&'//group//': '//name_of_program(accepting_programs)//' runs this scene'
          else if (first < i .and. .not. table%groups(place)%repeats) then
             problem = '&'//group//': given twice, first in line '//to_text(input%namelist%groups(first)%line)
          else if (first < i .and. i == find_group(input%namelist, group, most_repeats + 1)) then
@@ -323,13 +326,13 @@ contains
       end do
    end subroutine report_groups
 
-   !> Names that the table does not have, and those given twice; again only the first counts.
+   !> Report the first name that the table does not have or that is given twice.
    subroutine report_items(input, table, program, items)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program
-      !> The items of the table's entries
+      !> Item of each entry of the table in the file; 0: not given
       integer, intent(in) :: items(:)
 
       character(:), allocatable :: group, name, problem
@@ -361,7 +364,7 @@ contains
       class(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of the groups of this name; absent: the first
+      !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
       logical :: has
 
@@ -372,12 +375,12 @@ contains
       if (place > 0) has = has .or. find_item(input%namelist, place, name) > 0
    end function has
 
-   !> Was it added to what the file gives?
+   !> Was a name added to those that the file gives?
    pure function is_added(input, group, name, occurrence) result(is)
       type(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of the groups of this name; absent: the first
+      !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
       logical :: is
 
@@ -389,28 +392,28 @@ contains
       if (is) is = any(input%added == group//' '//to_text(which)//' '//name)
    end function is_added
 
-   !> A name counts as given hereafter.
+   !> Add a name to those that count as given.
    pure subroutine add(input, group, name, occurrence)
       class(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Which of the groups of this name
+      !> Number of the group among several of this name
       integer, intent(in) :: occurrence
 
       if (.not. allocated(input%added)) allocate (input%added(0))
       input%added = [character(name_length) :: input%added, group//' '//to_text(occurrence)//' '//name]
    end subroutine add
 
-   !> Report a problem with a name, or with its group or the whole file where that is absent. Of several names for one
-   !> quantity the first that the file has is told.
+   !> Report a problem with a name; if the file does not give the name, with its group; if the file does not have the
+   !> group, with the whole file. Of several names for one quantity, the first in the file is named.
    subroutine complain(input, group, name, problem, occurrence)
       class(scene_input_t), intent(inout) :: input
-      !> The group, or nothing
+      !> Name of the group; empty: the whole file
       character(*), intent(in) :: group
-      !> The name, or several with blanks between them, or nothing
+      !> The name, or several names separated by blanks; empty: the group
       character(*), intent(in) :: name
       character(*), intent(in) :: problem
-      !> Which of the groups of this name; absent: the first
+      !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
 
       character(:), allocatable :: found
@@ -421,7 +424,7 @@ contains
       if (place == 0) return
       do item = input%namelist%groups(place)%first_item, input%namelist%groups(place)%last_item
          found = item_name(input%namelist, item)
-         ! of what was added the file has another value
+         ! the value of a name that was added is not the value in the file
          if (.not. is_among(found, name) .or. is_added(input, group, found, occurrence)) cycle
          call input%reject(item, 0, problem)
          return
@@ -429,7 +432,7 @@ contains
       call input%report(input%namelist%groups(place)%first, '&'//group//': '//problem)
    end subroutine complain
 
-   !> Is there a problem so far?
+   !> Has a problem been reported?
    pure function has_problem(input)
       class(scene_input_t), intent(in) :: input
       logical :: has_problem
@@ -437,10 +440,10 @@ contains
       has_problem = allocated(input%problem)
    end function has_problem
 
-   !> The first problem, on one line; unallocated: there is none. From then on there is none.
+   !> Get the first problem and reset the input to no problem.
    pure subroutine get_problem(input, problem)
       class(scene_input_t), intent(inout) :: input
-      !> What the user reads
+      !> Message of one line; unallocated: no problem
       character(:), allocatable, intent(out) :: problem
 
       if (.not. allocated(input%problem)) return
@@ -452,11 +455,11 @@ contains
       deallocate (input%problem)
    end subroutine get_problem
 
-   !> Report a problem with a value of an item, or with the item.
+   !> Report a problem with one value of an item, or with the whole item.
    subroutine reject(input, item, value, problem)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> The value; 0: the item as a whole
+      !> Index of the value; 0: the whole item
       integer, intent(in) :: value
       character(*), intent(in) :: problem
 
@@ -480,12 +483,12 @@ contains
       call input%report(position, subject//': '//problem)
    end subroutine reject
 
-   !> Keep a problem if it stands before the one kept so far.
+   !> Record a problem if it comes before the recorded one in the text.
    subroutine report(input, position, problem)
       class(scene_input_t), intent(inout) :: input
-      !> Where it stands in the text; 0: nowhere
+      !> Position in the text; 0: the whole file
       integer, intent(in) :: position
-      !> What is wrong, with the group and the name
+      !> Message with group and name
       character(*), intent(in) :: problem
 
       if (position >= input%problem_position) return

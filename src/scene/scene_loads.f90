@@ -1,4 +1,5 @@
-!> &force and &base, of which a file may have any number: their names, tables read, what does not go together.
+!> &force and &base: the names of the groups, reading of tables of loads, and checks. A file may have any number of each
+!> group.
 module scene_loads
    use kinds, only: wp
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
@@ -17,7 +18,7 @@ module scene_loads
    private
    public :: list_forces, list_bases, resolve_loads
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
    type(condition_t), parameter :: pulse = condition_t(name='kind', words='pulse')
    type(condition_t), parameter :: lasting = condition_t(name='kind', words='harmonic step table')
@@ -27,10 +28,10 @@ module scene_loads
 
 contains
 
-   !> Every &force.
+   !> List the names of all &force groups.
    subroutine list_forces(table, scene)
       class(table_t), intent(inout) :: table
-      !> Its forces
+      !> The scene; its forces are bound
       type(scene_t), intent(inout) :: scene
 
       type(force_settings_t), allocatable :: forces(:)
@@ -48,6 +49,7 @@ contains
       if (scene%has_forces) call move_alloc(forces, scene%forces)
    end subroutine list_forces
 
+   !> List the names of one &force.
    subroutine list_force(table, force)
       class(table_t), intent(inout) :: table
       type(force_settings_t), intent(inout) :: force
@@ -63,7 +65,7 @@ contains
       call table%bind(stretch, name_t('stretch', 'ends of the stretch under a line load, over length', &
          point_range, condition_t(without='position', phrase='a line load, not with position'), &
          default='none: give position or stretch', is_optional=.true.))
-      ! what has other than two ends is told by who checks it
+      ! `check_force` reports a list that does not have two values
       if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
       call table%bind(force%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
@@ -74,14 +76,14 @@ contains
       call list_course(table, force%course, first_parameter)
    end subroutine list_force
 
-   !> What courses of all loads have besides kind and amplitude.
+   !> List the names of a time function, except kind and amplitude.
    subroutine list_course(table, course, first)
       class(table_t), intent(inout) :: table
       type(time_course_t), intent(inout) :: course
-      !> Number of the first of its parameters
+      !> Number of the first parameter of the group for sweeps
       integer, intent(in) :: first
 
-      real(wp) :: degrees, before, last
+      real(wp) :: degrees, given_degrees, last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., is_in_motion=.true.)))
@@ -89,11 +91,11 @@ contains
          range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
       degrees = course%phase/degree
-      before = degrees
+      given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
          range_t(-360.0_wp, 360.0_wp), harmonic, sweep=sweep_t(first + 2, is_in_cases=.true.)))
-      ! else a phase that nothing changes keeps its last digit
-      if (abs(degrees - before) > 0.0_wp) course%phase = degrees*degree
+      ! an unchanged phase is not converted back, because rounding would change its last digit
+      if (abs(degrees - given_degrees) > 0.0_wp) course%phase = degrees*degree
       call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
       call table%keep(name_t('start_time', 'the same in time', physical_range, &
@@ -119,10 +121,10 @@ contains
          //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course
 
-   !> Every &base.
+   !> List the names of all &base groups.
    subroutine list_bases(table, scene)
       class(table_t), intent(inout) :: table
-      !> What moves its base
+      !> The scene; the motions of its base are bound
       type(scene_t), intent(inout) :: scene
 
       type(base_group_t), allocatable :: bases(:)
@@ -140,6 +142,7 @@ contains
       if (scene%has_bases) call move_alloc(bases, scene%bases)
    end subroutine list_bases
 
+   !> List the names of one &base.
    subroutine list_base(table, base)
       class(table_t), intent(inout) :: table
       type(base_group_t), intent(inout) :: base
@@ -162,12 +165,12 @@ contains
       call list_course(table, base%course, first_parameter)
    end subroutine list_base
 
-   !> Problems go into the input.
+   !> Check loads and start, and read tables of loads. Problems are reported to `input`.
    subroutine resolve_loads(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Ratios in; tables of loads out
+      !> In: ratios are resolved; out: with the tables of loads
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: folder
@@ -200,7 +203,7 @@ contains
       if (scene%has_start) call check_start(input, table, scene)
    end subroutine resolve_loads
 
-   !> What stands before the name of a file, the last stroke included.
+   !> The folder of a file, with a slash at its end; empty: the file name has no folder.
    pure function folder_of(file) result(folder)
       character(*), intent(in) :: file
       character(:), allocatable :: folder
@@ -208,11 +211,11 @@ contains
       folder = file(:index(file, '/', back=.true.))
    end function folder_of
 
-   !> Where a force acts, and how much of it.
+   !> Check that a force has points or a stretch, and an amplitude.
    subroutine check_force(input, table, which, force)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> Which &force
+      !> Number of the &force
       integer, intent(in) :: which
       type(force_settings_t), intent(in) :: force
 
@@ -235,11 +238,11 @@ contains
       end if
    end subroutine check_force
 
-   !> A base that moves.
+   !> Check a motion of the base.
    subroutine check_base(input, table, which, base)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> Which &base
+      !> Number of the &base
       integer, intent(in) :: which
       type(base_settings_t), intent(in) :: base
 
@@ -255,7 +258,7 @@ contains
          call input%complain('base', 'kind', "must be 'harmonic' or 'table' of a displacement, which does not jump", &
             which)
       end if
-      ! its velocity would jump
+      ! a harmonic displacement that begins later would have a jump of the velocity
       if (base%course%kind == course_harmonic .and. base%course%start > 0.0_wp) then
          call input%complain('base', 'start start_time', 'does not go with a harmonic displacement, which goes on ' &
             //'from tau = 0', which)
@@ -265,16 +268,16 @@ contains
       end if
    end subroutine check_base
 
-   !> Instants and table of a load.
+   !> Check the instants of a load, and read its table if it has one.
    subroutine resolve_course(input, table, group, which, omega1, folder, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> &force or &base
+      !> 'force' or 'base', and the number of the group
       character(*), intent(in) :: group
       integer, intent(in) :: which
-      !> Reference frequency, rad per unit of time
+      !> Reference circular frequency, rad per unit of time
       real(wp), intent(in) :: omega1
-      !> That of the scene's file, with a stroke at its end; empty: where the program was started
+      !> Folder of the scene file, with a slash at its end; empty: the working directory of the program
       character(*), intent(in) :: folder
       type(time_course_t), intent(inout) :: course
 
@@ -287,7 +290,7 @@ contains
       call check_table(input, group, which, course)
    end subroutine resolve_course
 
-   !> The times and values of a table from its file, if it has one.
+   !> Read the times and values of a table from its file, if the file is given.
    subroutine fetch_table(input, table, group, which, folder, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
@@ -313,7 +316,7 @@ contains
       if (allocated(problem)) call input%complain(group, 'table', problem, which)
    end subroutine fetch_table
 
-   !> What a table without a file lacks.
+   !> Names that are missing in a table without a file, for messages.
    pure function missing(course) result(names)
       type(time_course_t), intent(in) :: course
       character(:), allocatable :: names
@@ -327,12 +330,12 @@ contains
       end if
    end function missing
 
-   !> Two points or more, ascending as far as rounding can tell.
+   !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
    subroutine check_table(input, group, which, course)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: which
-      !> tau, and values as the file has them
+      !> Time function with the times in tau, and the values as in the file
       type(time_course_t), intent(in) :: course
 
       real(wp), parameter :: rounding = 16.0_wp*epsilon(1.0_wp)

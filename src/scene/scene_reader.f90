@@ -1,4 +1,5 @@
-!> A scene file read, checked and made dimensionless; what is said of a scene that was read, and what is changed in it.
+!> Reading of a scene file: its scene is checked and made dimensionless. Also messages about a scene that was read, and
+!> changes of its parameters.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -20,15 +21,16 @@ module scene_reader
    private
    public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
 
-   !> What a file gives, before it is a scene.
+   !> The contents of a scene file before the scene is resolved.
    type :: draft_t
       type(scene_input_t) :: input
       type(table_t) :: table
-      !> Of cases: the scene, not resolved; unallocated: it is not read yet
+      !> For several cases: the scene before it is resolved; unallocated: the file has not been read yet
       type(scene_t), allocatable :: scene
-      !> Entries of the parameters, which count as given, 0: it goes by itself; and those in units whose ratios change
+      !> Indices of the entries of the parameters, which count as given, 0: `set_parameter` sets the parameter; and
+      !> indices of the entries in units whose ratios depend on the parameters
       integer, allocatable :: places(:), affected(:)
-      !> The unit of displacement changes
+      !> The unit of displacement depends on the parameters
       logical :: moves_displacement = .false.
    end type draft_t
 
@@ -37,11 +39,11 @@ contains
    !> Read a scene from a file.
    subroutine read_scene(file, scene, error, program)
       character(*), intent(in) :: file
-      !> What it asks for
+      !> The resolved scene
       type(scene_t), intent(out) :: scene
-      !> What is wrong with it, on one line; unallocated: nothing
+      !> The first problem, a message of one line; unallocated: no problem
       type(failure_t), allocatable, intent(out) :: error
-      !> The program that reads it, one of the `program_` constants; absent: any
+      !> The program that reads the scene, one of the `program_` constants; absent: any
       integer, intent(in), optional :: program
 
       character(:), allocatable :: text, problem
@@ -57,13 +59,13 @@ contains
    !> Read a scene from a text.
    subroutine parse_scene(text, file, scene, error, program)
       character(*), intent(in) :: text
-      !> Name of the file that it came from, for messages and as the name of the scene
+      !> Name of the file of the text, for messages and as the name of the scene
       character(*), intent(in) :: file
-      !> What it asks for
+      !> The resolved scene
       type(scene_t), intent(out) :: scene
-      !> What is wrong with it, on one line; unallocated: nothing
+      !> The first problem, a message of one line; unallocated: no problem
       type(failure_t), allocatable, intent(out) :: error
-      !> The program that reads it, one of the `program_` constants; absent: any
+      !> The program that reads the scene, one of the `program_` constants; absent: any
       integer, intent(in), optional :: program
 
       type(draft_t) :: draft
@@ -83,16 +85,16 @@ contains
       if (allocated(problem)) call fail(error, status_bad_input, problem)
    end subroutine parse_scene
 
-   !> A scene as it stands in a text.
+   !> Read the values of a scene from a text, without resolving the scene.
    subroutine read_draft(text, file, program, draft, scene, problem)
       character(*), intent(in) :: text
       character(*), intent(in) :: file
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program
       type(draft_t), intent(out) :: draft
-      !> Not resolved
+      !> The scene, not resolved
       type(scene_t), intent(inout) :: scene
-      !> The text is none of groups and names
+      !> Syntax error of the text; unallocated: none
       character(:), allocatable, intent(out) :: problem
 
       type(namelist_t) :: namelist
@@ -113,14 +115,14 @@ contains
       call list_scene(draft%table, scene)
    end subroutine read_draft
 
-   !> A problem of a scene that was read without one, told where it stands in the file.
+   !> Report a problem that was found after a scene was read, with its position in the scene file.
    subroutine complain_of_scene(scene, group, name, problem, error)
       type(scene_t), intent(in) :: scene
       character(*), intent(in) :: group
-      !> The name, or several for one quantity with blanks between them
+      !> The name, or several names for one quantity, separated by blanks
       character(*), intent(in) :: name
       character(*), intent(in) :: problem
-      !> The problem with file, line, group, name and value
+      !> Message with file, line, group, name and value
       type(failure_t), allocatable, intent(inout) :: error
 
       type(scene_input_t) :: input
@@ -135,36 +137,37 @@ contains
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
 
-   !> Give a scene that has been read other values of parameters.
+   !> Change the values of parameters in a scene that has been read.
    subroutine set_parameters(scene, parameters, values, problem, draft)
       type(scene_t), intent(inout) :: scene
-      !> All that have other values than in the file
+      !> All parameters whose values differ from those in the file
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
-      !> Why these values cannot be; unallocated: they can
+      !> Why the values are not allowed; unallocated: they are allowed
       character(:), allocatable, intent(out) :: problem
-      !> Kept from case to case with the same scene and parameters it saves reading the file again
+      !> Contents of the scene file, stored between calls with the same scene and parameters so that the file is read
+      !> only once
       type(draft_t), intent(inout), optional :: draft
 
-      ! large, and threads have small stacks
-      type(draft_t), allocatable :: own
-      logical :: goes_by_file
+      ! allocated, because the type is large and stacks of threads are small
+      type(draft_t), allocatable :: local_draft
+      logical :: uses_file
       integer :: k
 
-      goes_by_file = any(parameters%quantity /= '') .or. scene%has_misfits
-      if (goes_by_file .and. present(draft)) then
+      uses_file = any(parameters%quantity /= '') .or. scene%has_misfits
+      if (uses_file .and. present(draft)) then
          call set_by_file(scene, parameters, values, draft, problem)
-      else if (goes_by_file) then
-         allocate (own)
-         call set_by_file(scene, parameters, values, own, problem)
+      else if (uses_file) then
+         allocate (local_draft)
+         call set_by_file(scene, parameters, values, local_draft, problem)
       end if
       if (allocated(problem)) return
       do k = 1, size(parameters)
-         if (keeps_others(parameters(k)) .or. .not. goes_by_file) call set_parameter(scene, parameters(k), values(k))
+         if (is_taper(parameters(k)) .or. .not. uses_file) call set_parameter(scene, parameters(k), values(k))
       end do
    end subroutine set_parameters
 
-   !> Give a scene that has been read another value of a ratio or a number.
+   !> Change the value of one dimensionless parameter in a scene that has been read.
    subroutine set_parameter(scene, parameter, value)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameter
@@ -177,26 +180,26 @@ contains
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
 
-   !> Give a scene the values as if they stood in its file: one in units may change the ratios of others. The first
-   !> time, and each time where some may not fit the others, it is resolved anew.
+   !> Change the values of parameters as if they were given in the scene file: a value in units can change the ratios of
+   !> other quantities. The scene is resolved anew in the first call, and in each call if values may be inconsistent.
    subroutine set_by_file(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
-      !> Of the scene's file, or nothing
+      !> Contents of the scene file; empty in the first call
       type(draft_t), intent(inout) :: draft
       character(:), allocatable, intent(out) :: problem
 
       type(scene_t) :: made
-      logical :: is_anew
+      logical :: resolves_anew
       integer :: k
 
-      is_anew = scene%has_misfits .or. .not. allocated(draft%scene)
+      resolves_anew = scene%has_misfits .or. .not. allocated(draft%scene)
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
       do k = 1, size(parameters)
          if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])
       end do
-      if (is_anew) then
+      if (resolves_anew) then
          made = draft%scene
          call give_changes(draft%table, made)
          call resolve_scene(draft%input, draft%table, program_any, made)
@@ -206,12 +209,12 @@ contains
       end if
       call draft%input%get_problem(problem)
       if (allocated(problem)) then
-         ! its line says nothing of a value that stands elsewhere
+         ! the number of the line is removed from the message, because the value is not in this line of the file
          problem = problem(len(scene%file) + 2:)
          k = 0
          if (problem(1:1) /= ' ') k = index(problem, ':')
          problem = problem(k + 2:)
-      else if (is_anew) then
+      else if (resolves_anew) then
          made%title = scene%title
          made%output = scene%output
          made%wants_sweep = scene%wants_sweep
@@ -222,15 +225,16 @@ contains
       end if
    end subroutine set_by_file
 
-   !> A taper is set with the mean height kept, whatever the file gives of the section.
-   pure function keeps_others(parameter) result(keeps)
+   !> Is the parameter the taper? Its change does not alter the mean height, whatever the file gives for the section, so
+   !> it is set directly and not as if it were in the file.
+   pure function is_taper(parameter) result(answer)
       type(parameter_t), intent(in) :: parameter
-      logical :: keeps
+      logical :: answer
 
-      keeps = parameter%name == 'taper'
-   end function keeps_others
+      answer = parameter%name == 'taper'
+   end function is_taper
 
-   !> Read a scene's file, in which the parameters count as given.
+   !> Read a scene file in which the parameters count as given.
    subroutine read_for_cases(scene, parameters, draft, problem)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
@@ -248,7 +252,7 @@ contains
       allocate (draft%places(size(parameters)), source=0)
       associate (table => draft%table)
          do k = 1, size(parameters)
-            if (keeps_others(parameters(k))) cycle
+            if (is_taper(parameters(k))) cycle
             associate (parameter => parameters(k))
                call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
                draft%places(k) = table%find(table%find_group(parameter%group, parameter%occurrence), &
@@ -259,18 +263,19 @@ contains
          all = places_in_units(table)
          associate (entries => table%entries, places => pack(draft%places, draft%places > 0))
             draft%moves_displacement = any(needs_displacement(entries(places)))
-            ! within a group ratios may be to each other
+            ! ratios can refer to another quantity of the same group
             draft%affected = pack(all, [(any(entries(places)%group == entries(all(k))%group), k=1, size(all))] .or. &
                (draft%moves_displacement .and. needs_displacement(entries(all))))
          end associate
       end associate
    end subroutine read_for_cases
 
-   !> The least and the greatest values of a sweep or of cases make scenes. Problems of quantities in units, and of
-   !> cases, go into the input; those of a sweep's ratios are told of each case that has them.
+   !> Check that the minimum and maximum values of a sweep or of cases give valid scenes. Problems with quantities in
+   !> units and with &cases are reported to `input`; problems with dimensionless values of a sweep are reported for each
+   !> case in which they occur.
    subroutine check_extremes(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Resolved
+      !> Resolved scene
       type(scene_t), intent(inout) :: scene
 
       type(parameter_t), allocatable :: parameters(:)
@@ -308,17 +313,17 @@ contains
       end if
    end subroutine check_extremes
 
-   !> What is wrong with the first scene that does not fit, of all with the least or greatest value of each parameter.
+   !> Resolve the scenes with the minimum or maximum value of each parameter, and find the first problem.
    subroutine try_corners(scene, parameters, ends, problem)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
-      !> Least and greatest value, [2, parameters]
+      !> Minimum and maximum value, [2, parameters]
       real(wp), intent(in) :: ends(:, :)
-      !> Unallocated: they all fit
+      !> Message with the values; unallocated: no problem
       character(:), allocatable, intent(out) :: problem
 
-      ! of more, some corners are left out
-      integer, parameter :: most_checked = 6
+      ! with more parameters than this, only some of the combinations are checked
+      integer, parameter :: max_checked = 6
       type(draft_t), allocatable :: draft
       type(scene_t) :: one
       character(:), allocatable :: given
@@ -327,10 +332,10 @@ contains
 
       if (size(parameters) == 0) return
       allocate (draft)
-      do corner = 0, 2**min(size(parameters), most_checked) - 1
+      do corner = 0, 2**min(size(parameters), max_checked) - 1
          given = ''
          do k = 1, size(parameters)
-            values(k) = ends(1 + ibits(corner, modulo(k - 1, most_checked), 1), k)
+            values(k) = ends(1 + ibits(corner, modulo(k - 1, max_checked), 1), k)
             given = given//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
          end do
          one = scene
@@ -342,7 +347,7 @@ contains
       end do
    end subroutine try_corners
 
-   !> Name of a file without folders and ending.
+   !> Name of a file without folders and extension.
    pure function name_of_file(file) result(name)
       character(*), intent(in) :: file
       character(:), allocatable :: name

@@ -1,5 +1,5 @@
-!> The names of a scene for others: with the values that they came to, for result files; all that a file may have, for
-!> the user to read.
+!> Lists of the names of scene files: the names of a scene with their resolved values, for results files, and all names
+!> with their descriptions, for users.
 module scene_reference
    use kinds, only: wp
    use name_hints, only: group_hint, phrase_of
@@ -19,27 +19,27 @@ module scene_reference
    character(*), parameter :: names_of_scales(6) = [character(17) :: &
       'length', 'omega1', 'bending_stiffness', 'beam_mass', 'height_ratio', 'displacement']
 
-   !> One name, and all that is said about it.
+   !> Description of one name.
    type :: reference_t
       character(:), allocatable :: group
       character(:), allocatable :: name
-      !> What it is, with its unit, and what it goes with
+      !> Meaning, with the unit and the condition under which the name applies
       character(:), allocatable :: meaning
-      !> Values that are allowed
+      !> Allowed values, in words
       character(:), allocatable :: allowed
       character(:), allocatable :: default
-      !> It gives a sweep values of a parameter, as each of many names does
+      !> The name is one of the many in &sweep that give the values of a parameter
       logical :: is_swept = .false.
    end type reference_t
 
 contains
 
-   !> Put what counts in a scene into its echo: ratios instead of physical units, defaults filled in, without the
-   !> groups that it does not ask for.
+   !> Make the echo of a scene: all names that apply in the scene, with ratios instead of values in units and with
+   !> default values, without groups that the scene does not have.
    subroutine make_echo(table, scene)
-      !> Its names; their values need not be its own
+      !> Names of the scene; their values are replaced by those of the scene
       type(table_t), intent(inout) :: table
-      !> Resolved
+      !> Resolved scene
       type(scene_t), intent(inout) :: scene
 
       logical :: is_echoed(table%entry_count)
@@ -73,7 +73,7 @@ contains
       end associate
    end subroutine make_echo
 
-   !> One name and its value.
+   !> Make the echo of one name and its value.
    subroutine echo_entry(table, entry, echo)
       type(table_t), intent(in) :: table
       type(entry_t), intent(in) :: entry
@@ -96,7 +96,7 @@ contains
       end select
    end subroutine echo_entry
 
-   !> A text, a logical, a word, or words with commas between them.
+   !> The value of an entry in words: a text, a logical, a word, or words separated by commas.
    pure function words_of(entry) result(text)
       type(entry_t), intent(in) :: entry
       character(:), allocatable :: text
@@ -117,9 +117,9 @@ contains
       end if
    end function words_of
 
-   !> What turns ratios into the user's units; no file gives it.
+   !> Make the echo of the scales that convert ratios to the user's units; they are computed, not read.
    pure subroutine echo_scales(values, echo)
-      !> In the order of `names_of_scales`
+      !> Values in the order of `names_of_scales`
       real(wp), intent(in) :: values(:)
       type(echo_t), intent(inout) :: echo(:)
 
@@ -132,10 +132,10 @@ contains
       end do
    end subroutine echo_scales
 
-   !> The names, group by group.
+   !> Describe all names, group by group.
    subroutine list_names(names, program)
       type(reference_t), allocatable, intent(out) :: names(:)
-      !> Whose groups, a `program_` constant or a sum of them; absent: all
+      !> Programs whose groups are described, a `program_` constant or a sum of them; absent: all
       integer, intent(in), optional :: program
 
       type(table_t) :: table
@@ -179,7 +179,7 @@ contains
       names = names(:count)
    end subroutine list_names
 
-   !> What a value may be, in words.
+   !> The allowed values of an entry, in words.
    pure function allowed_in(entry) result(text)
       type(entry_t), intent(in) :: entry
       character(:), allocatable :: text
@@ -200,7 +200,7 @@ contains
       end select
    end function allowed_in
 
-   !> The value where the file gives none, in words.
+   !> The default value of an entry, in words.
    pure function default_of(entry) result(text)
       type(entry_t), intent(in) :: entry
       character(:), allocatable :: text
@@ -218,11 +218,11 @@ contains
       end if
    end function default_of
 
-   !> What a user who asks for an unknown group may have meant.
+   !> The hint for an unknown group: the group nearest to it, or all groups.
    function hint_for_group(program, group) result(hint)
       !> One of the `program_` constants
       integer, intent(in) :: program
-      !> What the user wrote
+      !> Word that the user wrote
       character(*), intent(in) :: group
       character(:), allocatable :: hint
 

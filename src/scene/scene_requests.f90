@@ -1,5 +1,5 @@
-!> What is asked of a response besides its histories: the names of &statistics, &poincare, &orbit and
-!> &frequency_response, checked and completed, and the period of the loads by which they go.
+!> Requests for further results of a response: the names of &statistics, &poincare, &orbit and &frequency_response,
+!> their checks and completion, and the period of the loads that they use.
 module scene_requests
    use kinds, only: wp
    use load_periods, only: is_steady, period_of
@@ -18,13 +18,13 @@ module scene_requests
    private
    public :: request_names, list_request, resolve_requests, resolve_statistics, set_period
 
-   !> The groups, each of which needs a response, in the order of the reference and the echo.
+   !> Names of the groups, each of which requires &response, in the order of the reference and the echo.
    character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'poincare', 'orbit', &
       'frequency_response']
 
 contains
 
-   !> The names of one group.
+   !> List the names of one group.
    subroutine list_request(group, table, scene)
       !> One of `request_names`
       character(*), intent(in) :: group
@@ -47,11 +47,12 @@ contains
       end select
    end subroutine list_request
 
-   !> Check and complete what is asked; problems go into the input. Statistics come later: they need the duration.
+   !> Check and complete the requests, except statistics, which are resolved later because they depend on the duration.
+   !> Problems are reported to `input`.
    subroutine resolve_requests(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> Its loads resolved in
+      !> Scene with resolved loads
       type(scene_t), intent(inout) :: scene
 
       if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
@@ -59,6 +60,7 @@ contains
       if (scene%wants_frequency_response .and. .not. input%has_problem()) call resolve_frequency_response(input, scene)
    end subroutine resolve_requests
 
+   !> List the names of &statistics.
    subroutine list_statistics(table, statistics)
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
@@ -88,10 +90,10 @@ contains
       call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
    end subroutine list_statistics
 
-   !> What goes together; problems go into the input.
+   !> Check that the interval of &statistics is within the run. Problems are reported to `input`.
    subroutine resolve_statistics(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its duration in
+      !> Scene with known duration
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'statistics'
@@ -110,19 +112,20 @@ contains
       end associate
    end subroutine resolve_statistics
 
+   !> List the names of &poincare.
    subroutine list_poincare(table, poincare)
       class(table_t), intent(inout) :: table
       type(poincare_settings_t), intent(inout) :: poincare
 
       type(condition_t), parameter :: exact = condition_t(group='response', name='method', words='exact')
-      real(wp) :: degrees, before
+      real(wp) :: degrees, given_degrees
 
       degrees = 360.0_wp*poincare%phase
-      before = degrees
+      given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'where in the period of the load, degrees from tau = 0', &
          range_t(0.0_wp, 360.0_wp)))
-      ! else a phase that nothing changes keeps its last digit
-      if (abs(degrees - before) > 0.0_wp) poincare%phase = degrees/360.0_wp
+      ! an unchanged phase is not converted back, because rounding would change its last digit
+      if (abs(degrees - given_degrees) > 0.0_wp) poincare%phase = degrees/360.0_wp
       call table%bind(poincare%skip, name_t('skip', 'sections that are passed over', range_t(0, 10000000)))
       call table%bind(poincare%keep, name_t('keep', 'sections after them that are kept; without a duration ' &
          //'the run ends with the period of the last', range_t(1, 100000)))
@@ -137,12 +140,12 @@ contains
       call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_poincare
 
-   !> A period, and sections within the run; problems go into the input.
+   !> Find the period of the loads, and check that there are sections within the run. Problems are reported to `input`.
    subroutine resolve_poincare(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Its loads resolved in; the duration out, where it follows
+      !> In: loads are resolved; out: with the duration if it follows from the number of sections
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'poincare'
@@ -165,23 +168,24 @@ contains
          if (poincare%period <= 0.0_wp) then
             call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &
                //'slowest: give load, the one whose period counts')
-         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_part(poincare))) then
+         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_fraction(poincare))) then
             call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
                //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
          end if
       end associate
    end subroutine resolve_poincare
 
-   !> When in its period the first section is: at tau = 0 there is none.
-   pure function first_part(poincare) result(part)
+   !> Phase of the first section as a fraction of the period, above 0 to 1, because there is no section at tau = 0.
+   pure function first_fraction(poincare) result(fraction)
       type(poincare_settings_t), intent(in) :: poincare
-      real(wp) :: part
+      real(wp) :: fraction
 
-      part = modulo(poincare%phase, 1.0_wp)
-      if (part <= 0.0_wp) part = 1.0_wp
-   end function first_part
+      fraction = modulo(poincare%phase, 1.0_wp)
+      if (fraction <= 0.0_wp) fraction = 1.0_wp
+   end function first_fraction
 
-   !> The period of a scene's loads, and the duration that follows from it; Newmark's steps then divide it evenly.
+   !> Find the period of a scene's loads, and the duration if it follows from the number of sections. Newmark's step, or
+   !> a step longer than the period, is then changed so that the period is a whole number of steps.
    pure subroutine set_period(scene, poincare, response)
       type(scene_t), intent(in) :: scene
       type(poincare_settings_t), intent(inout) :: poincare
@@ -194,7 +198,7 @@ contains
       response%step = poincare%period/anint(max(1.0_wp, poincare%period/response%step + 0.4999_wp))
    end subroutine set_period
 
-   !> Of all its harmonic loads, &force before &base.
+   !> Frequencies of all harmonic loads over omega1, &force before &base.
    pure function harmonic_frequencies(scene) result(frequencies)
       type(scene_t), intent(in) :: scene
       real(wp), allocatable :: frequencies(:)
@@ -202,12 +206,13 @@ contains
       allocate (frequencies(0))
       if (scene%has_forces) frequencies = pack(scene%forces%course%frequency, &
          scene%forces%course%kind == course_harmonic)
-      ! a &base of gravity alone does not swing
+      ! a &base with gravity alone does not oscillate
       if (scene%has_bases) frequencies = [frequencies, pack(scene%bases%course%frequency, &
          scene%bases%course%kind == course_harmonic .and. .not. (scene%bases%gravity_ratio > 0.0_wp .and. &
          abs(scene%bases%course%amplitude) <= 0.0_wp))]
    end function harmonic_frequencies
 
+   !> List the names of &orbit.
    subroutine list_orbit(table, orbit)
       class(table_t), intent(inout) :: table
       type(orbit_settings_t), intent(inout) :: orbit
@@ -239,10 +244,10 @@ contains
          range_t(0, 6), needs=varied))
    end subroutine list_orbit
 
-   !> Loads that go on for ever, with a period; problems go into the input.
+   !> Check &orbit: it requires loads without end that have a common period. Problems are reported to `input`.
    subroutine resolve_orbit(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its loads resolved in
+      !> Scene with resolved loads
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'orbit'
@@ -279,7 +284,7 @@ contains
       end associate
    end subroutine resolve_orbit
 
-   !> Is the amplitude of a harmonic load zero?
+   !> Is the amplitude of a harmonic load, &force before &base, zero?
    pure function vanishes(scene, load) result(answer)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: load
@@ -295,6 +300,7 @@ contains
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
    end function vanishes
 
+   !> List the names of &frequency_response.
    subroutine list_frequency_response(table, response)
       class(table_t), intent(inout) :: table
       type(frequency_response_settings_t), intent(inout) :: response
@@ -308,7 +314,8 @@ contains
       call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
    end subroutine list_frequency_response
 
-   !> A range, and what shakes the beam; problems go into the input.
+   !> Check &frequency_response: it requires a range of frequencies and harmonic loads. Problems are reported to
+   !> `input`.
    subroutine resolve_frequency_response(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene

@@ -1,5 +1,5 @@
-!> From what a file gives to a scene: the groups checked against each other, defaults that depend on
-!> other values filled in, quantities in the user's units made ratios.
+!> Resolution of a scene that has been read: groups are checked against each other, default values that depend on other
+!> values are set, and quantities in the user's units are converted to ratios.
 module scene_resolve
    use kinds, only: lambda1, wp
    use name_table, only: table_t
@@ -29,35 +29,39 @@ module scene_resolve
    private
    public :: resolve_scene, resolve_units, trouble_with_damping
 
-   !> What the name of a scene begins with, and what it is made of.
+   !> Characters with which the name of a scene may begin, and all characters that it may have.
    character(*), parameter :: letters_and_digits = &
       'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
    character(*), parameter :: name_characters = letters_and_digits//'._-'
 
-   !> Most bytes of a file's name that can name results: with what is hung to it it stays below 255.
-   integer, parameter :: longest_stem = 200
+   !> Maximum length in bytes of the name of a scene file from which results can be named; with the suffixes that are
+   !> appended, the name remains below 255 bytes.
+   integer, parameter :: max_stem_length = 200
 
-   !> `largest_spread` in a table of frequencies alone, whose solvers work with lengths and distances to the tip.
-   real(wp), parameter :: largest_spread_table = 1.0e30_wp
-   !> Most elements for a solver with full matrices.
-   integer, parameter :: most_elements_full = 5000
-   !> Most elements for which `natural` is the default, 0.03 s; beyond that it is `auto`.
-   integer, parameter :: most_elements_natural = 100
-   !> Most elements for damping of single modes by Newmark's method, which takes all modes and full matrices, one for
-   !> each length of the step: with so many 10 s before the first step, and 0.2 GB. Time grows with the third power.
-   integer, parameter :: most_elements_damped = 500
+   !> Maximum ratio of element lengths for a table of frequencies alone; the limit is larger than `largest_spread`
+   !> because the solvers use lengths of elements and distances to the tip instead of positions.
+   real(wp), parameter :: largest_spread_in_table = 1.0e30_wp
+   !> Maximum number of elements for a solver with full matrices.
+   integer, parameter :: max_elements_full = 5000
+   !> Maximum number of elements for which `natural` is the default solver, 0.03 s; with more elements the default is
+   !> `auto`.
+   integer, parameter :: max_elements_natural = 100
+   !> Maximum number of elements for damping ratios of single modes with Newmark's method, which requires all modes and
+   !> one full matrix for each length of the step: 10 s before the first step and 0.2 GB at this number. The time grows
+   !> with its third power.
+   integer, parameter :: max_elements_damped = 500
 
 contains
 
-   !> Check and complete a scene; problems go into the input, and the scene is then not meant to be used.
+   !> Check and complete a scene. Problems are reported to `input`; the scene is then incomplete.
    subroutine resolve_scene(input, table, program, scene)
-      !> The file, for what it has and for its problems
+      !> The parsed file, which also records problems
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read; ratios of what is in units out
+      !> In: names with the values of the file; out: with the ratios of quantities in units
       type(table_t), intent(inout) :: table
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program
-      !> Read values in; resolved out
+      !> In: values as read; out: resolved
       type(scene_t), intent(inout) :: scene
 
       call check_name(input, scene%name)
@@ -73,7 +77,7 @@ contains
       if (input%has_problem()) return
       if (allocated(scene%mesh%nodes)) call resolve_nodes(input, scene)
       if (input%has_problem()) return
-      ! The mesh serves the frequencies too: a problem is told where it stands
+      ! the table of frequencies uses this mesh too; the check comes first so that a problem is reported in &mesh
       call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
       call resolve_mesh(input, scene)
@@ -102,15 +106,15 @@ contains
       call check_output(input, scene)
    end subroutine resolve_scene
 
-   !> A scene gets the ratios of what is given in units, and what else has changed in its table. Problems go into the
-   !> input, and the scene then stays as it is.
+   !> Convert quantities in units to ratios, and copy all changed values of the table into the scene. Problems are
+   !> reported to `input`; the scene then does not change.
    subroutine resolve_units(input, table, places, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read; ratios out
+      !> In: names with their values; out: with the ratios
       type(table_t), intent(inout) :: table
-      !> Of entries in units, ascending
+      !> Indices of entries in units, ascending
       integer, intent(in) :: places(:)
-      !> Its scales in
+      !> Scene with known scales
       type(scene_t), intent(inout) :: scene
 
       integer :: k
@@ -121,7 +125,7 @@ contains
       if (.not. input%has_problem()) call give_changes(table, scene)
    end subroutine resolve_units
 
-   !> The scene's name, which is that of its results.
+   !> Check the name of the scene, which is also the name of its results file.
    subroutine check_name(input, name)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: name
@@ -129,7 +133,7 @@ contains
       if (.not. input%has('scene', 'name')) then
          if (.not. can_name_a_file(name)) call input%complain('', '', &
             'the results cannot have the name of the file, '//excerpt(name)//'; that must be 1 to ' &
-            //to_text(longest_stem)//' bytes before the ending, UTF-8 without control characters, beginning with ' &
+            //to_text(max_stem_length)//' bytes before the ending, UTF-8 without control characters, beginning with ' &
             //'neither . nor - nor a blank; give &scene name')
       else if (verify(name, name_characters) > 0 .or. verify(name(1:1), letters_and_digits) > 0) then
          call input%complain('scene', 'name', &
@@ -137,10 +141,10 @@ contains
       end if
    end subroutine check_name
 
-   !> A mesh whose nodes are given.
+   !> Check the nodes of a mesh, if they are given.
    subroutine resolve_nodes(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its length in; the number of its elements out
+      !> In: with the length of the beam; out: with the number of elements
       type(scene_t), intent(inout) :: scene
 
       call check_stations(input, 'mesh', 'nodes', scene%beam%length, scene%mesh%nodes)
@@ -153,7 +157,7 @@ contains
       end if
    end subroutine resolve_nodes
 
-   !> A mesh that is to be found.
+   !> Check the requests for a mesh within a tolerance and for error estimates.
    subroutine resolve_mesh(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene
@@ -168,7 +172,7 @@ contains
       end if
    end subroutine resolve_mesh
 
-   !> A scene asks for something, and for what the program does.
+   !> Check that the scene requests results, and results that this program computes.
    subroutine check_requests(input, program, scene)
       type(scene_input_t), intent(inout) :: input
       !> One of the `program_` constants, or a sum of them
@@ -184,21 +188,21 @@ contains
       end if
    end subroutine check_requests
 
-   !> Can the name of a scene file without its ending name its results, as it stands? Made to fit, two names could
-   !> become one.
+   !> Can the name of a scene file, without extension, be the unchanged name of its results? Names are not altered,
+   !> because two different names could become equal.
    pure function can_name_a_file(name) result(answer)
       character(*), intent(in) :: name
       logical :: answer
 
-      answer = len(name) >= 1 .and. len(name) <= longest_stem
+      answer = len(name) >= 1 .and. len(name) <= max_stem_length
       if (answer) answer = scan(name(1:1), '.- ') == 0 .and. len_trim(name) == len(name) .and. character_count(name) > 0
    end function can_name_a_file
 
-   !> Scales of the uniform beam of mean section.
+   !> Find the scales, which are those of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)
       type(scene_input_t), intent(inout) :: input
       type(beam_settings_t), intent(in) :: beam
-      !> Its scales, but for that of displacements
+      !> All scales except that of displacements
       type(scales_t), intent(inout) :: scales
 
       type(range_t), parameter :: height_ratio_range = range_t(1.0e-9_wp, 1.0_wp)
@@ -221,11 +225,11 @@ contains
       end if
    end subroutine find_scales
 
-   !> The run, and what is asked of it.
+   !> Check and complete the settings of the run and the requests for further results.
    subroutine resolve_motion(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> Its loads resolved in
+      !> Scene with resolved loads
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: problem
@@ -238,7 +242,8 @@ contains
       if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
    end subroutine resolve_motion
 
-   !> Why Newmark's method cannot damp single modes on the mesh of a scene; empty: it can.
+   !> Why damping ratios of single modes are not possible with Newmark's method on the mesh of a scene; empty: they are
+   !> possible.
    pure function trouble_with_damping(scene) result(problem)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: problem
@@ -248,14 +253,14 @@ contains
       problem = ''
       elements = scene%mesh%elements
       if (scene%mesh%estimate) elements = 4*elements
-      if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= most_elements_damped) return
+      if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= max_elements_damped) return
       if (scene%response%method == method_exact .or. scene%mesh%tolerance > 0.0_wp) return
       problem = "with method = 'newmark' damping of single modes needs full matrices, for at most "// &
-         to_text(most_elements_damped)//' elements, not for '//to_text(elements)// &
+         to_text(max_elements_damped)//' elements, not for '//to_text(elements)// &
          ": take method = 'exact', or damping by "//'zeta and zeta_mass, or fewer elements'
    end function trouble_with_damping
 
-   !> &response
+   !> Check &response.
    subroutine check_response(input, response)
       type(scene_input_t), intent(inout) :: input
       type(response_settings_t), intent(inout) :: response
@@ -269,7 +274,7 @@ contains
          call input%complain('response', 'modes', 'is a number that is given; it does not go with accuracy, ' &
             //'mode_tolerance or keep_all_modes')
       end if
-      ! no tolerance at all
+      ! a tolerance of 0 was given: no truncation is allowed
       if (input%has('response', 'mode_tolerance') .and. .not. response%mode_tolerance < huge(1.0_wp)) then
          response%keep_all_modes = .true.
       end if
@@ -284,7 +289,7 @@ contains
       end subroutine refuse
    end subroutine check_response
 
-   !> The samples of a run whose duration is known.
+   !> Check the number of samples of a run with known duration.
    subroutine check_samples(input, response)
       type(scene_input_t), intent(inout) :: input
       type(response_settings_t), intent(in) :: response
@@ -299,10 +304,10 @@ contains
       end if
    end subroutine check_samples
 
-   !> &frequencies
+   !> Check and complete &frequencies.
    subroutine resolve_frequencies(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Beam and mesh in; solvers, meshes and reference out
+      !> In: beam and mesh are resolved; out: with solvers, meshes and reference
       type(scene_t), intent(inout) :: scene
 
       logical :: has_exact
@@ -311,8 +316,8 @@ contains
          if (.not. allocated(frequencies%solver)) then
             allocate (frequencies%solver(1), source=solver_natural)
             if (allocated(frequencies%mesh_elements)) then
-               if (maxval(frequencies%mesh_elements) > most_elements_natural) frequencies%solver = solver_auto
-            else if (scene%mesh%elements > most_elements_natural) then
+               if (maxval(frequencies%mesh_elements) > max_elements_natural) frequencies%solver = solver_auto
+            else if (scene%mesh%elements > max_elements_natural) then
                frequencies%solver = solver_auto
             end if
          end if
@@ -327,7 +332,8 @@ contains
          if (scene%beam%shape == shape_section) then
             has_exact = is_uniform(scene%beam%section) .or. scene%beam%section%profile == profile_stepped
          else if (scene%beam%shape == shape_taper) then
-            ! A mass at the point of a wedge has no limit
+            ! no exact frequencies exist with a mass at the tip of a full wedge, because the flexibility of the tip is
+            ! unbounded
             has_exact = .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
                .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
             has_exact = has_exact .or. abs(scene%beam%height_root - scene%beam%height_tip) <= 0.0_wp
@@ -342,9 +348,9 @@ contains
       end associate
    end subroutine resolve_frequencies
 
-   !> &precision: lists that the file does not give.
+   !> Set the lists of &precision that the file does not give.
    pure subroutine resolve_precision(precision)
-      !> As read in; resolved out
+      !> In: as read; out: resolved
       type(precision_settings_t), intent(inout) :: precision
 
       integer :: i
@@ -358,12 +364,12 @@ contains
       end if
    end subroutine resolve_precision
 
-   !> The meshes of the frequency table, pairwise.
+   !> Complete the meshes of the frequency table: as many ratios as numbers of elements.
    subroutine resolve_meshes(input, mesh, frequencies)
       type(scene_input_t), intent(inout) :: input
-      !> &mesh, which stands where the table names no mesh
+      !> &mesh, used if the table gives no mesh
       type(mesh_settings_t), intent(in) :: mesh
-      !> Elements and ratios as read in; as many of both out
+      !> In: numbers of elements and ratios as read; out: equally many of both
       type(frequency_settings_t), intent(inout) :: frequencies
 
       integer :: count, i, worst
@@ -386,31 +392,31 @@ contains
 
       do i = 1, count
          call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), &
-            frequencies%mesh_ratios(i), largest_spread_table)
+            frequencies%mesh_ratios(i), largest_spread_in_table)
          if (input%has_problem()) return
       end do
       worst = maxval(frequencies%mesh_elements)
-      if (worst <= most_elements_full) return
+      if (worst <= max_elements_full) return
       do i = 1, size(frequencies%solver)
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
-            //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
+            //' takes at most '//to_text(max_elements_full)//' elements, a mesh has '//to_text(worst) &
             //"; use 'lanczos' or 'auto'")
          return
       end do
    end subroutine resolve_meshes
 
-   !> Neighbouring lengths in the ratio r make the longest element r^(n - 1) times the shortest.
+   !> Check the ratio of the longest to the shortest element, r^(n - 1) for the ratio r of neighbouring lengths.
    subroutine check_spread(input, group, name, elements, ratio, limit)
       type(scene_input_t), intent(inout) :: input
-      !> Where the ratio stands
+      !> Group and name of the ratio, for messages
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of elements
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths
       real(wp), intent(in) :: ratio
-      !> Largest spread allowed
+      !> Maximum ratio of the longest to the shortest element
       real(wp), intent(in) :: limit
 
       real(wp) :: decades
@@ -421,10 +427,10 @@ contains
          //to_text(1 + int(log10(limit)/abs(log10(ratio))))//' elements')
    end subroutine check_spread
 
-   !> &output against what is asked for.
+   !> Check &output against the other settings.
    subroutine check_output(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> The resolved scene
+      !> Resolved scene
       type(scene_t), intent(in) :: scene
 
       integer :: modes, i

@@ -1,4 +1,4 @@
-!> Groups and names of scene files that do not go together or need one another: a table, and its check.
+!> Tables of the groups and names of scene files that exclude or require one another, and their check.
 module scene_rules
    use name_table, only: is_among, table_t
    use scene_input, only: scene_input_t
@@ -7,32 +7,34 @@ module scene_rules
    private
    public :: check_rules
 
+   !> Maximum lengths of texts
    integer, parameter :: name_room = 32
-   integer, parameter :: others_room = 200
+   integer, parameter :: list_room = 200
    integer, parameter :: problem_room = 112
 
-   !> A group, and others that do not go with it.
+   !> A group, and other groups that it excludes.
    type :: exclusion_t
       character(name_room) :: group = ''
-      !> Groups, with blanks between them
-      character(others_room) :: others = ''
-      !> Follows 'does not go with &group'
+      !> Excluded groups, separated by blanks
+      character(list_room) :: excluded = ''
+      !> Text that is appended to 'does not go with &group'
       character(problem_room) :: reason = ''
-      !> `request_names` do not go with it either
+      !> The groups in `request_names` are excluded too
       logical :: excludes_requests = .false.
    end type exclusion_t
 
-   !> A group, or a name in it, that needs one of others.
+   !> A group, or a name of a group, that requires at least one of several others.
    type :: demand_t
       character(name_room) :: group = ''
-      !> Empty: the group
+      !> The name; empty: the demand is that of the group
       character(name_room) :: name = ''
-      !> Groups, or names of the same group, with blanks between them
-      character(others_room) :: others = ''
+      !> Groups, or names of the same group, of which one is required; separated by blanks
+      character(list_room) :: options = ''
       character(problem_room) :: problem = ''
    end type demand_t
 
-   ! They come first: what else such a scene has would need things that it cannot have
+   ! these exclusions are checked before the demands, because a group that they exclude could demand another excluded
+   ! group
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
       'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
@@ -53,7 +55,7 @@ module scene_rules
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 
    integer, private :: k
-   ! Of two demands of one group the first is told
+   ! of two demands of one group that are not met, the first is reported
    type(demand_t), parameter :: demands(*) = [ &
       demand_t('precision', '', 'stop frequencies', &
       'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
@@ -80,10 +82,10 @@ module scene_rules
 
 contains
 
-   !> Problems go into the input.
+   !> Check all exclusions and demands. Problems are reported to `input`.
    subroutine check_rules(input, table)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
 
       integer :: i
@@ -103,7 +105,7 @@ contains
       end do
    end subroutine check_rules
 
-   !> Report the others of a group that the file has, if it has that one.
+   !> Report each group of the file that another group of the file excludes.
    subroutine exclude(input, table, exclusion)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
@@ -114,7 +116,7 @@ contains
       if (.not. input%has_group(trim(exclusion%group))) return
       do i = 1, table%group_count
          associate (group => table%groups(i))
-            if (.not. (group%is_wanted .and. (is_among(group%name, exclusion%others) .or. &
+            if (.not. (group%is_wanted .and. (is_among(group%name, exclusion%excluded) .or. &
                exclusion%excludes_requests .and. any(group%name == request_names)))) cycle
             call input%complain(trim(group%name), '', &
                'does not go with &'//trim(exclusion%group)//trim(exclusion%reason))
@@ -122,7 +124,7 @@ contains
       end do
    end subroutine exclude
 
-   !> Does the file give what is demanded, or not what demands it?
+   !> Does the file give what a demand requires, or does it not have the group or name of the demand?
    pure function is_met(table, demand)
       type(table_t), intent(in) :: table
       type(demand_t), intent(in) :: demand
@@ -136,11 +138,11 @@ contains
       if (is_met) return
       if (demand%name == '') then
          do i = 1, table%group_count
-            is_met = is_met .or. (table%groups(i)%is_wanted .and. is_among(table%groups(i)%name, demand%others))
+            is_met = is_met .or. (table%groups(i)%is_wanted .and. is_among(table%groups(i)%name, demand%options))
          end do
       else
          do i = table%groups(group)%first_entry, table%groups(group)%last_entry
-            is_met = is_met .or. (table%entries(i)%is_given .and. is_among(table%entries(i)%name%name, demand%others))
+            is_met = is_met .or. (table%entries(i)%is_given .and. is_among(table%entries(i)%name%name, demand%options))
          end do
       end if
    end function is_met

@@ -1,4 +1,4 @@
-!> &section: its names; dimensions of its shape at the stations.
+!> &section: the names of the group, and the dimensions of the section at the stations.
 module scene_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
@@ -15,23 +15,24 @@ module scene_section
    private
    public :: list_section, resolve_section
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: rectangle = condition_t(name='shape', words='rectangle')
    type(condition_t), parameter :: round = condition_t(name='shape', words='round')
    type(condition_t), parameter :: tube = condition_t(name='shape', words='tube')
    type(condition_t), parameter :: general = condition_t(name='shape', words='general')
 
-   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
+   ! Values in the user's units: wide ranges, but products and quotients of a few values do not overflow
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
 
-   !> What &beam may say of a section.
+   !> Names of &beam that describe the section.
    character(*), parameter :: names_of_beam(9) = [character(17) :: 'width', 'height_root', 'height_tip', 'taper', &
       'mean_height_ratio', 'station', 'height', 'area', 'inertia']
-   !> Least dimension but for 0 at the tip.
+   !> Minimum of a dimension, except 0 at the tip.
    real(wp), parameter :: smallest = 1.0e-48_wp
 
 contains
 
+   !> List the names of &section.
    subroutine list_section(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam
@@ -72,10 +73,11 @@ contains
       end associate
    end subroutine list_section
 
-   !> Problems go into the input. A rectangle that is one of &beam becomes that: uniform, a taper, a table of heights.
+   !> Check and complete a section. A rectangle that &beam could describe becomes such a beam: a taper or a table of
+   !> heights. Problems are reported to `input`.
    subroutine resolve_section(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Its section as read in; complete out
+      !> In: section as read; out: complete
       type(beam_settings_t), intent(inout) :: beam
 
       integer :: i
@@ -116,7 +118,7 @@ contains
       end associate
    end subroutine resolve_section
 
-   !> The two dimensions of the shape from what is given.
+   !> Find the two dimensions of the shape from the given ones.
    subroutine find_dimensions(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(inout) :: section
@@ -145,8 +147,9 @@ contains
 
    contains
 
+      !> Assign the two dimensions, if both are given.
       subroutine take(names, first, second)
-         !> What is needed
+      !> Names of the required dimensions, for the message
          character(*), intent(in) :: names
          real(wp), allocatable, intent(in) :: first(:)
          real(wp), allocatable, intent(in) :: second(:)
@@ -161,7 +164,7 @@ contains
 
    end subroutine find_dimensions
 
-   !> Where the dimensions of a table stand.
+   !> Check the stations at which the dimensions are given.
    subroutine check_section_stations(input, length, section)
       type(scene_input_t), intent(inout) :: input
       real(wp), intent(in) :: length
@@ -174,7 +177,8 @@ contains
       end if
    end subroutine check_section_stations
 
-   !> Of each dimension that is given one value or as many as stations, none zero but at the tip of a linear profile.
+   !> Check that each given dimension has one value or as many values as stations, and that all are positive; at the tip
+   !> of a linear profile a dimension may be 0.
    subroutine check_dimensions(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
@@ -197,24 +201,25 @@ contains
 
    contains
 
+      !> Check one dimension.
       subroutine check(name, values, may_be_zero)
          character(*), intent(in) :: name
          !> Unallocated: not given
          real(wp), allocatable, intent(in) :: values(:)
-         !> Everywhere; absent: no
+         !> All values may be 0; absent: .false.
          logical, intent(in), optional :: may_be_zero
 
-         real(wp) :: least
+         real(wp) :: minimum
          logical :: is_table
 
          if (.not. allocated(values)) return
-         least = smallest
-         if (present(may_be_zero)) least = 0.0_wp
+         minimum = smallest
+         if (present(may_be_zero)) minimum = 0.0_wp
          is_table = allocated(section%station)
          if (size(values) == 1) then
-            call check_column(input, 'section', name, 1, values, least, .false.)
+            call check_column(input, 'section', name, 1, values, minimum, .false.)
          else if (is_table) then
-            call check_column(input, 'section', name, size(section%station), values, least, &
+            call check_column(input, 'section', name, size(section%station), values, minimum, &
                section%profile == profile_linear)
          else
             call input%complain('section', name, 'needs station where it has more than one value')
@@ -223,7 +228,7 @@ contains
 
    end subroutine check_dimensions
 
-   !> As many dimensions as stations.
+   !> Expand dimensions with one value to one value for each station.
    pure subroutine fit_to_stations(section)
       type(section_settings_t), intent(inout) :: section
 
@@ -234,7 +239,7 @@ contains
       end associate
    end subroutine fit_to_stations
 
-   !> Names of the dimensions of a shape, with blanks between them.
+   !> Names of the dimensions of a shape, separated by blanks.
    pure function names_of(shape) result(names)
       integer, intent(in) :: shape
       character(:), allocatable :: names
@@ -251,7 +256,7 @@ contains
       end select
    end function names_of
 
-   !> One value at every station.
+   !> Values expanded from one value to a number of equal values.
    pure function spread_to(values, count) result(spread_values)
       real(wp), intent(in) :: values(:)
       integer, intent(in) :: count
@@ -264,13 +269,13 @@ contains
       end if
    end function spread_to
 
-   !> Steps begin at 0, ascend, and end before the tip.
+   !> Check the stations of a stepped profile: the first is 0, they ascend, and the last is before the tip.
    subroutine check_steps(input, length, station)
       type(scene_input_t), intent(inout) :: input
       real(wp), intent(in) :: length
       real(wp), intent(in) :: station(:)
 
-      real(wp), parameter :: nearest = 1.0e-3_wp
+      real(wp), parameter :: minimum = 1.0e-3_wp
       integer :: i
 
       if (station(1) > 0.0_wp) then
@@ -278,14 +283,14 @@ contains
          return
       end if
       do i = 2, size(station)
-         if (station(i) - station(i - 1) >= nearest*length .and. station(i) <= (1.0_wp - nearest)*length) cycle
-         call input%complain('section', 'station', 'each step must begin at least '//to_text(nearest) &
+         if (station(i) - station(i - 1) >= minimum*length .and. station(i) <= (1.0_wp - minimum)*length) cycle
+         call input%complain('section', 'station', 'each step must begin at least '//to_text(minimum) &
             //' of the length after the one before, and as much before the tip; '//to_text(station(i))//' does not')
          return
       end do
    end subroutine check_steps
 
-   !> A spline may not fall to zero between its stations.
+   !> Check that a spline is positive between its stations.
    subroutine check_spline(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
@@ -310,6 +315,7 @@ contains
 
    contains
 
+      !> Value of the spline at the fraction `share` of interval i.
       pure function value_of(values, curvatures) result(value)
          real(wp), intent(in) :: values(:)
          real(wp), intent(in) :: curvatures(:)

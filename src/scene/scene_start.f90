@@ -1,4 +1,4 @@
-!> &start: its names; how the motion begins where the file leaves that open, and what then cannot be.
+!> &start: the names of the group, the default start of a motion, and checks of the start.
 module scene_start
    use kinds, only: wp
    use load_settings, only: field_names, start_drop, start_mode, start_names, start_release, start_rest, start_table, &
@@ -13,7 +13,7 @@ module scene_start
    private
    public :: list_start, choose_start, check_start
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: tabulated = condition_t(name='kind', words='table')
    type(condition_t), parameter :: moving = condition_t(name='kind', words='velocity mode drop')
    type(condition_t), parameter :: modal = condition_t(name='kind', words='mode')
@@ -22,7 +22,7 @@ module scene_start
 
 contains
 
-   !> &start
+   !> List the names of &start.
    subroutine list_start(table, start)
       class(table_t), intent(inout) :: table
       type(start_group_t), intent(inout) :: start
@@ -60,12 +60,12 @@ contains
          instead_of='velocity_ratios', quantity='velocity'), is_list=.true.)
    end subroutine list_start
 
-   !> How the motion begins where the file leaves that open, and what then cannot be.
+   !> Choose the kind of start if the file does not give it, and check that it is compatible with the stops.
    subroutine choose_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> The kind of its start out
+      !> Out: with the kind of start
       type(scene_t), intent(inout) :: scene
 
       integer :: k
@@ -84,10 +84,10 @@ contains
       end if
    end subroutine choose_start
 
-   !> &start
+   !> Check the initial conditions that &start gives.
    subroutine check_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 
@@ -106,7 +106,7 @@ contains
       end select
    end subroutine check_start
 
-   !> A fall has a height and gravity, or a velocity at its end.
+   !> Check that a fall has a height and gravity, or a velocity at its end.
    subroutine check_drop(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
@@ -127,7 +127,7 @@ contains
       end if
    end subroutine check_drop
 
-   !> Points along the beam, and what is there.
+   !> Check the table of initial displacements and velocities.
    subroutine check_start_table(input, start)
       type(scene_input_t), intent(inout) :: input
       type(start_group_t), intent(in) :: start
@@ -151,10 +151,10 @@ contains
       call check_column(input, 'velocity_ratios velocities', size(start%position), start%velocities)
    end subroutine check_start_table
 
-   !> As many values as points.
+   !> Check that a column of the table has as many values as points.
    subroutine check_column(input, names, points, column)
       type(scene_input_t), intent(inout) :: input
-      !> Two names of one quantity
+      !> Two names of one quantity, separated by a blank
       character(*), intent(in) :: names
       integer, intent(in) :: points
       !> Unallocated: not given

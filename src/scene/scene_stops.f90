@@ -1,5 +1,5 @@
-!> &stop and &support, of which a file may have any number: their names; from which stop the beam is released, the unit
-!> of displacement that follows; stops and supports that contradict each other.
+!> &stop and &support: the names of the groups, the stop from which the beam is released, the unit of displacement, and
+!> checks for stops and supports that are not compatible. A file may have any number of each group.
 module scene_stops
    use kinds, only: wp
    use load_settings, only: start_release
@@ -18,25 +18,25 @@ module scene_stops
    private
    public :: list_stops, list_supports, find_displacement, check_stops, check_supports
 
-   ! What more than one name needs
+   ! Conditions of more than one name
    type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
    type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
    type(condition_t), parameter :: restitution = condition_t(name='law', words='restitution')
    type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
    type(condition_t), parameter :: yielding = condition_t(name='law', words='three_element spring_damper')
 
-   ! Of more than one name
+   ! Range of more than one name
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
 
-   !> Any of these says where a surface is; the first that the file gives is told.
+   !> Names that determine the position of a stop's surface; messages name the first of them in the file.
    character(*), parameter :: names_of_place = 'position side preload surface_height clearance_ratio clearance'
 
 contains
 
-   !> Every &stop.
+   !> List the names of all &stop groups.
    subroutine list_stops(table, scene)
       class(table_t), intent(inout) :: table
-      !> Its stops
+      !> The scene; its stops are bound
       type(scene_t), intent(inout) :: scene
 
       integer :: number, k
@@ -54,13 +54,14 @@ contains
       end do
    end subroutine list_stops
 
+   !> List the names of one &stop.
    subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
-      !> Which of so many it is
+      !> Number of this stop, and number of stops
       integer, intent(in) :: which
       integer, intent(in) :: number
       type(stop_settings_t), intent(inout) :: stop
-      !> The one from which the beam is released
+      !> Number of the stop from which the beam is released
       integer, intent(inout) :: release_stop
 
       real(wp) :: clearance
@@ -97,7 +98,7 @@ contains
       call list_law(table, stop)
    end subroutine list_stop
 
-   !> What the laws of stops need.
+   !> List the names of the contact law of a stop.
    subroutine list_law(table, stop)
       class(table_t), intent(inout) :: table
       type(stop_settings_t), intent(inout) :: stop
@@ -121,10 +122,10 @@ contains
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
 
-   !> Every &support.
+   !> List the names of all &support groups.
    subroutine list_supports(table, scene)
       class(table_t), intent(inout) :: table
-      !> Its supports
+      !> The scene; its supports are bound
       type(scene_t), intent(inout) :: scene
 
       type(support_settings_t), allocatable :: supports(:)
@@ -142,6 +143,7 @@ contains
       if (scene%has_supports) call move_alloc(supports, scene%supports)
    end subroutine list_supports
 
+   !> List the names of one &support.
    subroutine list_support(table, support)
       class(table_t), intent(inout) :: table
       type(support_settings_t), intent(inout) :: support
@@ -157,14 +159,15 @@ contains
          quantity='stiffness'))
    end subroutine list_support
 
-   !> The stop from which the beam is released, and the unit of displacement D: the height over that stop, or without a
-   !> pull what the file gives, or if anything needs one the greatest distance of a stop in units, or the mean height.
-   !> The heights of all stops must fit to it. Problems go into the input.
+   !> Find the stop from which the beam is released and the unit of displacement D. For a beam that is released above a
+   !> stop, D is the initial height above this stop; otherwise D is `displacement_scale` of the file, or, if a quantity
+   !> in units requires D, the maximum distance of a stop in units or else the mean height of the beam. The heights of
+   !> all stops are checked against D. Problems are reported to `input`.
    subroutine find_displacement(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Lengths in; that stop and D out, 0 where there is no unit
+      !> In: with the scale of lengths; out: with the stop and with D, 0 if there is no unit of displacement
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: name
@@ -186,6 +189,7 @@ contains
       if (.not. input%has_problem()) call check_heights(input, table, scene)
    end subroutine find_displacement
 
+   !> Number of stops of a scene that has at least one.
    pure integer function stop_count(scene)
       type(scene_t), intent(in) :: scene
 
@@ -193,13 +197,13 @@ contains
       if (allocated(scene%more_stops)) stop_count = 1 + size(scene%more_stops)
    end function stop_count
 
-   !> The stop that gives the height of the start, or says that it is the one.
+   !> Find the stop from which the beam is released: the stop with the initial height or with `pulled`.
    subroutine find_released(input, table, stops, released)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Number of stops
       integer, intent(in) :: stops
-      !> The only one that says it is, or gives a height; 0: none
+      !> Number of this stop; 0: no stop has either
       integer, intent(out) :: released
 
       integer :: k
@@ -216,12 +220,13 @@ contains
       end do
    end subroutine find_released
 
-   !> The heights of the stops against the unit of displacement, which that of the start makes.
+   !> Find the unit of displacement from the initial height, if it is given, and check the heights of all stops against
+   !> this unit.
    subroutine check_heights(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Stops in, and D where it is known; D out
+      !> In: with the stops, and with D if it is known; out: with D
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: name
@@ -265,17 +270,18 @@ contains
       end associate
    end subroutine check_heights
 
-   !> The unit of displacements, the height from which the beam is released over the surface.
+   !> Find the unit of displacement, the initial height of the beam above the surface of the stop from which it is
+   !> released.
    subroutine find_unit(input, table, released, scales)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> The stop from which the beam is released
+      !> Number of the stop from which the beam is released
       integer, intent(in) :: released
-      !> Length in; that of displacements out
+      !> In: with the scale of lengths; out: with that of displacements
       type(scales_t), intent(inout) :: scales
 
-      ! Share of the length: heights below it cannot be told from none
+      ! minimum height over the length of the beam; smaller heights are not distinct from 0
       real(wp), parameter :: smallest_lift = 1.0e-15_wp
       character(*), parameter :: too_long = "must be smaller in size than the beam's length, "
       character(:), allocatable :: name
@@ -315,7 +321,7 @@ contains
       end associate
    end subroutine find_unit
 
-   !> The name of the height of a stop's surface.
+   !> The name in &stop that gives the height of the surface.
    pure function height_name(side) result(name)
       !> One of the `side_` constants
       integer, intent(in) :: side
@@ -324,7 +330,8 @@ contains
       name = trim(merge('clearance     ', 'surface_height', side == side_both))
    end function height_name
 
-   !> Stops that contradict each other, or what is computed with one stop below the beam alone.
+   !> Check that stops at one point are compatible, and that requests for which only one stop below the beam is allowed
+   !> have no others.
    subroutine check_stops(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -354,7 +361,7 @@ contains
       end do
    end subroutine check_stops
 
-   !> Supports that contradict a stop or one before.
+   !> Check that each support is compatible with the stops and the preceding supports.
    subroutine check_supports(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene

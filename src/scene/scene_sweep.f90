@@ -1,4 +1,5 @@
-!> What must fit together in &sweep and &cases, and in a sweep whose cases go on one from the other.
+!> Checks of &sweep and &cases, also of sweeps with chains, in which a case starts from the final state of the preceding
+!> case.
 module scene_sweep
    use kinds, only: i8, wp
    use load_periods, only: is_steady
@@ -17,18 +18,18 @@ module scene_sweep
    private
    public :: resolve_sweep, resolve_cases
 
-   !> Ratios that are varied, and quantities that would no longer be what the file gives.
-   character(*), parameter :: spoilt(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
+   !> Pairs of a ratio that may be varied and a quantity in units that would then no longer have the value in the file.
+   character(*), parameter :: lost(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
       'stiffness_ratio', 'damper'], [2, 2])
 
 contains
 
-   !> What is given must fit together; problems go into the input.
+   !> Check that the values in &sweep and &best are consistent. Problems are reported to `input`.
    subroutine resolve_sweep(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Read and resolved but for the sweep
+      !> Resolved except for the sweep
       type(scene_t), intent(inout) :: scene
 
       integer :: k
@@ -68,10 +69,10 @@ contains
       if (.not. input%has_problem()) call check_chains(input, scene)
    end subroutine resolve_sweep
 
-   !> No parameter is varied both as a ratio and in units, nor beside what it cannot stand beside.
+   !> Check that no parameter is varied both as a ratio and in units, or together with a name that excludes it.
    subroutine check_twice(input, table, swept)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
       type(swept_t), intent(in) :: swept(:)
 
@@ -96,7 +97,7 @@ contains
       end do
    end subroutine check_twice
 
-   !> The values of one parameter.
+   !> Check how the values of one parameter are given.
    subroutine check_values(input, design, swept)
       type(scene_input_t), intent(inout) :: input
       !> One of the `design_` constants
@@ -140,7 +141,7 @@ contains
       end select
    end subroutine check_values
 
-   !> Two values, ascending.
+   !> Check that a range has two ascending values.
    subroutine check_range(input, name, range)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: name
@@ -153,7 +154,7 @@ contains
       end if
    end subroutine check_range
 
-   !> Lists of one length; not too many cases.
+   !> Check that paired lists are equally long, and that the number of cases is within the limit.
    subroutine check_count(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -184,7 +185,7 @@ contains
       if (cases > int(most_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(most_cases)//' cases')
    end subroutine check_count
 
-   !> Beams and meshes of the cases pass the checks of a scene's.
+   !> Check that tapers and meshes of all cases are valid.
    subroutine check_beams(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -216,7 +217,7 @@ contains
          //' elements and the ratios given '//spread_problem(decades, largest_spread))
    end subroutine check_beams
 
-   !> No run is shorter than a step.
+   !> Check that each duration is at least one step and not too many steps.
    subroutine check_duration(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -231,7 +232,7 @@ contains
       end associate
    end subroutine check_duration
 
-   !> Place of the entry of a parameter in its own group.
+   !> Index of the entry of a parameter in its own group.
    pure function place_in(table, parameter) result(place)
       type(table_t), intent(in) :: table
       type(parameter_t), intent(in) :: parameter
@@ -240,7 +241,7 @@ contains
       place = table%find(table%find_group(trim(parameter%group), parameter%occurrence), trim(parameter%name_in_group))
    end function place_in
 
-   !> The name under which the values of a parameter stand.
+   !> The name in &sweep that gives the values of a parameter.
    pure function given_name(swept) result(given)
       type(swept_t), intent(in) :: swept
       character(:), allocatable :: given
@@ -253,10 +254,11 @@ contains
       end if
    end function given_name
 
-   !> Problems go into the input.
+   !> Check a sweep with chains: its parameters must be able to change during a motion. Problems are reported to
+   !> `input`.
    subroutine check_chains(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Read and resolved
+      !> Resolved scene
       type(scene_t), intent(in) :: scene
 
       integer :: k
@@ -286,7 +288,8 @@ contains
       call check_course(input, scene)
    end subroutine check_chains
 
-   !> Whole periods of loads that go on for ever, and nothing that runs cases by themselves.
+   !> Check a sweep with chains: cases must last whole periods of loads without end, and no request may run single
+   !> cases.
    subroutine check_course(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -317,6 +320,7 @@ contains
 
    contains
 
+      !> Report a load that ends or begins later.
       subroutine complain_of(group)
          character(*), intent(in) :: group
 
@@ -326,7 +330,7 @@ contains
       end subroutine complain_of
    end subroutine check_course
 
-   !> Why not?
+   !> Why the value of a parameter cannot change during a motion.
    pure function reason(parameter) result(words)
       type(parameter_t), intent(in) :: parameter
       character(:), allocatable :: words
@@ -342,12 +346,12 @@ contains
       end if
    end function reason
 
-   !> The cases must fit the scene; problems go into the input.
+   !> Check that the parameter and the values of &cases are valid. Problems are reported to `input`.
    subroutine resolve_cases(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Resolved but for the cases
+      !> Resolved except for the cases
       type(scene_t), intent(in) :: scene
 
       if (.not. scene%wants_cases) return
@@ -361,13 +365,13 @@ contains
       end if
    end subroutine resolve_cases
 
-   !> The parameter must count in the scene, and must not be given in physical units, which would be lost. As in a
-   !> sweep, a value given in its own group gives way.
+   !> Check that the parameter applies in the scene, and that the file does not give the same quantity in units, because
+   !> that value would be lost. The cases replace a value that the parameter has in its own group, as in a sweep.
    subroutine check_parameter(input, table, parameter)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> As &cases calls it
+      !> Name of the parameter in &cases
       character(*), intent(in) :: parameter
 
       integer :: place
@@ -382,7 +386,7 @@ contains
       call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter
 
-   !> No height may be less than 0.
+   !> Check that tapers do not give negative heights.
    subroutine check_taper(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -395,14 +399,14 @@ contains
       end if
    end subroutine check_taper
 
-   !> Problems go into the input.
+   !> Report each quantity that the file gives and whose value would be lost because an entry is varied.
    subroutine refuse_lost_units(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> Of the entry that is varied
+      !> Index of the entry that is varied
       integer, intent(in) :: place
-      !> Who varies it, for the user
+      !> Name that varies the entry, for the message
       character(*), intent(in) :: by
 
       integer :: i, k
@@ -414,8 +418,8 @@ contains
                if (.not. other%is_given) cycle
                is_lost = other%name%instead_of == varied%name%name .or. &
                   (varied%name%quantity /= '' .and. varied%name%instead_of == other%name%name)
-               do k = 1, size(spoilt, 2)
-                  is_lost = is_lost .or. (spoilt(1, k) == varied%name%name .and. spoilt(2, k) == other%name%name)
+               do k = 1, size(lost, 2)
+                  is_lost = is_lost .or. (lost(1, k) == varied%name%name .and. lost(2, k) == other%name%name)
                end do
                if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
                   'does not go with '//by, table%groups(other%group)%occurrence)

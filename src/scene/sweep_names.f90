@@ -1,4 +1,4 @@
-!> The names of a table that a sweep, or several cases, may vary, and those of &sweep.
+!> The names of a table that a sweep or &cases may vary, and the names of &sweep.
 module sweep_names
    use kinds, only: wp
    use load_settings, only: base_displacement
@@ -13,18 +13,21 @@ module sweep_names
    private
    public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, most_cases, unswept
 
-   !> Above the number of any parameter.
-   integer, parameter :: beyond_all = 100
+   !> Offset between the numbers of a parameter in successive groups of one name; larger than the number of any
+   !> parameter.
+   integer, parameter :: group_offset = 100
 
+   !> Maximum number of cases of a sweep
    integer, parameter :: most_cases = 1000000000
-   !> Default of the names of parameters
+   !> Default value, in words, of the names of parameters in &sweep
    character(*), parameter :: unswept = 'not swept'
 
    type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
 
 contains
 
-   !> Places of their entries, in the order of a grid: what makes other beams first, so that each is made once.
+   !> Indices of the entries that a sweep may vary, in the order of the axes of a grid: parameters that change the beam
+   !> come first, so that each beam is computed once.
    pure subroutine list_parameters(table, places)
       class(table_t), intent(in) :: table
       integer, allocatable, intent(out) :: places(:)
@@ -37,7 +40,7 @@ contains
       places = places(ascending_order(grid_order(sweeps(places))))
    end subroutine list_parameters
 
-   !> The later, the faster it varies in a grid.
+   !> Sort key of a parameter in a grid; parameters with larger keys vary faster.
    elemental function grid_order(sweep) result(order)
       type(sweep_t), intent(in) :: sweep
       real(wp) :: order
@@ -45,14 +48,14 @@ contains
       order = real(sweep%order, wp) + merge(0.0_wp, real(huge(1), wp), sweep%is_of_beam)
    end function grid_order
 
-   !> What a sweep makes of an entry: of one in units the same as of the ratio that it stands for.
+   !> Use of an entry as a parameter; an entry in units is used in the same way as its ratio.
    pure function sweep_of(table, place) result(sweep)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
       type(sweep_t) :: sweep
 
-      ! random numbers of names in units start elsewhere
-      integer, parameter :: beyond_ratios = 1000000
+      ! parameters in units have other sequences of random numbers than their ratios
+      integer, parameter :: units_offset = 1000000
       integer :: i
 
       associate (entry => table%entries(place), name => table%entries(place)%name)
@@ -64,12 +67,12 @@ contains
          sweep%meaning = ''
          if (sweep%order == 0) return
          do i = table%groups(entry%group)%first_entry, place
-            if (table%entries(i)%name%instead_of == name%instead_of) sweep%order = sweep%order + beyond_ratios
+            if (table%entries(i)%name%instead_of == name%instead_of) sweep%order = sweep%order + units_offset
          end do
       end associate
    end function sweep_of
 
-   !> What a sweep must know of an entry.
+   !> Description of an entry as a parameter of a sweep.
    pure function parameter_of(table, place) result(parameter)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
@@ -84,7 +87,7 @@ contains
             name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, &
             is_in_motion=sweep%is_in_motion, is_whole=entry%kind == kind_whole, &
             quantity=entry%name%quantity)
-         parameter%order = sweep%order + beyond_all*(parameter%occurrence - 1)
+         parameter%order = sweep%order + group_offset*(parameter%occurrence - 1)
          if (sweep%name /= '') parameter%name = sweep%name
          associate (group => table%groups(entry%group))
             if (group%label /= group%name) parameter%name = trim(group%label)//'_'//parameter%name
@@ -94,7 +97,7 @@ contains
       end associate
    end function parameter_of
 
-   !> What an entry in units is: of some names that depends on others of their group.
+   !> Quantity of an entry in units; for some names the quantity depends on other names of the group.
    pure function quantity_of(table, place) result(quantity)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
@@ -115,7 +118,7 @@ contains
 
    contains
 
-      !> Is this the word of a name?
+      !> Is the value of a name this word?
       pure logical function is(name, word)
          character(*), intent(in) :: name
          integer, intent(in) :: word
@@ -125,10 +128,10 @@ contains
 
    end function quantity_of
 
-   !> Place of the entry that another one chooses by its word; 0: none is chosen.
+   !> Index of the entry that the word of another entry chooses as parameter; 0: none is chosen.
    pure function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
-      !> Place of the group, and the name, of the one that chooses
+      !> Index of the group, and name, of the entry that chooses
       integer, intent(in) :: group
       character(*), intent(in) :: name
       integer :: place
@@ -148,7 +151,8 @@ contains
       end associate
    end function chosen_parameter
 
-   !> Every name that can be swept, as a list, and every number that is not whole as a range too.
+   !> List the names of &sweep: for each parameter a list of values, and for each real parameter also the names of its
+   !> ranges.
    subroutine list_sweep(table, sweep)
       class(table_t), intent(inout) :: table
       type(sweep_settings_t), intent(inout) :: sweep
@@ -197,10 +201,10 @@ contains
       end do
    end subroutine list_sweep
 
-   !> The names of chains.
+   !> List the names of &sweep for chains, in which a case starts from the final state of the preceding case.
    subroutine list_carry(table, places, sweep)
       class(table_t), intent(inout) :: table
-      !> Of the parameters
+      !> Indices of the entries that are parameters
       integer, intent(in) :: places(:)
       type(sweep_settings_t), intent(inout) :: sweep
 

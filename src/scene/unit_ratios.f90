@@ -1,4 +1,4 @@
-!> Quantities in the user's units: the ratios that stand for them, and what results in them need.
+!> Quantities in the user's units: their conversion to dimensionless ratios, and the requirements of results in units.
 module unit_ratios
    use kinds, only: wp
    use name_table, only: table_t
@@ -19,7 +19,7 @@ module unit_ratios
 
 contains
 
-   !> Places of the entries that the file gives in units for ratios.
+   !> Indices of the entries that the file gives in units and that are converted to ratios.
    pure function places_in_units(table) result(places)
       type(table_t), intent(in) :: table
       integer, allocatable :: places(:)
@@ -32,7 +32,7 @@ contains
       end associate
    end function places_in_units
 
-   !> Do ratios of an entry in units go by the unit of displacement?
+   !> Does the ratio of an entry in units depend on the unit of displacement?
    elemental function needs_displacement(entry) result(needs)
       type(entry_t), intent(in) :: entry
       logical :: needs
@@ -41,10 +41,12 @@ contains
       if (needs) needs = is_of_displacement(quantity_named(entry%name%quantity))
    end function needs_displacement
 
-   !> The ratio of an entry in units becomes the value of the entry that stands for it. Problems go into the input.
+   !> Convert an entry in units to a ratio, and assign it to the dimensionless entry of the same quantity. Problems are
+   !> reported to `input`.
    subroutine take_ratio(input, table, place, scales)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(inout) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       type(scales_t), intent(in) :: scales
 
@@ -71,7 +73,8 @@ contains
             end associate
          end if
          if (entry%name%name == 'surface_height') then
-            ! a height is up, a preload in the direction in which the stop pushes; the difference is no zero with a sign
+            ! heights are positive upwards, preloads in the direction of the stop's force; the subtraction avoids a
+            ! negative zero
             if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
          end if
          associate (range => table%entries(other)%name%range)
@@ -85,10 +88,10 @@ contains
       end associate
    end subroutine take_ratio
 
-   !> Results in units need a beam in units, and displacements; problems go into the input.
+   !> Check that results in units have a beam in units and a unit of displacement. Problems are reported to `input`.
    subroutine check_units(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Resolved but for what is swept
+      !> Resolved except for the sweep
       type(scene_t), intent(in) :: scene
 
       character(*), parameter :: needed(3) = [character(16) :: 'length', 'youngs_modulus', 'density']

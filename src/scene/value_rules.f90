@@ -1,4 +1,4 @@
-!> What a value may be, tested and in words.
+!> Ranges of values: tests, and their description in messages.
 module value_rules
    use kinds, only: wp
    use number_text, only: to_text
@@ -8,27 +8,28 @@ module value_rules
    public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
-   !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
+   !> Maximum ratio of the longest to the shortest element; with larger ratios, nodes of the short elements coincide
+   !> because of rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
-   !> Most numbers of one kind in the results: 0.8 GB.
+   !> Maximum number of values of one kind in the results: 0.8 GB.
    real(wp), parameter :: most_numbers = 1.0e8_wp
 
-   !> Numbers from `least`, which itself may be left out, to `most`.
+   !> Closed interval from `least` to `most`; `excludes_least`: without `least` itself.
    type :: range_t
       real(wp) :: least
       real(wp) :: most
       logical :: excludes_least = .false.
    end type range_t
 
-   !> In the user's units: wide, but products and quotients of a few of them stay far from overflow.
+   !> Values in the user's units: wide ranges, but products and quotients of a few values do not overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
    type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
-   !> x/L of what stands on the beam, of any point, and springs in ratio to it.
+   !> x/L of stops, supports and masses; x/L of any point; stiffness ratios of springs.
    type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
    type(range_t), parameter :: point_range = range_t(0.0_wp, 1.0_wp)
    type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
-   !> Loads and displacements in ratio, of either sign or above 0; instants, and lengths of time, tau.
+   !> Ratios of loads and displacements, of either sign or positive; instants, and durations, tau.
    type(range_t), parameter :: load_range = range_t(-1.0e12_wp, 1.0e12_wp)
    type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.)
    type(range_t), parameter :: instant_range = range_t(0.0_wp, 1.0e9_wp)
@@ -40,6 +41,7 @@ module value_rules
 
 contains
 
+   !> A range from two integers.
    elemental function range_of_integers(least, most) result(range)
       integer, intent(in) :: least
       integer, intent(in) :: most
@@ -59,7 +61,7 @@ contains
       if (range%excludes_least) is_inside = is_inside .and. value > range%least
    end function contains_value
 
-   !> Such as 'from 0 to 1' and 'above 0, up to 1'.
+   !> A range in words, such as 'from 0 to 1' or 'above 0, up to 1'.
    pure function range_text(range) result(text)
       type(range_t), intent(in) :: range
       character(:), allocatable :: text
@@ -71,8 +73,8 @@ contains
       end if
    end function range_text
 
-   !> What is wrong where the longest element is 10**decades times the shortest, more than a limit. The number is
-   !> rounded up, so that it is more than the limit in print too.
+   !> Error message for a mesh whose longest element is 10**decades times the shortest, which is above a limit. The
+   !> printed number is rounded up, so that the number in the message is above the limit too.
    pure function spread_problem(decades, limit) result(text)
       real(wp), intent(in) :: decades
       real(wp), intent(in) :: limit
@@ -90,9 +92,9 @@ contains
          //to_text(limit)
    end function spread_problem
 
-   !> Such as 'exact' or 'newmark'.
+   !> A list of words, such as "'exact' or 'newmark'".
    pure function one_of(words) result(text)
-      !> What may be chosen
+      !> Allowed words
       character(*), intent(in) :: words(:)
       character(:), allocatable :: text
 
