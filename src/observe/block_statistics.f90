@@ -1,5 +1,5 @@
-!> Statistics of a run from what gathers block by block (docs/theory.md, section 20): sums as phases or steps end,
-!> impacts from events and contacts, and at the end quotients of sums with their error bars.
+!> Statistics of a run from sums over blocks of time (docs/theory.md, section 20): integrals are added as phases or
+!> steps end, impacts from events and contacts; at the end of the run quotients of sums with error bars follow.
 module block_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -16,13 +16,13 @@ module block_statistics
    public :: open_blocks, empty_block, blocks_begun, take_events, take_contact, take_flight
    public :: finish_blocks, finish_statistics
 
-   !> How a statistic follows from sums.
+   !> How a statistic follows from the sums of a contact.
    type :: form_t
       character(24) :: name
-      !> Row on top; of a quotient the row below, else 0
-      integer :: top
-      integer :: bottom = 0
-      !> It is the root of the quotient
+      !> Index of the sum; for a quotient, that of its numerator and of its denominator (0: not a quotient)
+      integer :: numerator
+      integer :: denominator = 0
+      !> The statistic is the square root of the quotient
       logical :: is_root = .false.
    end type form_t
 
@@ -48,21 +48,21 @@ module block_statistics
       form_t('minimum_tip', low_tip), &
       form_t('maximum_tip', top_tip)]
 
-   integer, parameter :: tops(*) = [top_force, top_velocity, top_impulse, top_displacement, top_tip]
-   integer, parameter :: lows(*) = [low_displacement, low_tip]
+   integer, parameter :: maxima(*) = [top_force, top_velocity, top_impulse, top_displacement, top_tip]
+   integer, parameter :: minima(*) = [low_displacement, low_tip]
 
-   !> What is not so likely to lie outside the error bars
+   !> Confidence level of the error bars
    real(wp), parameter :: confidence = 0.95_wp
 
 contains
 
-   !> Begin a run.
+   !> Allocate the sums of a run.
    subroutine open_blocks(settings, yields, release_contact, blocks)
-      !> With statistics
+      !> Settings with &statistics
       type(run_settings_t), intent(in) :: settings
-      !> Of each surface in the scene's order
+      !> Whether each contact is compliant, in the scene's order
       logical, intent(in) :: yields(:)
-      !> Number of that from which the beam is released; 0: there is none
+      !> Number of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
       type(block_sums_t), intent(out) :: blocks
 
@@ -90,7 +90,7 @@ contains
 
    subroutine open_contact(yields, edge, contact)
       logical, intent(in) :: yields
-      !> [0:blocks]
+      !> Edges of the blocks, tau, [0:blocks]
       real(wp), intent(in) :: edge(0:)
       type(contact_sums_t), intent(inout) :: contact
 
@@ -105,19 +105,19 @@ contains
       allocate (contact%impacts(16))
    end subroutine open_contact
 
-   !> Sums of a block in which nothing has gathered.
+   !> Initial sums of a block.
    pure function empty_block(edge) result(sums)
-      !> Its beginning and end
+      !> Beginning and end of the block, tau
       real(wp), intent(in) :: edge(2)
       real(wp) :: sums(sum_count)
 
       sums = 0.0_wp
       sums(sum_time) = edge(2) - edge(1)
       sums([top_displacement, top_tip]) = -huge(1.0_wp)
-      sums(lows) = huge(1.0_wp)
+      sums(minima) = huge(1.0_wp)
    end function empty_block
 
-   !> The block to which an instant belongs; 0: to none.
+   !> Index of the block that contains an instant; 0: none does.
    pure integer function block_at(blocks, tau)
       type(block_sums_t), intent(in) :: blocks
       real(wp), intent(in) :: tau
@@ -128,14 +128,14 @@ contains
       end associate
    end function block_at
 
-   !> How many have begun at an instant; one more from the end of the last on.
+   !> Number of blocks that have begun at an instant; one more than there are from the end of the last block on.
    pure integer function blocks_begun(blocks, tau)
       type(block_sums_t), intent(in) :: blocks
-      !> The instant
+      !> Instant, tau
       real(wp), intent(in) :: tau
 
       associate (edge => blocks%edge, last => ubound(blocks%edge, 1))
-         ! their even spacing tells the place but for rounding
+         ! the blocks are equally spaced, so this index is right except for rounding
          blocks_begun = int(min(max((tau - edge(0))/width_of_blocks(blocks), 0.0_wp), real(last, wp)))
          do while (blocks_begun <= last)
             if (edge(blocks_begun) > tau) exit
@@ -148,7 +148,7 @@ contains
       end associate
    end function blocks_begun
 
-   !> Length of a block, tau: all have it but for rounding.
+   !> Length of a block, tau; all blocks have the same length except for rounding.
    pure function width_of_blocks(blocks) result(width)
       type(block_sums_t), intent(in) :: blocks
       real(wp) :: width
@@ -158,11 +158,11 @@ contains
       end associate
    end function width_of_blocks
 
-   !> Impacts begin with events, and their impulses are those of all events: that of a capture which takes back a low
-   !> flight pulls.
+   !> Begin impacts at new events, and add the impulses of all new events. The impulse of a capture that cancels a low
+   !> flight is negative, that is, directed towards the stop.
    subroutine take_events(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
-      !> All events after those that were seen are new
+      !> The run; events after the first `blocks%seen` are new
       type(response_t), intent(in) :: response
 
       integer :: block, i
@@ -186,16 +186,16 @@ contains
       blocks%seen = response%event_count
    end subroutine take_events
 
-   !> The beam arrives at a surface. That begins an impact if since the last one it has risen above the hop tolerance
-   !> and more than `rest` has passed, so that no rounding of instants decides. Where the run starts on the surface, it
-   !> is an impact that counts if its velocity exceeds the hop tolerance.
+   !> Begin a contact. It begins a new impact if the beam has risen above the hop tolerance since the last impact, and
+   !> if more time than `rest` has passed since then. If the run starts in contact, the impact counts only if its
+   !> velocity exceeds the hop tolerance.
    pure subroutine begin_contact(blocks, contact, tau, velocity, is_within)
       type(block_sums_t), intent(in) :: blocks
-      !> One of theirs
+      !> Sums of the contact, a component of `blocks`
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: velocity
-      !> It is within the blocks
+      !> The instant lies within the blocks
       logical, intent(in) :: is_within
 
       logical :: has_flown
@@ -209,7 +209,7 @@ contains
          is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_flown))
    end subroutine begin_contact
 
-   !> One more impact.
+   !> Append an impact.
    pure subroutine begin_impact(contact, tau, velocity, counts)
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
@@ -227,47 +227,47 @@ contains
       contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact
 
-   !> The beam was away from a surface by so much.
+   !> Record that the beam has risen above a contact, if its height exceeds the hop tolerance.
    elemental subroutine take_flight(contact, height, hop_tolerance)
       type(contact_sums_t), intent(inout) :: contact
-      !> Greatest distance from the surface where it is home
+      !> Maximum gap to the undeformed contact
       real(wp), intent(in) :: height
       real(wp), intent(in) :: hop_tolerance
 
       contact%has_flown = contact%has_flown .or. height > hop_tolerance
    end subroutine take_flight
 
-   !> A contact, or a part of one within a block.
-   pure subroutine take_contact(contact, from, to, block, integrals, greatest)
+   !> Add a closed contact, or the part of one within a block.
+   pure subroutine take_contact(contact, from, to, block, integrals, max_force)
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> 0: none
+      !> Index of the block; 0: none
       integer, intent(in) :: block
-      !> Of the force and of its square
+      !> Integrals of the force and of its square
       real(wp), intent(in) :: integrals(2)
-      !> Force
-      real(wp), intent(in) :: greatest
+      !> Maximum force
+      real(wp), intent(in) :: max_force
 
       if (contact%count == 0) call begin_impact(contact, from, 0.0_wp, .false.)
       associate (impact => contact%impacts(contact%count))
          impact%until = to
          if (block == 0) return
          impact%impulse = impact%impulse + integrals(1)
-         impact%force = max(impact%force, greatest)
+         impact%force = max(impact%force, max_force)
       end associate
       associate (sums => contact%sums(:, block))
          sums(sum_contact) = sums(sum_contact) + (to - from)
          sums([sum_force, sum_square_force]) = sums([sum_force, sum_square_force]) + integrals
          sums(sum_impulse) = sums(sum_impulse) + integrals(1)
-         sums(top_force) = max(sums(top_force), greatest)
+         sums(top_force) = max(sums(top_force), max_force)
       end associate
    end subroutine take_contact
 
-   !> What they tell goes into the response, and beside its measures.
+   !> Store the statistics in the response, and those of the whole run among its measures.
    subroutine finish_statistics(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
-      !> With its measures, if they are asked for
+      !> The run, with its measures if they are requested
       type(response_t), intent(inout) :: response
 
       allocate (response%statistics)
@@ -279,7 +279,7 @@ contains
       end associate
    end subroutine finish_statistics
 
-   !> The end of the run.
+   !> Compute the statistics at the end of the run.
    subroutine finish_blocks(blocks, statistics)
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
@@ -300,7 +300,7 @@ contains
          allocate (statistics%yields(contacts))
          statistics%yields(:) = blocks%contact%yields
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
-            = blocks%looks(forms%top)%tolerance
+            = blocks%looks(forms%numerator)%tolerance
          whole = blocks%tip%sums
          do k = 1, contacts
             associate (contact => blocks%contact(k))
@@ -327,7 +327,7 @@ contains
       end associate
    end subroutine finish_blocks
 
-   !> What impacts add to the sums of the blocks in which they begin.
+   !> Add the impacts to the sums of the blocks in which they begin.
    subroutine count_impacts(blocks, contact)
       type(block_sums_t), intent(in) :: blocks
       type(contact_sums_t), intent(inout) :: contact
@@ -348,59 +348,58 @@ contains
       end do
    end subroutine count_impacts
 
-   !> The histogram of greatest forces, of a rigid surface of impulses.
+   !> Histogram of the maximum forces of impacts; for a rigid contact, of their impulses.
    subroutine classify(blocks, contact, edge, number)
       type(block_sums_t), intent(in) :: blocks
       type(contact_sums_t), intent(in) :: contact
-      !> Upper edges
+      !> Upper edges of the classes
       real(wp), intent(out) :: edge(:)
       integer, intent(out) :: number(:)
 
-      real(wp), allocatable :: size_of(:)
-      real(wp) :: widest
+      real(wp), allocatable :: impact_size(:)
+      real(wp) :: max_size
       integer :: i, place
 
       associate (impacts => contact%impacts(:contact%count))
          if (contact%yields) then
-            size_of = pack(blocks%force_scale*impacts%force, impacts%counts)
+            impact_size = pack(blocks%force_scale*impacts%force, impacts%counts)
          else
-            size_of = pack(impacts%impulse, impacts%counts)
+            impact_size = pack(impacts%impulse, impacts%counts)
          end if
       end associate
-      widest = maxval([0.0_wp, size_of])
-      edge = [(widest*real(i, wp)/real(size(edge), wp), i=1, size(edge))]
-      edge(size(edge)) = widest
+      max_size = maxval([0.0_wp, impact_size])
+      edge = [(max_size*real(i, wp)/real(size(edge), wp), i=1, size(edge))]
+      edge(size(edge)) = max_size
       number = 0
-      do i = 1, size(size_of)
-         place = min(count(edge < size_of(i)) + 1, size(edge))
+      do i = 1, size(impact_size)
+         place = min(count(edge < impact_size(i)) + 1, size(edge))
          number(place) = number(place) + 1
       end do
    end subroutine classify
 
-   !> Pbar.
+   !> Convert forces to Pbar.
    pure subroutine scale_forces(scale, contact)
       real(wp), intent(in) :: scale
       type(contact_sums_t), intent(inout) :: contact
 
-      integer, parameter :: simple(*) = [sum_force, sum_impulse, top_force]
+      integer, parameter :: linear(*) = [sum_force, sum_impulse, top_force]
 
-      contact%sums(simple, :) = scale*contact%sums(simple, :)
+      contact%sums(linear, :) = scale*contact%sums(linear, :)
       contact%sums(sum_square_force, :) = scale**2*contact%sums(sum_square_force, :)
    end subroutine scale_forces
 
-   !> From the sums of blocks, each statistic: of all of them together, half the width of its confidence interval, and
-   !> of
-   !> each block.
+   !> Compute each statistic from the sums of the blocks: its value over all blocks, the half width of its confidence
+   !> interval, and its value in each block.
    pure subroutine find_statistics(sums, is_missing, quantile, value, half_width, in_block)
-      !> [sum_count, blocks]
+      !> Sums, [sum_count, blocks]
       real(wp), intent(in) :: sums(:, :)
-      !> There is no such sum, [sum_count]
+      !> Sums that are not available, [sum_count]
       logical, intent(in) :: is_missing(:)
-      !> Student's, for so many blocks
+      !> Quantile of Student's distribution for the number of blocks
       real(wp), intent(in) :: quantile
       real(wp), intent(out) :: value(:)
       real(wp), intent(out) :: half_width(:)
-      !> [statistic_count, blocks]
+      !> Values in each block, [statistic_count, blocks]
       real(wp), intent(out) :: in_block(:, :)
 
       type(form_t) :: form
@@ -412,34 +411,34 @@ contains
       do number = 1, statistic_count
          form = forms(number)
          i = measure_named(form%name) - first_statistic + 1
-         associate (top => sums(form%top, :))
-            if (is_missing(form%top)) cycle
-            if (form%bottom > 0) then
-               call find_quotient(top, sums(form%bottom, :), form%is_root, quantile, value(i), half_width(i), &
-                  in_block(i, :))
+         associate (numerator => sums(form%numerator, :))
+            if (is_missing(form%numerator)) cycle
+            if (form%denominator > 0) then
+               call find_quotient(numerator, sums(form%denominator, :), form%is_root, quantile, value(i), &
+                  half_width(i), in_block(i, :))
                cycle
             end if
-            in_block(i, :) = top
-            if (any(tops == form%top)) then
-               value(i) = maxval(top)
-            else if (any(lows == form%top)) then
-               value(i) = minval(top)
+            in_block(i, :) = numerator
+            if (any(maxima == form%numerator)) then
+               value(i) = maxval(numerator)
+            else if (any(minima == form%numerator)) then
+               value(i) = minval(numerator)
             else
-               value(i) = sum(top)
+               value(i) = sum(numerator)
             end if
          end associate
       end do
    end subroutine find_statistics
 
-   !> The quotient of two sums, or its root. The interval by what the quotient changes with both; none where all of the
-   !> sum below is that of one block.
-   pure subroutine find_quotient(top, bottom, is_root, quantile, value, half_width, in_block)
-      !> [blocks]
-      real(wp), intent(in) :: top(:)
-      real(wp), intent(in) :: bottom(:)
+   !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; there is
+   !> none if only one block contributes to the denominator.
+   pure subroutine find_quotient(numerator, denominator, is_root, quantile, value, half_width, in_block)
+      !> Sums of each block, [blocks]
+      real(wp), intent(in) :: numerator(:)
+      real(wp), intent(in) :: denominator(:)
       logical, intent(in) :: is_root
       real(wp), intent(in) :: quantile
-      !> NaN where there is none
+      !> NaN if the denominator is zero
       real(wp), intent(inout) :: value
       real(wp), intent(inout) :: half_width
       real(wp), intent(inout) :: in_block(:)
@@ -447,16 +446,16 @@ contains
       real(wp) :: number, quotient, spread
       integer :: i
 
-      do i = 1, size(top)
-         if (bottom(i) > 0.0_wp) in_block(i) = root_of(top(i)/bottom(i))
+      do i = 1, size(numerator)
+         if (denominator(i) > 0.0_wp) in_block(i) = root_of(numerator(i)/denominator(i))
       end do
-      if (.not. sum(bottom) > 0.0_wp) return
-      number = real(size(top), wp)
-      quotient = sum(top)/sum(bottom)
+      if (.not. sum(denominator) > 0.0_wp) return
+      number = real(size(numerator), wp)
+      quotient = sum(numerator)/sum(denominator)
       value = root_of(quotient)
-      if (count(bottom > 0.0_wp) < 2) return
-      spread = sqrt(sum((top - quotient*bottom)**2)/(number*(number - 1.0_wp)))
-      half_width = quantile*spread*number/sum(bottom)
+      if (count(denominator > 0.0_wp) < 2) return
+      spread = sqrt(sum((numerator - quotient*denominator)**2)/(number*(number - 1.0_wp)))
+      half_width = quantile*spread*number/sum(denominator)
       if (is_root .and. value > 0.0_wp) half_width = half_width/(2.0_wp*value)
 
    contains

@@ -1,8 +1,8 @@
-!> Measures of a run: contact by contact from its flights and contacts, interval by interval (docs/theory.md,
-!> section 12), with no samples.
+!> Measures of each contact, from the intervals of its flights and closed contacts (docs/theory.md, section 12), not
+!> from samples.
 !>
-!> A flight is looked into only where it rises above the level that counts, a contact only where its force exceeds the
-!> greatest so far. The instant of quiet, which only the last interval above the level tells, is sought at the end of
+!> A flight is searched only if it may rise above the settling level, a closed contact only if its force may exceed the
+!> maximum so far. The settling time depends only on the last interval above the level, so it is searched at the end of
 !> the run.
 module contact_measures
    use bracketed_zero, only: bracket_t, chord, enter, go_to
@@ -15,31 +15,32 @@ module contact_measures
    private
    public :: measurer_t, measures_t, open_measures, measure_interval, measure_impulse, finish_measures
 
-   !> What has gathered of a contact.
+   !> Measures and accumulated sums of a contact.
    type :: measurer_t
       type(accumulator_t) :: accumulator
       type(run_measures_t) :: measures
-      !> The flight under way, counted from the start of the run, rose above the quiet level
+      !> Number of the flight in progress, counted from the start of the run
       integer :: flight = 0
+      !> That flight has risen above the settling level
       logical :: has_risen = .false.
-      !> The last interval in which |eta_c| exceeds the quiet level; unallocated: there is none
+      !> The last interval in which |eta_c| exceeds the settling level; unallocated: there is none
       class(curve_t), allocatable :: exceeded
    end type measurer_t
 
    type :: measures_t
-      !> Without it nothing is measured
+      !> False: nothing is measured
       logical :: is_wanted = .false.
-      !> Peaks are kept of so many rebounds
+      !> Maximum number of rebounds whose peaks are recorded
       integer :: most_peaks = 0
-      !> Place of the contact from which the beam is released; 0: there is none
+      !> Index of the contact from which the beam is released; 0: there is none
       integer :: release_contact = 0
-      !> Of each contact, and of a run without any, [0:contacts]
+      !> Measurers of all contacts; index 0 serves a run without contacts, [0:contacts]
       type(measurer_t), allocatable :: of(:)
    end type measures_t
 
 contains
 
-   !> Begin a run; each tally is opened by who knows its force at rest.
+   !> Allocate the measures of a run. The caller opens each accumulator with the contact force at rest.
    pure subroutine open_measures(contacts, release_contact, is_wanted, most_peaks, measures)
       integer, intent(in) :: contacts
       integer, intent(in) :: release_contact
@@ -53,7 +54,7 @@ contains
       allocate (measures%of(0:contacts))
    end subroutine open_measures
 
-   !> An impulse at an instant.
+   !> Add an impulse at an instant.
    pure subroutine measure_impulse(measures, k, tau, impulse)
       type(measures_t), intent(inout) :: measures
       integer, intent(in) :: k
@@ -63,7 +64,7 @@ contains
       if (measures%is_wanted) call take_impulse(measures%of(k)%accumulator, tau, impulse)
    end subroutine measure_impulse
 
-   !> What an interval tells of each contact, and of the energy.
+   !> Update the measures of each contact, and of the energy, by an interval.
    subroutine measure_interval(interval, measures)
       class(interval_t), intent(inout) :: interval
       type(measures_t), intent(inout) :: measures
@@ -89,7 +90,7 @@ contains
       call measure_energy(interval, measures%of(measures%release_contact))
    end subroutine measure_interval
 
-   !> Force and impulse of a closed contact.
+   !> Add the force and impulse of a closed contact.
    subroutine measure_closed(interval, k, contact, measurer)
       class(interval_t), intent(inout) :: interval
       integer, intent(in) :: k
@@ -117,29 +118,29 @@ contains
       end associate
    end subroutine measure_closed
 
-   !> Does a flight rise above the quiet level, or, where an earlier interval belongs to it, above its highest point so
-   !> far? If it is not the one with which the run starts, it is a rebound then, unless it still rises to its highest
-   !> point as the run ends.
+   !> Determine whether a flight is a rebound: it is one if it rises above the settling level, unless the run starts
+   !> with it, or ends while it still rises to its maximum. Record the peak of the rebound; if an earlier interval
+   !> belongs to the same flight, only a higher peak replaces the recorded one.
    subroutine measure_flight(interval, k, flights, most_peaks, measurer)
       class(interval_t), intent(inout) :: interval
       integer, intent(in) :: k
-      !> So many began before it
+      !> Number of flights that began before this one ended
       integer, intent(in) :: flights
       integer, intent(in) :: most_peaks
       type(measurer_t), intent(inout) :: measurer
 
       type(peak_t) :: peak
-      real(wp) :: known
+      real(wp) :: threshold
       integer :: counted
-      logical :: is_kept
+      logical :: is_recorded
 
       if (flights /= measurer%flight) measurer%has_risen = .false.
       measurer%flight = flights
       if (.not. (measurer%has_risen .or. interval%reach(k) > settling_level)) return
       associate (measures => measurer%measures, has_risen => measurer%has_risen)
          counted = measures%rebounds + merge(0, 1, has_risen)
-         is_kept = counted <= most_peaks
-         if (flights == 0 .or. .not. (is_kept .or. interval%is_last)) then
+         is_recorded = counted <= most_peaks
+         if (flights == 0 .or. .not. (is_recorded .or. interval%is_last)) then
             if (has_risen) return
             has_risen = interval%exceeds(row_t(k), settling_level)
             if (.not. has_risen) return
@@ -147,9 +148,9 @@ contains
             call end_episode(measurer%accumulator)
             return
          end if
-         known = settling_level
-         if (has_risen .and. is_kept) known = measures%peak_eta(counted)
-         call interval%seek_peak(row_t(k), [0.0_wp, interval%length], known, peak)
+         threshold = settling_level
+         if (has_risen .and. is_recorded) threshold = measures%peak_eta(counted)
+         call interval%seek_peak(row_t(k), [0.0_wp, interval%length], threshold, peak)
          measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%looks%tolerance)
          if (.not. peak%is_found) return
          if (.not. has_risen) call end_episode(measurer%accumulator)
@@ -157,13 +158,13 @@ contains
          measures%rebounds = counted
          if (interval%is_last .and. peak%still_rises) then
             measures%rebounds = counted - 1
-         else if (is_kept) then
+         else if (is_recorded) then
             call put_peak(measures, interval%start + peak%time, peak%value)
          end if
       end associate
    end subroutine measure_flight
 
-   !> Keep an interval in which |eta_c| exceeds the quiet level.
+   !> Record an interval in which |eta_c| exceeds the settling level.
    subroutine record_exceedance(interval, k, had_risen, measurer)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
@@ -177,7 +178,7 @@ contains
       if (.not. (had_risen .or. interval%reach(k) > settling_level)) return
       is_exceeded = measurer%has_risen .and. .not. had_risen
       if (.not. is_exceeded) then
-         ! it may have been low from the start, or risen before
+         ! the gap may have exceeded the level from the start of the flight, or towards negative values
          state = interval%evaluate(row_t(k), 0.0_wp)
          is_exceeded = abs(state(1)) > settling_level
       end if
@@ -186,7 +187,7 @@ contains
       if (is_exceeded) call interval%keep_gap(k, measurer%exceeded)
    end subroutine record_exceedance
 
-   !> Where in an interval does the energy fall for good to the share that counts as spent?
+   !> Find the instant in an interval at which the energy falls for the last time to the share that counts as decayed.
    subroutine measure_energy(interval, measurer)
       class(interval_t), intent(in) :: interval
       type(measurer_t), intent(inout) :: measurer
@@ -200,15 +201,15 @@ contains
          end if
          measurer%measures%final_energy = interval%energy(interval%length)
          at_end = excess_of(accumulator, measurer%measures%final_energy)
-         ! most intervals neither are the last with it nor come after that
+         ! most intervals end before the energy has decayed
          if (.not. accumulator%has_spent .and. at_end > 0.0_wp) return
          excess = excess_of(accumulator, interval%energy(0.0_wp))
          if (excess > 0.0_wp .and. accumulator%has_spent) call record_decay(accumulator, .false., interval%start)
          if (accumulator%has_spent .or. at_end > 0.0_wp) return
-         ! down to the rounding error of the energy that is left
+         ! the tolerance is the rounding error of the remaining energy
          bracket = bracket_t(high=interval%length, value_low=excess, value_high=at_end, &
             least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
-         ! an impact before the interval may have spent it
+         ! an impact before the interval may have dissipated the energy
          bracket%is_found = excess <= 0.0_wp
          if (.not. bracket%is_found) bracket%point = chord(bracket)
          do while (.not. bracket%is_found)
@@ -219,18 +220,18 @@ contains
       end associate
    end subroutine measure_energy
 
-   !> The end of the run: measures of each contact, and of all.
+   !> Finish the measures of each contact, and of the run, at its end.
    subroutine finish_measures(measures, duration, lost, created, number, response)
       type(measures_t), intent(inout) :: measures
       !> Length of the run, tau
       real(wp), intent(in) :: duration
       !> Energy dissipated in the beam, in stops, at impacts
       real(wp), intent(in) :: lost(3)
-      !> Energy created by the nodal reading
+      !> Energy created by replacing nodal velocities
       real(wp), intent(in) :: created
-      !> Of each contact in the scene's order
+      !> Number of each contact in the scene's order
       integer, intent(in) :: number(:)
-      !> The run, with its events and surfaces; gets the measures
+      !> The run, with its events and contacts; receives the measures
       type(response_t), intent(inout) :: response
 
       integer :: k
@@ -247,10 +248,10 @@ contains
 
    contains
 
-      subroutine finish_contact(measurer, own, place)
+      subroutine finish_contact(measurer, finished, place)
          type(measurer_t), intent(inout) :: measurer
-         type(run_measures_t), allocatable, intent(out) :: own
-         !> Its number; default: there is none
+         type(run_measures_t), allocatable, intent(out) :: finished
+         !> Number of the contact; absent: the run has none
          integer, intent(in), optional :: place
 
          real(wp) :: time
@@ -266,7 +267,7 @@ contains
          end if
          measurer%measures%has_settled = .not. is_exceeded
          measurer%measures%settling_tau = time
-         allocate (own, source=measurer%measures)
+         allocate (finished, source=measurer%measures)
       end subroutine finish_contact
    end subroutine finish_measures
 

@@ -1,5 +1,5 @@
-!> What an interval adds to the statistics of a run: integrals of forces and displacements and of their squares, and
-!> their extremes, block by block (docs/theory.md, section 20).
+!> Contribution of an interval to the statistics of a run, block by block: integrals of forces, of displacements and of
+!> their squares, and extremes (docs/theory.md, section 20).
 module interval_statistics
    use block_statistics, only: blocks_begun, take_contact, take_flight
    use kinds, only: wp
@@ -13,7 +13,7 @@ module interval_statistics
 
 contains
 
-   !> An interval, which is cut where a block ends.
+   !> Add an interval, divided at the ends of blocks.
    subroutine take_interval(interval, blocks)
       class(interval_t), intent(inout) :: interval
       type(block_sums_t), intent(inout) :: blocks
@@ -28,47 +28,47 @@ contains
          if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
             do block = max(blocks_begun(blocks, tau), 1), last
                stretch = [max(blocks%edge(block - 1) - tau, 0.0_wp), min(blocks%edge(block) - tau, length)]
-               if (stretch(2) > stretch(1)) call take_stretch(interval, stretch, block, blocks)
+               if (stretch(2) > stretch(1)) call add_stretch(interval, stretch, block, blocks)
                if (blocks%edge(block) >= tau + length) exit
             end do
          end if
          do k = 1, interval%contacts
             contact = interval%contact(k)
-            associate (gathered => blocks%contact(contact%number))
+            associate (contact_sums => blocks%contact(contact%number))
                if (contact%is_closed) then
-                  ! contact lasts, and no impact begins, whatever counts of it
-                  call take_contact(gathered, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
-               else if (contact%is_active .and. .not. gathered%has_flown) then
-                  call watch_flight(interval, k, blocks%hop_tolerance, gathered)
+                  ! extends the impact in progress, even outside the blocks
+                  call take_contact(contact_sums, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+               else if (contact%is_active .and. .not. contact_sums%has_flown) then
+                  call check_flight(interval, k, blocks%hop_tolerance, contact_sums)
                end if
             end associate
          end do
       end associate
    end subroutine take_interval
 
-   !> Does the beam rise above the hop tolerance over a gathered that it has left?
-   subroutine watch_flight(interval, k, hop_tolerance, gathered)
+   !> Does the beam rise above the hop tolerance over an open contact?
+   subroutine check_flight(interval, k, hop_tolerance, contact_sums)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
       real(wp), intent(in) :: hop_tolerance
-      type(contact_sums_t), intent(inout) :: gathered
+      type(contact_sums_t), intent(inout) :: contact_sums
 
       real(wp) :: level, state(2)
 
       if (interval%reach(k) <= hop_tolerance) return
       level = hop_tolerance + interval%rounding(k)
-      ! mostly its end spares a search
+      ! the value at the end of the interval mostly makes a search unnecessary
       state = interval%evaluate(row_t(k), interval%length)
       if (state(1) <= level) then
          if (interval%exceeds(row_t(k), level)) state(1) = huge(1.0_wp)
       end if
-      call take_flight(gathered, state(1), level)
-   end subroutine watch_flight
+      call take_flight(contact_sums, state(1), level)
+   end subroutine check_flight
 
-   !> The part of an interval within one block.
-   subroutine take_stretch(interval, stretch, block, blocks)
+   !> Add the stretch of an interval that lies within one block.
+   subroutine add_stretch(interval, stretch, block, blocks)
       class(interval_t), intent(inout) :: interval
-      !> Its ends, since the start of the interval
+      !> Beginning and end of the stretch, since the start of the interval
       real(wp), intent(in) :: stretch(2)
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
@@ -82,19 +82,19 @@ contains
       row = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(row), second(row)]
-         call extend(interval, row_t(row), stretch, sums(low_tip:top_tip), blocks%looks(low_tip:top_tip))
+         call widen_range(interval, row_t(row), stretch, sums(low_tip:top_tip), blocks%looks(low_tip:top_tip))
       end associate
       do k = 1, interval%contacts
          contact = interval%contact(k)
-         associate (gathered => blocks%contact(contact%number), sign => contact%sign)
-            associate (sums => gathered%sums(:, block))
+         associate (contact_sums => blocks%contact(contact%number), sign => contact%sign)
+            associate (sums => contact_sums%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + [sign*first(k), second(k)]
                if (contact%holds) then
                   sums(low_displacement) = min(sums(low_displacement), sign*contact%height)
                   sums(top_displacement) = max(sums(top_displacement), sign*contact%height)
                else
-                  call extend(interval, row_t(k, sign, sign*contact%height), stretch, &
+                  call widen_range(interval, row_t(k, sign, sign*contact%height), stretch, &
                      sums(low_displacement:top_displacement), blocks%looks(low_displacement:top_displacement))
                end if
             end associate
@@ -102,37 +102,38 @@ contains
             force = 0.0_wp
             row = interval%force_row(k)
             if (contact%has_force) then
-               call enter_ends(interval, row_t(row), stretch, force)
-               call raise(interval, row_t(row, scale=maxval(force)), stretch, force(2), blocks%looks(top_force))
+               call include_ends(interval, row_t(row), stretch, force)
+               call raise_maximum(interval, row_t(row, scale=maxval(force)), stretch, force(2), blocks%looks(top_force))
             end if
-            call take_contact(gathered, interval%start + stretch(1), interval%start + stretch(2), block, [first(row), &
-               second(row)], force(2))
+            call take_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
+               [first(row), second(row)], force(2))
          end associate
       end do
-   end subroutine take_stretch
+   end subroutine add_stretch
 
    !> Widen a range by the values of a row.
-   subroutine extend(interval, row, stretch, range, looks)
+   subroutine widen_range(interval, row, stretch, range, looks)
       class(interval_t), intent(inout) :: interval
       type(row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: range(2)
-      !> What the searches for both ends have left
+      !> State of the searches for the minimum and for the maximum
       type(extreme_search_t), intent(inout) :: looks(2)
 
-      real(wp) :: least, scale
+      real(wp) :: negated_minimum, scale
 
-      call enter_ends(interval, row, stretch, range)
+      call include_ends(interval, row, stretch, range)
       scale = maxval(abs(range))
-      call raise(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), looks(2))
-      least = -range(1)
+      call raise_maximum(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), looks(2))
+      negated_minimum = -range(1)
       scale = maxval(abs(range))
-      call raise(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, least, looks(1))
-      range(1) = -least
-   end subroutine extend
+      call raise_maximum(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, negated_minimum, &
+         looks(1))
+      range(1) = -negated_minimum
+   end subroutine widen_range
 
-   !> The ends of a stretch first: mostly that spares a search, which would find them too.
-   subroutine enter_ends(interval, row, stretch, range)
+   !> Widen a range by the values at both ends of a stretch, which mostly makes a search for extremes unnecessary.
+   subroutine include_ends(interval, row, stretch, range)
       class(interval_t), intent(in) :: interval
       type(row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
@@ -145,22 +146,22 @@ contains
          state = interval%evaluate(row, stretch(i))
          range = [min(range(1), state(1)), max(range(2), state(1))]
       end do
-   end subroutine enter_ends
+   end subroutine include_ends
 
-   !> The greatest value of a row, if it is greater than what is known.
-   subroutine raise(interval, row, stretch, greatest, looks)
+   !> Raise a known maximum of a row, if the row exceeds it.
+   subroutine raise_maximum(interval, row, stretch, known_maximum, looks)
       class(interval_t), intent(inout) :: interval
       type(row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
-      real(wp), intent(inout) :: greatest
+      real(wp), intent(inout) :: known_maximum
       type(extreme_search_t), intent(inout) :: looks
 
       type(peak_t) :: peak
 
       peak%looks = looks
-      call interval%seek_peak(row, stretch, greatest, peak)
+      call interval%seek_peak(row, stretch, known_maximum, peak)
       looks = peak%looks
-      if (peak%is_found) greatest = peak%value
-   end subroutine raise
+      if (peak%is_found) known_maximum = peak%value
+   end subroutine raise_maximum
 
 end module interval_statistics

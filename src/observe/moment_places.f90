@@ -1,7 +1,7 @@
-!> Bending moment and stress at places of the beam, whatever the method: what makes them of its state and its loads, and
-!> what is kept of them (docs/theory.md, section 19).
+!> Bending moment and stress at places of the beam, for either method: weights by which the moments follow from the
+!> state and the loads, and recorded extremes (docs/theory.md, section 19).
 !>
-!> Scales: moments as Pbar times L, stresses in E D/L.
+!> Moments are in the unit of Pbar times L, stresses in E D/L.
 module moment_places
    use applied_loads, only: applied_loads_t, count_forces
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
@@ -16,40 +16,40 @@ module moment_places
    private
    public :: moment_places_t, gather_places, open_moments, watch_moments, finish_moments
 
-   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + what damps in proportion to the mass) + what each
-   !> load acts on the stretch of the beam beside it.
+   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + mass-proportional damping) + the sum of load
+   !> times the course of each load.
    type :: moment_places_t
-      !> [order, places]
+      !> Weights of displacements and of accelerations, [order, places]
       real(wp), allocatable :: stiffness(:, :)
       real(wp), allocatable :: mass(:, :)
-      !> Per unit of its course, [loads, places]
+      !> Moment per unit of the course of a load, [loads, places]
       real(wp), allocatable :: load(:, :)
    end type moment_places_t
 
 contains
 
-   !> Weights at all places.
+   !> Compute the weights at all places.
    pure subroutine gather_places(model, settings, loads, places)
       type(beam_model_t), intent(in) :: model
-      !> It asks for moments
+      !> Settings that request moments
       type(run_settings_t), intent(in) :: settings
-      !> What acts on the beam; none where its count is 0
+      !> Applied loads; their count may be 0
       type(applied_loads_t), intent(in) :: loads
       type(moment_places_t), intent(out) :: places
 
       type(moment_weights_t) :: weights
-      real(wp) :: unit
+      real(wp) :: moment_unit
       integer :: forces, g, i, p
 
-      ! of E Ibar D/L^2
-      unit = settings%height_ratio/lambda1_power4
+      ! in units of E Ibar D/L^2
+      moment_unit = settings%height_ratio/lambda1_power4
       forces = count_forces(settings)
       associate (x => settings%stress%position, order => model%mass%order)
          allocate (places%stiffness(order, size(x)), places%mass(order, size(x)))
          allocate (places%load(loads%count, size(x)), source=0.0_wp)
          do p = 1, size(x)
             weights = moment_weights(model, x(p))
-            places%stiffness(:, p) = unit*weights%stiffness
+            places%stiffness(:, p) = moment_unit*weights%stiffness
             places%mass(:, p) = settings%height_ratio*weights%mass
             do g = 1, forces
                associate (force => settings%forces(g))
@@ -61,19 +61,19 @@ contains
                   end if
                end associate
             end do
-            places%load(:forces, p) = 3.0_wp*unit*places%load(:forces, p)
+            places%load(:forces, p) = 3.0_wp*moment_unit*places%load(:forces, p)
             places%load(forces + 1:, p) = settings%height_ratio*weights%base
          end do
       end associate
    end subroutine gather_places
 
-   !> Room for what is kept.
+   !> Allocate the recorded moments.
    pure subroutine open_moments(model, settings, samples, response)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Samples beyond the one at the start
+      !> Number of samples after the one at the start
       integer, intent(in) :: samples
-      !> Other histories have their room
+      !> Its other histories are allocated
       type(response_t), intent(inout) :: response
 
       integer :: i, p
@@ -84,10 +84,10 @@ contains
          response%moments%position = x
          do p = 1, size(x)
             associate (moment => response%moments(p), fibre => outer_fibre(model%section, 1.0_wp - x(p)), &
-               own => inertia(model%section, 1.0_wp - x(p)))
-               moment%has_stress = fibre > 0.0_wp .or. own <= 0.0_wp
-               ! where a section tapers off to a point the moment does so faster
-               if (own > 0.0_wp) moment%stress_ratio = lambda1_power4*fibre/own
+               section_inertia => inertia(model%section, 1.0_wp - x(p)))
+               moment%has_stress = fibre > 0.0_wp .or. section_inertia <= 0.0_wp
+               ! at a pointed end the moment vanishes faster than the inertia
+               if (section_inertia > 0.0_wp) moment%stress_ratio = lambda1_power4*fibre/section_inertia
                if (settings%stress%history) allocate (moment%moment(samples + 1), source=0.0_wp)
             end associate
          end do
@@ -96,10 +96,10 @@ contains
       allocate (response%tau, source=[(real(i, wp)*settings%response%step, i=0, samples)])
    end subroutine open_moments
 
-   !> Do the moments of an interval go beyond their extremes so far?
+   !> Update the extremes of moments by an interval.
    subroutine watch_moments(interval, moments)
       class(interval_t), intent(inout) :: interval
-      !> [places]
+      !> Recorded moments, [places]
       type(moment_record_t), intent(inout) :: moments(:)
 
       real(wp) :: state(2)
@@ -107,36 +107,36 @@ contains
 
       do p = 1, size(moments)
          associate (moment => moments(p))
-            ! both ends first: mostly that spares a search
+            ! the values at both ends mostly make a search unnecessary
             state = interval%evaluate(row_t(interval%moment_row(p)), 0.0_wp)
-            call enter_moment(moment, state(1), interval%start)
+            call update_extremes(moment, state(1), interval%start)
             state = interval%evaluate(row_t(interval%moment_row(p)), interval%length)
-            call enter_moment(moment, state(1), interval%start + interval%length)
-            call seek_beyond(1.0_wp, moment%greatest, moment%maximum_search)
-            call seek_beyond(-1.0_wp, -moment%least, moment%minimum_search)
+            call update_extremes(moment, state(1), interval%start + interval%length)
+            call seek_extreme(1.0_wp, moment%greatest, moment%maximum_search)
+            call seek_extreme(-1.0_wp, -moment%least, moment%minimum_search)
          end associate
       end do
 
    contains
 
-      !> A greater value than is known of the moment times a sign.
-      subroutine seek_beyond(sign, known, looks)
+      !> Search for a value of sign times the moment above a threshold.
+      subroutine seek_extreme(sign, threshold, looks)
          real(wp), intent(in) :: sign
-         real(wp), intent(in) :: known
+         real(wp), intent(in) :: threshold
          type(extreme_search_t), intent(inout) :: looks
 
          type(peak_t) :: peak
 
          peak%looks = looks
          call interval%seek_peak(row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
-            -moments(p)%least)), [0.0_wp, interval%length], known, peak)
+            -moments(p)%least)), [0.0_wp, interval%length], threshold, peak)
          looks = peak%looks
-         if (peak%is_found) call enter_moment(moments(p), sign*peak%value, interval%start + peak%time)
-      end subroutine seek_beyond
+         if (peak%is_found) call update_extremes(moments(p), sign*peak%value, interval%start + peak%time)
+      end subroutine seek_extreme
    end subroutine watch_moments
 
-   !> A value at an instant.
-   elemental subroutine enter_moment(moment, value, tau)
+   !> Update the extremes of a moment by its value at an instant.
+   elemental subroutine update_extremes(moment, value, tau)
       type(moment_record_t), intent(inout) :: moment
       real(wp), intent(in) :: value
       real(wp), intent(in) :: tau
@@ -149,9 +149,9 @@ contains
          moment%least = value
          moment%least_tau = tau
       end if
-   end subroutine enter_moment
+   end subroutine update_extremes
 
-   !> The end of the run: what all places tell together goes into its measures.
+   !> Store the extremes over all places among the measures at the end of the run.
    pure subroutine finish_moments(response)
       type(response_t), intent(inout) :: response
 

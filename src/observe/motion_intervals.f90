@@ -1,8 +1,8 @@
-!> A stretch of a motion without events as observers see it: a phase of exact motion, or a step of Newmark's method.
+!> Interval of a motion without events as observers read it: a phase of exact motion, or a step of Newmark's method.
 !>
-!> What moves is a row: the gap of a contact, s (y - d) with s = 1 for a stop below the beam and -1 above it, the
-!> displacement of the tip, the force of a closed contact, the bending moment at a place. Observers ask an interval for
-!> values, integrals and extremes of rows, and do not know the method.
+!> Quantities of an interval are numbered as rows: the gap of a contact, s (y - d) with s = 1 for a stop below the beam
+!> and -1 above it, the displacement of the tip, the force of a closed contact, the bending moment at a place. Observers
+!> request values, integrals and extremes of rows, and do not depend on the method.
 module motion_intervals
    use kinds, only: wp
    use signal_peaks, only: extreme_search_t
@@ -10,68 +10,69 @@ module motion_intervals
    private
    public :: interval_t, observed_contact_t, row_t, peak_t, curve_t
 
-   !> How a contact stands with the beam during an interval.
+   !> Status of a contact during an interval.
    type :: observed_contact_t
-      !> Its number in the scene's order of surfaces, s and s d
+      !> Number in the scene's order of contacts, sign s, and s d
       integer :: number = 1
       real(wp) :: sign = 1.0_wp
       real(wp) :: height = 0.0_wp
-      !> It acts on the beam
+      !> The contact is closed
       logical :: is_closed = .false.
-      !> Its stop yields, and its force has a limit in the mesh; its force is finite, as that of a massless node is
+      !> The contact is compliant, so that its force converges with the mesh
       logical :: yields = .false.
+      !> The force of the contact is finite: the contact is compliant, or rigid at a massless node
       logical :: has_force = .false.
-      !> It can be met at all
+      !> The beam can reach the contact
       logical :: is_active = .true.
-      !> It is closed, and its gap is exactly zero
+      !> The contact is closed and its gap is exactly zero
       logical :: holds = .false.
-      !> How often the beam has left it since the start of the run
+      !> Number of flights since the start of the run
       integer :: flights = 0
    end type observed_contact_t
 
-   !> offset + factor times a row.
+   !> The quantity offset + factor times a row.
    type :: row_t
       integer :: number = 1
       real(wp) :: factor = 1.0_wp
       real(wp) :: offset = 0.0_wp
-      !> Where its peaks are near zero their tolerance is a share of this; negative: of the peaks all the same
+      !> Magnitude to which the tolerance of peaks near zero refers; negative: the peaks themselves
       real(wp) :: scale = -1.0_wp
    end type row_t
 
-   !> A greatest value.
+   !> Maximum of a row.
    type :: peak_t
-      !> It exceeds what was known
+      !> The maximum exceeds the given threshold
       logical :: is_found = .false.
-      !> It is that at the end of the stretch
+      !> The maximum is at the end of the stretch
       logical :: still_rises = .false.
       real(wp) :: value = 0.0_wp
-      !> Since the start of the interval
+      !> Time since the start of the interval
       real(wp) :: time = 0.0_wp
-      !> What searches for this extreme have left
+      !> State of the searches for this extreme
       type(extreme_search_t) :: looks
    end type peak_t
 
-   !> A row through an interval, kept after it.
+   !> A row over an interval, stored for a later search.
    type, abstract :: curve_t
-      !> Start of the interval, tau, and its length
+      !> Start of the interval, tau, and length of the interval
       real(wp) :: start = 0.0_wp
       real(wp) :: length = 0.0_wp
    contains
-      procedure(last_beyond_interface), deferred :: last_beyond
+      procedure(last_exceedance_interface), deferred :: last_beyond
    end type curve_t
 
    type, abstract :: interval_t
-      !> Its start, tau, and its length
+      !> Start of the interval, tau, and length of the interval
       real(wp) :: start = 0.0_wp
       real(wp) :: length = 0.0_wp
-      !> Number of contacts, of places where moments are asked for
+      !> Number of contacts, and number of places at which moments are requested
       integer :: contacts = 0
       integer :: places = 0
-      !> The run ends with it
+      !> The run ends with the interval
       logical :: is_last = .false.
-      !> Beam and stops may hold more energy after it than before
+      !> The energy of beam and stops may grow during the interval
       logical :: may_gain = .false.
-      !> Peaks are looked for from a share above those known on: searching takes time
+      !> Peaks are searched only if they exceed the known maximum by this share, because a search takes time
       real(wp) :: tolerance = 0.0_wp
    contains
       procedure(contact_interface), deferred :: contact
@@ -80,7 +81,7 @@ module motion_intervals
       procedure(reach_interface), deferred :: rounding
       procedure(exceeds_interface), deferred :: exceeds
       procedure(seek_peak_interface), deferred :: seek_peak
-      procedure(keep_gap_interface), deferred :: keep_gap
+      procedure(record_gap_interface), deferred :: keep_gap
       procedure(impulse_interface), deferred :: impulse
       procedure(integrate_interface), deferred :: integrate
       procedure(energy_interface), deferred :: energy
@@ -90,17 +91,17 @@ module motion_intervals
    end type interval_t
 
    abstract interface
-      !> When was the magnitude last above a level?
-      subroutine last_beyond_interface(self, level, time, is_at_end)
+      !> Find the last time at which the magnitude of the row exceeds a level.
+      subroutine last_exceedance_interface(self, level, time, is_at_end)
          import :: curve_t, wp
          implicit none (type, external)
          class(curve_t), intent(in) :: self
          real(wp), intent(in) :: level
-         !> Since the start of the interval, 0: never
+         !> Time since the start of the interval; 0: the row never exceeds the level
          real(wp), intent(out) :: time
-         !> It still is at the end
+         !> The magnitude exceeds the level at the end of the interval
          logical, intent(out) :: is_at_end
-      end subroutine last_beyond_interface
+      end subroutine last_exceedance_interface
 
       pure function contact_interface(self, k) result(contact)
          import :: interval_t, observed_contact_t
@@ -110,7 +111,7 @@ module motion_intervals
          type(observed_contact_t) :: contact
       end function contact_interface
 
-      !> A row and its rate at a time since the start.
+      !> Value and rate of a row at a time since the start of the interval.
       function evaluate_interface(self, row, time) result(state)
          import :: interval_t, row_t, wp
          implicit none (type, external)
@@ -120,8 +121,8 @@ module motion_intervals
          real(wp) :: state(2)
       end function evaluate_interface
 
-      !> `reach`: what the magnitude of a contact's gap does not exceed, as far as is known without a search;
-      !> `rounding`: the rounding error of the gap.
+      !> `reach`: an upper bound of the magnitude of a gap, known without a search; `rounding`: the rounding error of
+      !> the gap.
       pure function reach_interface(self, k) result(reach)
          import :: interval_t, wp
          implicit none (type, external)
@@ -140,28 +141,28 @@ module motion_intervals
          logical :: does
       end function exceeds_interface
 
-      !> The greatest value of a row on a stretch of the interval, if it is greater than what is known.
+      !> Maximum of a row on a stretch of the interval, if it exceeds a known value.
       subroutine seek_peak_interface(self, row, stretch, known, peak)
          import :: interval_t, peak_t, row_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          type(row_t), intent(in) :: row
-         !> Its ends, since the start of the interval
+         !> Beginning and end of the stretch, since the start of the interval
          real(wp), intent(in) :: stretch(2)
          real(wp), intent(in) :: known
          type(peak_t), intent(inout) :: peak
       end subroutine seek_peak_interface
 
-      !> Keep the gap of a contact.
-      subroutine keep_gap_interface(self, k, curve)
+      !> Store the gap of a contact over the interval.
+      subroutine record_gap_interface(self, k, curve)
          import :: curve_t, interval_t
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
          class(curve_t), allocatable, intent(inout) :: curve
-      end subroutine keep_gap_interface
+      end subroutine record_gap_interface
 
-      !> Integral of the force of a closed contact up to a time since the start.
+      !> Integral of the force of a closed contact from the start of the interval to a given time.
       function impulse_interface(self, k, time) result(impulse)
          import :: interval_t, wp
          implicit none (type, external)
@@ -171,19 +172,20 @@ module motion_intervals
          real(wp) :: impulse
       end function impulse_interface
 
-      !> Integrals of all rows but moments, and of their squares, over a stretch of the interval.
+      !> Integrals of displacements and forces, and of their squares, over a stretch of the interval.
       subroutine integrate_interface(self, stretch, first, second)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
-         !> Its ends, since the start of the interval
+         !> Beginning and end of the stretch, since the start of the interval
          real(wp), intent(in) :: stretch(2)
-         !> Of displacements, which are gaps + s d, and forces, and of their squares, [2 contacts + 1]
+         !> Integrals of displacements (gap + s d) at contacts, of the tip, and of forces, [2 contacts + 1]
          real(wp), intent(out) :: first(:)
+         !> Integrals of the squares of these quantities, [2 contacts + 1]
          real(wp), intent(out) :: second(:)
       end subroutine integrate_interface
 
-      !> Energy of beam and stops at a time since the start.
+      !> Energy of beam and stops at a time since the start of the interval.
       function energy_interface(self, time) result(energy)
          import :: interval_t, wp
          implicit none (type, external)
@@ -195,14 +197,14 @@ module motion_intervals
 
 contains
 
-   !> Displacement of the tip, up from the unstressed beam. The rows before it are the gaps.
+   !> Row of the displacement of the tip, upwards from the unstressed beam. The rows before it are the gaps.
    pure integer function tip_row(self)
       class(interval_t), intent(in) :: self
 
       tip_row = self%contacts + 1
    end function tip_row
 
-   !> Force of a closed contact.
+   !> Row of the force of a closed contact.
    pure integer function force_row(self, k)
       class(interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -210,7 +212,7 @@ contains
       force_row = self%contacts + 1 + k
    end function force_row
 
-   !> Moment at a place.
+   !> Row of the moment at a place.
    pure integer function moment_row(self, p)
       class(interval_t), intent(in) :: self
       integer, intent(in) :: p

@@ -1,4 +1,4 @@
-!> Room for what a run through time is asked to keep, whatever the method.
+!> Allocation of the histories and shapes that a run records, for either method.
 module response_records
    use history_list, only: eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
@@ -12,19 +12,19 @@ module response_records
 
 contains
 
-   !> Make room for what was asked for.
+   !> Allocate the requested histories and shapes.
    pure subroutine open_records(elements, settings, samples, step, response, is_driven)
-      !> Elements of the mesh
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
-      !> What was asked for
+      !> Requested output
       type(output_settings_t), intent(in) :: settings
-      !> Samples beyond the one at the start
+      !> Number of samples after the one at the start
       integer, intent(in) :: samples
-      !> Their distance, tau
+      !> Time between samples, tau
       real(wp), intent(in) :: step
       !> Its histories are allocated, [samples + 1], and its shapes
       type(response_t), intent(inout) :: response
-      !> Loads act on the beam, whose work is kept, too; default false
+      !> Loads act on the beam, whose work is recorded; default false
       logical, intent(in), optional :: is_driven
 
       integer :: i, shapes
@@ -54,31 +54,31 @@ contains
       end associate
    end subroutine open_records
 
-   !> Instants of the shapes: those of the list and those at equal distances, in the order of time, none twice.
+   !> Instants of the recorded shapes, in ascending order without duplicates: listed ones and equally spaced ones.
    pure subroutine find_instants(settings, duration, instants)
-      !> What was asked for
+      !> Requested output
       type(output_settings_t), intent(in) :: settings
       !> The last instant allowed
       real(wp), intent(in) :: duration
-      !> The instants; unallocated: no shapes were asked for
+      !> Instants, tau; unallocated: no shapes are requested
       real(wp), allocatable, intent(out) :: instants(:)
 
-      integer :: i, even
+      integer :: i, last
       real(wp), allocatable :: listed(:), times(:)
 
       if (.not. allocated(settings%shape_times) .and. settings%shape_step <= 0.0_wp) return
       allocate (listed(0))
       if (allocated(settings%shape_times)) listed = settings%shape_times(ascending_order(settings%shape_times))
-      even = -1
-      if (settings%shape_step > 0.0_wp) even = count_samples(duration, settings%shape_step)
-      times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, even)])
+      last = -1
+      if (settings%shape_step > 0.0_wp) last = count_samples(duration, settings%shape_step)
+      times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, last)])
       instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
          [.true., (times(i) > times(i - 1), i=2, size(times))])
    end subroutine find_instants
 
-   !> Two ascending lists as one.
+   !> Merge two ascending lists.
    pure function merged(first, second) result(values)
-      !> The lists
+      !> The lists, ascending
       real(wp), intent(in) :: first(:)
       real(wp), intent(in) :: second(:)
       real(wp), allocatable :: values(:)
@@ -100,7 +100,7 @@ contains
       end do
    end function merged
 
-   !> Room for what is kept of a surface.
+   !> Allocate the histories of a contact.
    pure subroutine open_contact_record(contact, output, samples, record)
       type(contact_t), intent(in) :: contact
       type(output_settings_t), intent(in) :: output

@@ -1,9 +1,9 @@
-!> What a run through time leaves behind: events, histories at equal steps, shapes, energies. Both
-!> methods (`newmark`, `exact`) fill it; measures, files and tables read it.
+!> Result of a run: events, histories at equal steps, shapes, energies. Both methods (`newmark`, `exact`) fill it;
+!> measures, files and tables read it.
 !>
-!> Scales as everywhere behind the scene (docs/theory.md, section 2): displacement eta = (y - d)/(y_c(0) - d), time
-!> tau = omega1 t, mass in rho Abar L; so energies come in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in
-!> rho Abar L omega1 (y_c(0) - d), and forces as Pbar of the paper.
+!> All values are dimensionless (docs/theory.md, section 2): displacement eta = (y - d)/(y_c(0) - d), time tau = omega1
+!> t, mass in rho Abar L. Energies are therefore in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in rho Abar L omega1
+!> (y_c(0) - d), and forces are Pbar of the paper.
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
@@ -17,25 +17,26 @@ module response_types
    public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, mesh_check_t, run_measures_t, settling_level, settled_energy
 
-   !> Model A: the stop point hits the stop and rebounds.
+   !> Rigid stop (model A): the beam hits the stop and rebounds.
    integer, parameter :: event_impact = 1
-   !> Model A: the stop point comes to rest on the stop and is held, or released at once if that would have to pull.
+   !> Rigid stop (model A): the beam comes to rest on the stop; the contact closes, or opens at once if the reaction
+   !> would be tensile.
    integer, parameter :: event_capture = 2
-   !> Model A: the held stop point leaves.
+   !> Rigid stop (model A): a closed contact opens.
    integer, parameter :: event_release = 3
-   !> Model B: contact begins.
+   !> Compliant stop (model B): contact begins.
    integer, parameter :: event_contact = 4
-   !> Model B: contact ends.
+   !> Compliant stop (model B): contact ends.
    integer, parameter :: event_separation = 5
-   !> Model A: a stop that holds the stop point takes an impulse as another is hit.
+   !> Rigid stop (model A): impulse on a closed contact during an impact at another contact.
    integer, parameter :: event_closed_impulse = 6
-   !> The constants above in words.
+   !> Names of the events in results files and tables.
    character(*), parameter :: event_names(6) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
       'separation', 'blow']
 
-   !> The stop point is quiet while |eta_c| stays within this; a flight that rises above it is a rebound.
+   !> Settling level: the motion has settled when |eta_c| stays below it; a flight that rises above it is a rebound.
    real(wp), parameter :: settling_level = 0.02_wp
-   !> The energy is spent when no more than this share of it is left above that at rest.
+   !> The energy has decayed when at most this share of the initial energy is left, both above the energy at rest.
    real(wp), parameter :: settled_energy = 0.01_wp
 
    type :: event_t
@@ -48,232 +49,240 @@ module response_types
       !> d eta / d tau of the stop point before and after
       real(wp) :: velocity_before = 0.0_wp
       real(wp) :: velocity_after = 0.0_wp
-      !> Impulse on the beam, >= 0 away from the stop
+      !> Impulse on the beam, positive away from the stop
       real(wp) :: impulse = 0.0_wp
-      !> Change of the beam's energy at the event
+      !> Change of the energy of the beam at the event
       real(wp) :: energy_change = 0.0_wp
-      !> Which surface of those of all stops, in the scene's order, below before above
+      !> Number of the contact in the scene's order, below before above
       integer :: contact = 1
    end type event_t
 
-   !> The ledger at the sample times. Kinetic + strain + stop + dissipated_* - created - work is constant.
+   !> Energies at the sample times. Kinetic + strain + stop + dissipated_* - created - work is constant.
    type :: energy_t
-      !> Kinetic energy of beam and tip mass; of Newmark's steps with their mass M*
+      !> Kinetic energy of beam and tip mass; for Newmark's method with its mass matrix M*
       real(wp), allocatable :: kinetic(:)
       !> Strain energy of the beam
       real(wp), allocatable :: strain(:)
-      !> Energy in the springs of the stop
+      !> Strain energy of the springs of the stops
       real(wp), allocatable :: stop(:)
-      !> Dissipated so far: inside the beam (with gamma > 1/2 by Newmark's steps too), in the stop, at impacts
+      !> Energy dissipated since the start: inside the beam (including numerical dissipation if gamma > 1/2), in the
+      !> stops, at impacts
       real(wp), allocatable :: dissipated_beam(:)
       real(wp), allocatable :: dissipated_stop(:)
       real(wp), allocatable :: dissipated_impact(:)
-      !> Created so far by the nodal reading of the impulse
+      !> Energy created since the start by replacing nodal velocities
       real(wp), allocatable :: created(:)
-      !> Work of forces and of the base so far; unallocated: there are none
+      !> Work of forces and of the base since the start; unallocated: there are none
       real(wp), allocatable :: work(:)
    end type energy_t
 
-   !> What engineers ask of a run: how soon, how hard, how long, how high again, when quiet. From phases or steps and
-   !> from events, never from samples, so that it does not depend on what is kept.
+   !> Measures of a run: when and how hard the beam hits, how long it stays in contact, how high it rebounds, when it
+   !> settles. They follow from phases or steps and from events, not from samples, so they do not depend on the recorded
+   !> histories.
    type :: run_measures_t
       !> Length of the run, tau
       real(wp) :: duration = 0.0_wp
-      !> Impacts of model A, or contacts of model B
+      !> Number of impacts on rigid stops, or of contacts with compliant stops
       integer :: impacts = 0
-      !> Contacts that last: capture to release, contact to separation, or to the end of the run
+      !> Beginning and end of each closed contact: capture to release, contact to separation, or to the end of the run
       real(wp), allocatable :: contact_start(:)
       real(wp), allocatable :: contact_end(:)
-      !> Time of the first meeting with the stop, and d eta/d tau before it; meaningless without any
+      !> The beam has hit a stop
       logical :: has_met_stop = .false.
+      !> Instant of the first impact, and d eta/d tau before it; not set if there is none
       real(wp) :: first_impact_tau = 0.0_wp
       real(wp) :: first_impact_velocity = 0.0_wp
       !> Longest and total time in contact
       real(wp) :: longest_contact = 0.0_wp
       real(wp) :: total_contact = 0.0_wp
-      !> What peaks and extremes of moments and statistics may be short by, a share of themselves
+      !> Tolerance of peaks and of extremes of moments and statistics, as a share of the value
       real(wp) :: extremes_tolerance = peak_tolerance
-      !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an
-      !> episode
+      !> Maximum contact force, as Pbar; for a rigid stop the maximum mean force over `force_window` from the beginning
+      !> of an episode
       real(wp) :: greatest_force = 0.0_wp
-      !> Greatest impulse of an episode, less that of the force at rest in its contacts
+      !> Maximum impulse of an episode, less the impulse of the force at rest during its contacts
       real(wp) :: greatest_impulse = 0.0_wp
-      !> Number of rebounds, and the highest point of each, or of the first of them
+      !> Number of rebounds
       integer :: rebounds = 0
+      !> Peak of each rebound, or of the first rebounds
       real(wp), allocatable :: peak_eta(:)
       real(wp), allocatable :: peak_tau(:)
-      !> When |eta_c| last exceeded `settling_level`; false: at the end it still does
+      !> |eta_c| does not exceed `settling_level` at the end of the run
       logical :: has_settled = .false.
+      !> Instant at which |eta_c| last exceeded that level
       real(wp) :: settling_tau = 0.0_wp
-      !> When the energy above that of the beam at rest last exceeded `settled_energy` of the start's; false: it still
-      !> does
+      !> The energy has decayed to the share `settled_energy` at the end of the run
       logical :: has_spent = .false.
+      !> Instant at which the energy last exceeded that share
       real(wp) :: spent_tau = 0.0_wp
       !> Energy at the start, of the beam at rest, and at the end
       real(wp) :: start_energy = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: final_energy = 0.0_wp
-      !> Shares of the start's energy above rest: dissipated in the beam, in the stop, at impacts; created by the nodal
-      !> reading of the impulse; left at the end
+      !> Shares of the initial energy above rest: dissipated in the beam, in the stop, at impacts; created by replacing
+      !> nodal velocities; left at the end
       real(wp) :: lost_beam = 0.0_wp
       real(wp) :: lost_stop = 0.0_wp
       real(wp) :: lost_impact = 0.0_wp
       real(wp) :: created = 0.0_wp
       real(wp) :: left = 0.0_wp
-      !> Of all places where they are asked for: the greatest moment and stress in magnitude, when and where that stress
-      !> is, and the widest range of stress of one of them
+      !> Over all places of &stress: the maximum moment in magnitude
       logical :: has_moment = .false.
       real(wp) :: greatest_moment = 0.0_wp
+      !> The maximum stress in magnitude, its instant and its position
       logical :: has_stress = .false.
       real(wp) :: greatest_stress = 0.0_wp
       real(wp) :: greatest_stress_tau = 0.0_wp
       real(wp) :: greatest_stress_position = 0.0_wp
+      !> Maximum range of the stress at one place
       real(wp) :: stress_range = 0.0_wp
-      !> Elements of the mesh
+      !> Number of elements of the mesh
       integer :: mesh_elements = 0
-      !> Statistics of all surfaces together, [statistic_count]; unallocated: not asked for
+      !> Statistics of all contacts together, [statistic_count]; unallocated: not requested
       real(wp), allocatable :: statistics(:)
-      !> From sections, if they are asked for
+      !> Measures from Poincare sections, if these are requested
       logical :: has_sections = .false.
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp
       real(wp) :: lyapunov_exponent = 0.0_wp
    end type run_measures_t
 
-   !> How many modes a run kept, and what the trials found from which that number follows.
+   !> Number of modes of a run, and the trials by which this number was chosen.
    type :: mode_check_t
-      !> Kept, of all that the mesh has
+      !> Number of modes retained, and number of modes of the mesh
       integer :: kept = 0
       integer :: all_modes = 0
-      !> So many more had the trial that was compared with one in those kept; 0: none was
+      !> Number of modes of the trial compared with the trial in the retained modes; 0: there was no comparison
       integer :: compared = 0
-      !> Up to here both were compared, tau, and their greatest difference in eta of stops and tip
+      !> End of the comparison, tau, and maximum difference in eta of stops and tip up to there
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
-      !> What was asked for, in eta, and whether the difference keeps well within it
+      !> Requested tolerance of eta
       real(wp) :: tolerance = 0.0_wp
+      !> The difference is well within the tolerance
       logical :: agrees = .false.
-      !> The motion goes on under harmonic loads beyond the horizon
+      !> The motion continues under harmonic loads after the horizon
       logical :: goes_on = .false.
-      !> Sums evaluated in trials, and these times the modes of each
+      !> Evaluations in trials, and sum over the trials of evaluations times modes
       integer(i8) :: evaluations = 0_i8
       real(wp) :: work = 0.0_wp
    end type mode_check_t
 
-   !> The mesh of a run, and what a finer one told.
+   !> Mesh of a run, and comparison with a finer one.
    type :: mesh_check_t
       integer :: elements = 0
-      !> Length of an element over that of the next towards the tip
+      !> Length of an element over that of the next element towards the tip
       real(wp) :: ratio = 1.0_wp
-      !> The inertia of the stop's node belongs to its neighbours
+      !> The inertia of the stop's node is redistributed to its neighbours
       logical :: is_redistributed = .false.
-      !> They do not, but would better
+      !> It is not, although redistribution would be more accurate
       logical :: adds_mass = .false.
-      !> Elements of the finer mesh; 0: the mesh was given, none was compared
+      !> Number of elements of the finer mesh; 0: the mesh was given and not compared
       integer :: compared = 0
-      !> Asked for
+      !> Requested tolerance
       real(wp) :: tolerance = 0.0_wp
-      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip or in tau of first
-      !> impact or quiet
+      !> End of the comparison, tau, and maximum difference in eta of stop and tip, or in tau of first impact or
+      !> settling
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
-      !> They agree within the tolerance
+      !> The difference is within the tolerance
       logical :: is_settled = .false.
    end type mesh_check_t
 
-   !> A history; unallocated: not asked for.
+   !> A history; unallocated: not requested.
    type :: series_t
       real(wp), allocatable :: values(:)
    end type series_t
 
-   !> What happens at one surface, where there are several.
+   !> Histories and measures of one of several contacts.
    type :: contact_record_t
-      !> Which &stop it belongs to; 1 below the beam, -1 above
+      !> Number of its &stop, and side of the beam: 1 below, -1 above
       integer :: stop = 1
       integer :: sign = 1
-      !> Lc/L, and d in units of displacement
+      !> Position Lc/L, and height d in the unit of displacement
       real(wp) :: position = 1.0_wp
       real(wp) :: height = 0.0_wp
-      !> eta of the stop point, y - d there, its velocity, and Pbar, >= 0, at the sample times; unallocated: not asked
-      !> for
+      !> Gap y - d, velocity y', and contact force Pbar >= 0 at the sample times; unallocated: not requested
       real(wp), allocatable :: eta(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: force(:)
-      !> Its part of the ledger
+      !> Strain energy of the stop, and energy dissipated at the contact, at the sample times
       real(wp), allocatable :: energy(:)
       real(wp), allocatable :: dissipated(:)
-      !> Its measures; those of the whole run (rebounds, quiet, energies) are not meant
+      !> Measures of the contact; those that describe the whole run (rebounds, settling time, energies) are not valid
       type(run_measures_t), allocatable :: measures
    end type contact_record_t
 
-   !> Bending moment and stress at a place of the beam. Moments in the unit of Pbar times L, positive where the beam is
-   !> bent upwards; stresses in E D/L.
+   !> Bending moment and stress at a place of the beam. Moments are in the unit of Pbar times L, positive if the beam is
+   !> bent upwards; stresses are in E D/L.
    type :: moment_record_t
       !> x/L
       real(wp) :: position = 0.0_wp
-      !> Stress at the outer fibre below the axis per moment, and is it known?
+      !> Stress at the outer fibre below the axis, per moment
       real(wp) :: stress_ratio = 0.0_wp
+      !> The stress is defined at this place
       logical :: has_stress = .false.
-      !> At the sample times; unallocated: not asked for
+      !> Moment at the sample times; unallocated: not requested
       real(wp), allocatable :: moment(:)
-      !> Least and greatest moment, and when; nothing was measured before the first
+      !> Minimum and maximum moment, and their instants; the initial values mean that nothing has been measured
       real(wp) :: least = huge(1.0_wp)
       real(wp) :: least_tau = 0.0_wp
       real(wp) :: greatest = -huge(1.0_wp)
       real(wp) :: greatest_tau = 0.0_wp
-      !> What the searches for either have left
+      !> States of the searches for the minimum and for the maximum
       type(extreme_search_t) :: minimum_search
       type(extreme_search_t) :: maximum_search
    end type moment_record_t
 
    type :: response_t
-      !> Events in order; only the first `event_count` are meant
+      !> Events in order; only the first `event_count` are valid
       type(event_t), allocatable :: events(:)
       integer :: event_count = 0
       !> Sample times
       real(wp), allocatable :: tau(:)
-      !> Those of `history_table` at the sample times
+      !> Histories in the order of `history_table`, at the sample times
       type(series_t) :: history(history_count)
-      !> Surfaces in the scene's order, below before above; unallocated: there is one
+      !> Contacts in the scene's order, below before above; unallocated: there is one contact
       type(contact_record_t), allocatable :: contacts(:)
-      !> Moments at the places asked for, in the scene's order; unallocated: nowhere
+      !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
-      !> Ledger; unallocated: not asked for
+      !> Energies; unallocated: not requested
       type(energy_t), allocatable :: energy
-      !> Measures; unallocated: not asked for
+      !> Measures; unallocated: not requested
       type(run_measures_t), allocatable :: measures
-      !> Statistics; unallocated: not asked for
+      !> Statistics; unallocated: not requested
       type(run_statistics_t), allocatable :: statistics
-      !> Sections; unallocated: not asked for
+      !> Poincare sections; unallocated: not requested
       type(run_sections_t), allocatable :: sections
-      !> Surfaces, in the scene's order, that were closed as the run took over a motion; unallocated: it took over none
+      !> Whether each contact, in the scene's order, was closed at the start of a run that continues another;
+      !> unallocated: the run does not continue another
       logical, allocatable :: starts_closed(:)
-      !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],
-      !> clamp first
+      !> Instants of the recorded shapes of the whole beam
       real(wp), allocatable :: shape_tau(:)
+      !> eta, slope d eta/d(x/L), and their rates, [node, instant], clamp first
       real(wp), allocatable :: shape_displacement(:, :)
       real(wp), allocatable :: shape_slope(:, :)
       real(wp), allocatable :: shape_velocity(:, :)
       real(wp), allocatable :: shape_slope_velocity(:, :)
       !> Energy at the start
       real(wp) :: initial_energy = 0.0_wp
-      !> In contact at the end of the run
+      !> A contact is closed at the end of the run
       logical :: ends_in_contact = .false.
-      !> Work done: steps taken (newmark) or modal sums evaluated (exact), steps taken back,
-      !> factorisations or eigen-solves
+      !> Numbers of steps taken (newmark) or of modal sums evaluated (exact), of rejected steps, and of factorisations
+      !> or eigenvalue problems
       integer(i8) :: evaluations = 0_i8
       integer(i8) :: rejected = 0_i8
       integer :: factorisations = 0
-      !> Modes kept (exact)
+      !> Modes of the run (exact)
       type(mode_check_t) :: mode_check
       type(mesh_check_t) :: mesh_check
    end type response_t
 
 contains
 
-   !> Add an event; the array grows by doubling.
+   !> Append an event; the array grows by doubling.
    pure subroutine append_event(response, event)
-      !> What the event is added to
+      !> The run that receives the event
       type(response_t), intent(inout) :: response
       type(event_t), intent(in) :: event
 
@@ -289,9 +298,9 @@ contains
       response%events(response%event_count) = event
    end subroutine append_event
 
-   !> How far the ledger of a run is from closing at any of its samples.
+   !> Maximum error of the energy balance at the samples of a run.
    pure function miss_of_energies(response) result(miss)
-      !> With energies
+      !> The run, with its energies
       type(response_t), intent(in) :: response
       real(wp) :: miss
 
@@ -305,7 +314,7 @@ contains
       miss = maxval(abs(excess))
    end function miss_of_energies
 
-   !> Does contact that lasts begin here?
+   !> Does an event of this kind begin a closed contact?
    elemental function is_contact_start(kind) result(starts)
       !> One of the `event_` constants
       integer, intent(in) :: kind
@@ -314,7 +323,7 @@ contains
       starts = kind == event_capture .or. kind == event_contact
    end function is_contact_start
 
-   !> Does contact that lasted end here?
+   !> Does an event of this kind end a closed contact?
    elemental function is_contact_end(kind) result(ends)
       !> One of the `event_` constants
       integer, intent(in) :: kind

@@ -1,10 +1,10 @@
-!> What is measured of a run, by any method: the tally that its phases or steps keep, and what follows from it and from
-!> the events at the end (docs/theory.md, section 12).
+!> Measures of a run, by either method: sums accumulated during phases or steps, and measures that follow from these
+!> sums and from the events at the end (docs/theory.md, section 12).
 !>
-!> An episode is all that the stop does to the beam between two flights that rise above `settling_level`: impacts in their
-!> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's
-!> impulse does not. Nor has the force of a rigid stop a limit in the mesh, which is the greater the less mass is
-!> stopped at once; its mean over a time has one.
+!> An episode comprises all contact between two flights that rise above `settling_level`: impacts in quick succession,
+!> closed contacts, and low flights between them. Single impacts and contacts change with the mesh; the impulse of an
+!> episode does not. The force of a rigid stop does not converge with the mesh either, because it grows as the mass that
+!> is stopped at once decreases; its mean over a fixed time converges.
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -18,52 +18,55 @@ module run_measures
    public :: finish_accumulator, gather_measures
    public :: comes_to_rest, early_part, excess_of, force_window, no_rest, row_of
 
-   !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
+   !> Time from the beginning of an episode over which the force of a rigid stop is averaged, tau.
    real(wp), parameter :: force_window = 0.1_wp
 
-   !> Energy at the rest that a beam under loads does not come to.
+   !> Energy at rest of a beam that does not come to rest because loads act on it.
    real(wp), parameter :: no_rest = -huge(1.0_wp)
 
-   !> What has gathered so far; numbers only, so that it can be put back where a run goes back.
+   !> Accumulated sums. Numbers only, so that a copy restores them when a run returns to an earlier state.
    type :: accumulator_t
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
-      !> The stop yields: the force itself is what it is
+      !> The stop is compliant, so that the maximum of the force itself is measured
       logical :: yields = .false.
-      !> Force and energy at rest at the end of all motion, and the energy at the start
+      !> Contact force and energy at static equilibrium, and energy at the start
       real(wp) :: rest_force = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: start_energy = 0.0_wp
-      !> The greatest of searches for peaks of rebounds and of the force, as a share
+      !> Maximum tolerance of the searches for peaks of rebounds and of the force, as a share of the peak
       real(wp) :: tolerance = 0.0_wp
-      !> Greatest so far
+      !> Maxima since the start of the run
       real(wp) :: greatest_force = 0.0_wp
       real(wp) :: greatest_impulse = 0.0_wp
-      !> The episode under way: its beginning, its impulse less that of the force at rest, and the whole impulse in
-      !> `force_window` of its beginning
+      !> An episode is in progress
       logical :: in_episode = .false.
+      !> Beginning of the episode, tau
       real(wp) :: begin = 0.0_wp
+      !> Impulse of the episode less that of the force at rest
       real(wp) :: impulse = 0.0_wp
+      !> Impulse of the episode within `force_window` of its beginning
       real(wp) :: early_impulse = 0.0_wp
-      !> The energy is spent, and since when
+      !> The energy has decayed
       logical :: has_spent = .false.
+      !> Instant at which the energy decayed
       real(wp) :: spent_tau = 0.0_wp
    end type accumulator_t
 
 contains
 
-   !> Begin a run with any surface.
+   !> Initialise the accumulator of a contact.
    pure subroutine open_accumulator(yields, start_energy, rest_force, rest_energy, force_scale, accumulator)
-      !> The surface is not rigid
+      !> The contact is compliant
       logical, intent(in) :: yields
       !> Energy at the start
       real(wp), intent(in) :: start_energy
-      !> Force of the surface, and energy of all, at rest at the end of all motion
+      !> Contact force, and energy of beam and stops, at static equilibrium
       real(wp), intent(in) :: rest_force
       real(wp), intent(in) :: rest_energy
       !> Pbar per unit of force
       real(wp), intent(in) :: force_scale
-      !> Ready for the first phase
+      !> The accumulator, ready for the first phase
       type(accumulator_t), intent(out) :: accumulator
 
       accumulator%yields = yields
@@ -73,7 +76,7 @@ contains
       accumulator%force_scale = force_scale
    end subroutine open_accumulator
 
-   !> An impulse at an instant.
+   !> Add an impulse at an instant.
    elemental subroutine take_impulse(accumulator, tau, impulse)
       type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: tau
@@ -81,28 +84,28 @@ contains
 
       call begin_episode(accumulator, tau)
       accumulator%impulse = accumulator%impulse + impulse
-      if (tau <= accumulator%begin + force_window) call take_early(accumulator, impulse)
+      if (tau <= accumulator%begin + force_window) call add_early_impulse(accumulator, impulse)
    end subroutine take_impulse
 
-   !> A contact, or a step of it.
+   !> Add a closed contact, or one step of it.
    elemental subroutine take_contact(accumulator, from, length, impulse, early_impulse)
       type(accumulator_t), intent(inout) :: accumulator
-      !> Beginning and length
+      !> Beginning and length of the contact, tau
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
-      !> Integral of the force over it, and over its `early_part`
+      !> Integral of the force over the contact, and over its `early_part`
       real(wp), intent(in) :: impulse
       real(wp), intent(in) :: early_impulse
 
       call begin_episode(accumulator, from)
       accumulator%impulse = accumulator%impulse + (impulse - accumulator%rest_force*length)
-      call take_early(accumulator, early_impulse)
+      call add_early_impulse(accumulator, early_impulse)
    end subroutine take_contact
 
-   !> How much of a contact lies in `force_window` of the beginning of its episode.
+   !> Length of the part of a contact that lies within `force_window` of the beginning of its episode.
    elemental function early_part(accumulator, from, length) result(part)
       type(accumulator_t), intent(in) :: accumulator
-      !> Beginning and length of the contact
+      !> Beginning and length of the contact, tau
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
       real(wp) :: part
@@ -112,8 +115,8 @@ contains
       part = min(max(part, 0.0_wp), length)
    end function early_part
 
-   !> An impulse within `force_window`.
-   elemental subroutine take_early(accumulator, impulse)
+   !> Add an impulse within `force_window`.
+   elemental subroutine add_early_impulse(accumulator, impulse)
       type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: impulse
 
@@ -122,9 +125,9 @@ contains
          accumulator%greatest_force = max(accumulator%greatest_force, &
             accumulator%force_scale*accumulator%early_impulse/force_window)
       end if
-   end subroutine take_early
+   end subroutine add_early_impulse
 
-   !> The stop acts: an episode begins unless it has.
+   !> Begin an episode, unless one is in progress.
    elemental subroutine begin_episode(accumulator, tau)
       type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: tau
@@ -136,7 +139,7 @@ contains
       accumulator%early_impulse = 0.0_wp
    end subroutine begin_episode
 
-   !> A flight rises above `settling_level`, or the run ends: the episode is over.
+   !> End the episode, because a flight rises above `settling_level` or the run ends.
    elemental subroutine end_episode(accumulator)
       type(accumulator_t), intent(inout) :: accumulator
 
@@ -144,7 +147,7 @@ contains
       accumulator%in_episode = .false.
    end subroutine end_episode
 
-   !> Is there rest at the end of all motion?
+   !> Does the beam come to rest in static equilibrium?
    elemental function comes_to_rest(accumulator) result(does)
       type(accumulator_t), intent(in) :: accumulator
       logical :: does
@@ -152,7 +155,7 @@ contains
       does = accumulator%rest_energy > no_rest
    end function comes_to_rest
 
-   !> By how much an energy, less that of rest, exceeds the share that counts as spent.
+   !> Excess of an energy, less that at rest, over the share that counts as decayed.
    elemental function excess_of(accumulator, energy) result(excess)
       type(accumulator_t), intent(in) :: accumulator
       real(wp), intent(in) :: energy
@@ -161,7 +164,7 @@ contains
       excess = energy - accumulator%rest_energy - settled_energy*(accumulator%start_energy - accumulator%rest_energy)
    end function excess_of
 
-   !> The energy is spent from here on, or is not any more.
+   !> Record that the energy has decayed, or exceeds that share again.
    elemental subroutine record_decay(accumulator, is_spent, tau)
       type(accumulator_t), intent(inout) :: accumulator
       logical, intent(in) :: is_spent
@@ -171,25 +174,25 @@ contains
       accumulator%has_spent = is_spent
    end subroutine record_decay
 
-   !> The highest point of the last rebound so far.
+   !> Record the peak of the last rebound.
    pure subroutine put_peak(measures, tau, eta)
-      !> It is counted already
+      !> Measures, in which the rebound is already counted
       type(run_measures_t), intent(inout) :: measures
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: eta
 
       real(wp), allocatable :: larger(:)
-      integer :: room
+      integer :: capacity
 
       associate (place => measures%rebounds)
          if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(8), measures%peak_tau(8))
-         room = size(measures%peak_eta)
-         if (place > room) then
-            allocate (larger(2*room))
-            larger(:room) = measures%peak_eta
+         capacity = size(measures%peak_eta)
+         if (place > capacity) then
+            allocate (larger(2*capacity))
+            larger(:capacity) = measures%peak_eta
             call move_alloc(larger, measures%peak_eta)
-            allocate (larger(2*room))
-            larger(:room) = measures%peak_tau
+            allocate (larger(2*capacity))
+            larger(:capacity) = measures%peak_tau
             call move_alloc(larger, measures%peak_tau)
          end if
          measures%peak_eta(place) = eta
@@ -197,26 +200,26 @@ contains
       end associate
    end subroutine put_peak
 
-   !> The end of the run.
+   !> Compute the measures at the end of the run.
    pure subroutine finish_accumulator(accumulator, response, duration, lost, created, most_peaks, measures, contact)
-      !> What has gathered
+      !> Accumulated sums
       type(accumulator_t), intent(inout) :: accumulator
       !> The run, with its events
       type(response_t), intent(in) :: response
-      !> Its length, tau
+      !> Length of the run, tau
       real(wp), intent(in) :: duration
       !> Energy dissipated in the beam, in the stop, at impacts
       real(wp), intent(in) :: lost(3)
-      !> Energy created by the nodal reading
+      !> Energy created by replacing nodal velocities
       real(wp), intent(in) :: created
-      !> Peaks were kept of so many rebounds
+      !> Maximum number of rebounds whose peaks are recorded
       integer, intent(in) :: most_peaks
-      !> Its final energy, rebounds and instant of quiet are there
+      !> Measures; final energy, rebounds and settling time are set
       type(run_measures_t), intent(inout) :: measures
-      !> Only the events of this surface are meant; default: all
+      !> Number of the contact whose events are counted; absent: all
       integer, intent(in), optional :: contact
 
-      real(wp) :: shares(5), above
+      real(wp) :: shares(5), initial_excess
       integer :: peaks
 
       call end_episode(accumulator)
@@ -230,11 +233,11 @@ contains
       measures%start_energy = accumulator%start_energy
       measures%rest_energy = merge(accumulator%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), &
          comes_to_rest(accumulator))
-      ! a start without energy has none to share
-      above = accumulator%start_energy - accumulator%rest_energy
+      ! without initial energy the shares are not defined
+      initial_excess = accumulator%start_energy - accumulator%rest_energy
       shares = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (above > 0.0_wp .and. comes_to_rest(accumulator)) then
-         shares = [lost, created, measures%final_energy - accumulator%rest_energy]/above
+      if (initial_excess > 0.0_wp .and. comes_to_rest(accumulator)) then
+         shares = [lost, created, measures%final_energy - accumulator%rest_energy]/initial_excess
       end if
       measures%lost_beam = shares(1)
       measures%lost_stop = shares(2)
@@ -250,12 +253,12 @@ contains
       call measure_events(response, measures, contact)
    end subroutine finish_accumulator
 
-   !> What the events alone tell.
+   !> Measures that follow from the events alone.
    pure subroutine measure_events(response, measures, contact)
       type(response_t), intent(in) :: response
-      !> What was measured; the length of the run is there
+      !> Measures; the length of the run is set
       type(run_measures_t), intent(inout) :: measures
-      !> Of this surface only; default: of all
+      !> Number of the contact whose events are counted; absent: all
       integer, intent(in), optional :: contact
 
       integer :: contacts, i
@@ -276,7 +279,7 @@ contains
          end if
          associate (event => response%events(i))
             if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
-            if (.not. measures%has_met_stop .and. arrives(event%kind)) then
+            if (.not. measures%has_met_stop .and. is_arrival(event%kind)) then
                measures%has_met_stop = .true.
                measures%first_impact_tau = event%tau
                measures%first_impact_velocity = event%velocity_before
@@ -288,7 +291,7 @@ contains
             else if (is_contact_end(event%kind) .and. in_contact) then
                in_contact = .false.
                limits(2, contacts) = event%tau
-               ! what lets go at once does not last
+               ! a contact that opens at once is not a closed contact
                if (.not. event%tau > limits(1, contacts)) contacts = contacts - 1
             end if
          end associate
@@ -299,12 +302,12 @@ contains
       if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
    end subroutine measure_events
 
-   !> The measures of a run with several surfaces, of which each has its own: sums, the first, the longest, the greatest
-   !> of all. Rebounds, quiet and energies are those of the surface from which the beam was released.
+   !> Measures of a run with several contacts from the measures of each: sums, the earliest, the longest, the maximum.
+   !> Rebounds, settling time and energies are those of the contact from which the beam was released.
    pure subroutine gather_measures(response, release_contact)
-      !> Its surfaces have measures; it gets those of the run
+      !> The run, whose contacts have measures; receives the measures of the run
       type(response_t), intent(inout) :: response
-      !> The surface from which the beam was released
+      !> The contact from which the beam was released
       integer, intent(in) :: release_contact
 
       integer :: k
@@ -317,17 +320,17 @@ contains
          whole%impacts = 0
          whole%has_met_stop = .false.
          do k = 1, size(response%contacts)
-            associate (own => response%contacts(k)%measures)
-               whole%impacts = whole%impacts + own%impacts
-               start = [start, own%contact_start]
-               end = [end, own%contact_end]
-               whole%greatest_force = max(whole%greatest_force, own%greatest_force)
-               whole%greatest_impulse = max(whole%greatest_impulse, own%greatest_impulse)
-               if (.not. own%has_met_stop) cycle
-               if (whole%has_met_stop .and. own%first_impact_tau >= whole%first_impact_tau) cycle
+            associate (of_contact => response%contacts(k)%measures)
+               whole%impacts = whole%impacts + of_contact%impacts
+               start = [start, of_contact%contact_start]
+               end = [end, of_contact%contact_end]
+               whole%greatest_force = max(whole%greatest_force, of_contact%greatest_force)
+               whole%greatest_impulse = max(whole%greatest_impulse, of_contact%greatest_impulse)
+               if (.not. of_contact%has_met_stop) cycle
+               if (whole%has_met_stop .and. of_contact%first_impact_tau >= whole%first_impact_tau) cycle
                whole%has_met_stop = .true.
-               whole%first_impact_tau = own%first_impact_tau
-               whole%first_impact_velocity = own%first_impact_velocity
+               whole%first_impact_tau = of_contact%first_impact_tau
+               whole%first_impact_velocity = of_contact%first_impact_velocity
             end associate
          end do
          order = ascending_order(start)
@@ -339,9 +342,9 @@ contains
       end associate
    end subroutine gather_measures
 
-   !> The measures in the order of the table; what did not happen is NaN.
+   !> The measures in the order of `measure_table`; NaN for an event that did not occur.
    pure function row_of(measures) result(row)
-      !> What was measured
+      !> Measures of the run
       type(run_measures_t), intent(in) :: measures
       real(wp) :: row(measure_count)
 
@@ -349,7 +352,7 @@ contains
       integer, parameter :: first_peak = findloc(name, 'peak_1', 1)
 
       row = ieee_value(1.0_wp, ieee_quiet_nan)
-      ! a name that the table has not is found at 0, which the compiler tells
+      ! a name that is missing in the table gives index 0, which the compiler reports
       row(measure_status) = 0.0_wp
       row(findloc(name, 'impacts', 1)) = real(measures%impacts, wp)
       row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)
@@ -388,13 +391,13 @@ contains
       if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics
    end function row_of
 
-   !> Does the stop point arrive at the stop with this event?
-   elemental function arrives(kind) result(answer)
+   !> Does the beam hit the stop at an event of this kind?
+   elemental function is_arrival(kind) result(answer)
       !> Kind of the event
       integer, intent(in) :: kind
       logical :: answer
 
       answer = kind == event_impact .or. kind == event_capture .or. kind == event_contact
-   end function arrives
+   end function is_arrival
 
 end module run_measures

@@ -1,4 +1,4 @@
-!> What observes a run: one entry here each, whatever the method.
+!> Observers of a run, for either method; each observer has an entry in the procedures of this module.
 module run_observers
    use block_statistics, only: finish_statistics, open_blocks, take_events
    use contact_measures, only: finish_measures, measure_interval, measures_t
@@ -17,7 +17,7 @@ module run_observers
 
    type :: observers_t
       type(measures_t) :: measures
-      !> What &statistics, &poincare and &stress ask for; unallocated: nothing
+      !> Observers requested by &statistics, &poincare and &stress; unallocated: not requested
       type(block_sums_t), allocatable :: blocks
       type(run_sections_t), allocatable :: sections
       type(moment_record_t), allocatable :: moments(:)
@@ -25,36 +25,36 @@ module run_observers
 
 contains
 
-   !> Begin a run.
+   !> Prepare the observers of a run.
    subroutine open_observers(settings, number, yields, release_contact, response, observers, modes)
       type(run_settings_t), intent(in) :: settings
-      !> Of each contact in the scene's order
+      !> Number of each contact in the scene's order
       integer, intent(in) :: number(:)
-      !> Its force is finite
+      !> Whether the force of each contact is finite
       logical, intent(in) :: yields(:)
-      !> Place of the contact from which the beam is released; 0: there is none
+      !> Index of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
-      !> With room for moments, if they are asked for
+      !> The run; its moments are allocated if they are requested
       type(response_t), intent(in) :: response
       type(observers_t), intent(inout) :: observers
-      !> Number of modes whose state sections may keep; absent: none
+      !> Number of modes whose state sections may record; absent: none
       integer, intent(in), optional :: modes
 
-      logical :: in_order(size(number))
+      logical :: yields_in_order(size(number))
       integer :: first
 
-      in_order(number) = yields
+      yields_in_order(number) = yields
       first = 0
       if (release_contact > 0) first = number(release_contact)
       if (allocated(response%moments)) observers%moments = response%moments
       if (allocated(settings%statistics)) then
          allocate (observers%blocks)
-         call open_blocks(settings, in_order, first, observers%blocks)
+         call open_blocks(settings, yields_in_order, first, observers%blocks)
       end if
       if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
    end subroutine open_observers
 
-   !> An interval has passed; its events are still to come.
+   !> Pass an interval to the observers; the events at its end follow later.
    subroutine observe(observers, interval)
       type(observers_t), intent(inout) :: observers
       class(interval_t), intent(inout) :: interval
@@ -66,7 +66,7 @@ contains
       call measure_interval(interval, observers%measures)
    end subroutine observe
 
-   !> Events have been added to a response.
+   !> Pass new events of a run to the observers.
    subroutine observe_events(observers, response)
       type(observers_t), intent(inout) :: observers
       type(response_t), intent(in) :: response
@@ -74,15 +74,15 @@ contains
       if (allocated(observers%blocks)) call take_events(observers%blocks, response)
    end subroutine observe_events
 
-   !> The end of the run: what was observed goes into the response.
+   !> Store the results of the observers in the response at the end of the run.
    subroutine finish_observers(observers, duration, lost, created, number, response)
       type(observers_t), intent(inout) :: observers
-      !> As `finish_measures` has them
+      !> Arguments of `finish_measures`
       real(wp), intent(in) :: duration
       real(wp), intent(in) :: lost(3)
       real(wp), intent(in) :: created
       integer, intent(in) :: number(:)
-      !> Its events and surfaces are there
+      !> The run, with its events and contacts
       type(response_t), intent(inout) :: response
 
       integer :: p

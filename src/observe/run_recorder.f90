@@ -1,5 +1,5 @@
-!> What is kept of a run, whatever its method: the ledger of its energy, samples at equal steps, instants of shapes.
-!> Nothing is computed that was not asked for.
+!> Recording of a run, by either method: energies, samples at equal steps, instants of shapes. Only requested quantities
+!> are computed.
 module run_recorder
    use history_list, only: history_count
    use kinds, only: wp
@@ -9,59 +9,60 @@ module run_recorder
    public :: ledger_t, charge_event, sample_t, asked_t, keep_sample
    public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, keep_shape
 
-   !> Energies lost and won, up to the start of the present phase or to the end of the last step.
+   !> Energies dissipated and supplied up to the start of the present phase or the end of the last step.
    type :: ledger_t
-      !> Inside the beam, in the stop, at impacts
+      !> Energy dissipated inside the beam, in the stops, and at impacts
       real(wp) :: dissipated_beam = 0.0_wp
       real(wp) :: dissipated_stop = 0.0_wp
       real(wp) :: dissipated_impact = 0.0_wp
-      !> By the nodal reading of the impulse
+      !> Energy created by replacing nodal velocities
       real(wp) :: created = 0.0_wp
-      !> Won from forces and from the motion of the base
+      !> Work of forces and of the motion of the base
       real(wp) :: work = 0.0_wp
    end type ledger_t
 
-   !> What is kept at the samples.
+   !> Quantities that are recorded at the samples.
    type :: asked_t
-      !> Those of `history_table`, and the ledger
+      !> Histories of `history_table`, and energies
       logical :: history(history_count) = .false.
       logical :: energy = .false.
    end type asked_t
 
-   !> Beam and stop at one instant, as far as that is asked for.
+   !> Requested quantities of beam and stops at one instant.
    type :: sample_t
-      !> Those of `history_table`
+      !> Values of the histories of `history_table`
       real(wp) :: history(history_count) = 0.0_wp
-      !> Energy of the beam, kinetic and strain, and of the stop's springs
+      !> Kinetic and strain energy of the beam, and strain energy of the stops' springs
       real(wp) :: beam_energy(2) = 0.0_wp
       real(wp) :: stop_energy = 0.0_wp
-      !> Dissipated in beam and stop besides what the ledger has
+      !> Energy dissipated in beam and stops since the instant of the ledger
       real(wp) :: lost(2) = 0.0_wp
-      !> Work of loads, likewise
+      !> Work of loads since the instant of the ledger
       real(wp) :: work = 0.0_wp
       !> Bending moments, [places]
       real(wp), allocatable :: moment(:)
    end type sample_t
 
-   !> How far the histories have come.
+   !> Recorder of a run by phases.
    type :: recorder_t
       type(asked_t) :: asked
       type(ledger_t) :: ledger
-      !> d tau between samples
+      !> Time between samples, tau
       real(wp) :: step = 0.0_wp
-      !> Samples in all, sample 0 at tau = 0, and the next one to keep
+      !> Number of the last sample (sample 0 is at tau = 0), and of the next one to record
       integer :: last = -1
       integer :: next = 0
-      !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants], and
-      !> displacement and velocity of a massless node, [2, instants]
+      !> Instants at which the shape of the beam is recorded, and index of the next one
       real(wp), allocatable :: shape_tau(:)
       integer :: next_shape = 1
+      !> Modal displacements and velocities at these instants, [modes, instants], and displacement and velocity of a
+      !> massless node, [2, instants]
       real(wp), allocatable :: shape_z(:, :), shape_v(:, :), shape_node(:, :)
    end type recorder_t
 
 contains
 
-   !> Charge an event's change of energy to impacts, or to the nodal reading where it created some.
+   !> Add the change of energy of an event to the energy dissipated at impacts, or to the created energy if positive.
    elemental subroutine charge_event(ledger, change)
       type(ledger_t), intent(inout) :: ledger
       !> Change of energy
@@ -71,7 +72,7 @@ contains
       ledger%created = ledger%created + max(change, 0.0_wp)
    end subroutine charge_event
 
-   !> The histories for which there is room.
+   !> The histories that a response has allocated.
    pure function asked_of(response) result(asked)
       type(response_t), intent(in) :: response
       type(asked_t) :: asked
@@ -82,9 +83,9 @@ contains
       asked%energy = allocated(response%energy)
    end function asked_of
 
-   !> Enter a sample into the histories.
+   !> Record a sample in the histories.
    pure subroutine keep_sample(place, sample, ledger, response)
-      !> Its place in the histories, from 1
+      !> Index in the histories, from 1
       integer, intent(in) :: place
       type(sample_t), intent(in) :: sample
       type(ledger_t), intent(in) :: ledger
@@ -115,13 +116,13 @@ contains
 
    !> Prepare the recording of a run by phases.
    pure subroutine make_recorder(samples, step, modes, response, recorder)
-      !> Samples after the one at tau = 0
+      !> Number of samples after the one at tau = 0
       integer, intent(in) :: samples
-      !> Their distance, tau
+      !> Time between samples, tau
       real(wp), intent(in) :: step
       !> Number of modes
       integer, intent(in) :: modes
-      !> With room for what is asked for
+      !> The run; requested histories are allocated
       type(response_t), intent(in) :: response
       type(recorder_t), intent(out) :: recorder
 
@@ -136,7 +137,7 @@ contains
       end associate
    end subroutine make_recorder
 
-   !> Instant of the next sample; huge when all are kept.
+   !> Instant of the next sample; `huge` if all samples are recorded.
    pure function next_sample_time(recorder) result(time)
       type(recorder_t), intent(in) :: recorder
       real(wp) :: time
@@ -145,7 +146,7 @@ contains
       if (recorder%next <= recorder%last) time = real(recorder%next, wp)*recorder%step
    end function next_sample_time
 
-   !> Is the next sample due before the end of a phase, or at it where the run ends with the phase?
+   !> Is the next sample before the end of a phase, or at its end if the run ends with the phase?
    pure function samples_before(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
@@ -157,12 +158,12 @@ contains
       if (to_the_end) due = recorder%next <= recorder%last
    end function samples_before
 
-   !> Is the whole beam to be kept at an instant of a phase?
+   !> Is the next shape before the end of a phase, or at its end if the run ends with the phase?
    pure function shape_due(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
-      !> The run ends with it
+      !> The run ends with the phase
       logical, intent(in) :: to_the_end
       logical :: due
 
@@ -172,13 +173,13 @@ contains
       due = to_the_end .or. recorder%shape_tau(recorder%next_shape) < to
    end function shape_due
 
-   !> Keep the state at the next of these instants.
+   !> Record the state at the instant of the next shape.
    pure subroutine keep_shape(recorder, q, v, node)
       type(recorder_t), intent(inout) :: recorder
       !> State in the free modes, [modes]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      !> That of a massless node besides
+      !> Displacement and velocity of a massless node
       real(wp), intent(in) :: node(2)
 
       recorder%shape_node(:, recorder%next_shape) = node

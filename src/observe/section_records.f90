@@ -1,4 +1,5 @@
-!> Sections of a run by any method: when they are, and what they tell (docs/theory.md, section 21).
+!> Poincare sections of a run, by either method: their instants, and the measures that follow from them (docs/theory.md,
+!> section 21).
 module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input
@@ -13,10 +14,10 @@ module section_records
 
 contains
 
-   !> Do the loads of a case have a period?
+   !> Check that the loads of a case have a common period.
    pure subroutine check_period(settings, error)
       type(run_settings_t), intent(in) :: settings
-      !> Set when they have none, but sections go by it
+      !> Set if sections are requested but the loads have no common period
       type(failure_t), allocatable, intent(inout) :: error
 
       if (.not. allocated(settings%poincare)) return
@@ -24,15 +25,15 @@ contains
       call fail(error, status_bad_input, 'the harmonic loads have no period in common by which sections could go')
    end subroutine check_period
 
-   !> The instants, and room for what is kept.
+   !> Compute the instants of the sections, and allocate the records.
    pure subroutine open_sections(settings, contacts, release_contact, sections, modes)
-      !> With sections
+      !> Settings with sections
       type(run_settings_t), intent(in) :: settings
-      !> Number of them, and of that from which the beam is released
+      !> Number of contacts, and number of the contact from which the beam is released
       integer, intent(in) :: contacts
       integer, intent(in) :: release_contact
       type(run_sections_t), allocatable, intent(out) :: sections
-      !> Number of modes whose state is kept too; absent: of none
+      !> Number of modes whose state is recorded; absent: none
       integer, intent(in), optional :: modes
 
       real(wp) :: first
@@ -45,9 +46,9 @@ contains
          sections%tolerance = asked%tolerance
          sections%release_contact = release_contact
          first = modulo(asked%phase, 1.0_wp)
-         ! at tau = 0 there is none
+         ! the start of the run is not a section
          if (first <= 0.0_wp) first = 1.0_wp
-         ! what rounding takes from the end of the run stays in it
+         ! includes a section at the end of the run in spite of rounding
          n = int(max(0.0_wp, min(real(asked%keep, wp), duration/asked%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
             - (real(asked%skip, wp) + first) + 1.0_wp)))
          allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%impacts(n))
@@ -56,7 +57,7 @@ contains
       end associate
    end subroutine open_sections
 
-   !> What sections keep of an interval, the instant with which it ends included.
+   !> Record the sections within an interval, including its end.
    subroutine take_sections(interval, sections)
       class(interval_t), intent(in) :: interval
       type(run_sections_t), intent(inout) :: sections
@@ -65,7 +66,7 @@ contains
       real(wp) :: end, time
       integer :: k
 
-      ! as near to the end as rounding can tell is in it
+      ! a section counts as within the interval if it exceeds its end by rounding only
       end = (interval%start + interval%length)*(1.0_wp + 8.0_wp*epsilon(1.0_wp))
       do while (sections%count < size(sections%tau))
          associate (n => sections%count + 1)
@@ -83,10 +84,10 @@ contains
       end do
    end subroutine take_sections
 
-   !> The end of the run.
+   !> Compute the measures of the sections at the end of the run.
    pure subroutine finish_sections(sections, response)
       type(run_sections_t), allocatable, intent(inout) :: sections
-      !> Gets them; its events are there, and its measures, if they are asked for
+      !> The run, with its events and, if requested, its measures; receives the sections
       type(response_t), intent(inout) :: response
 
       integer :: last
@@ -110,8 +111,8 @@ contains
       call move_alloc(sections, response%sections)
    end subroutine finish_sections
 
-   !> How fast a variation grew from the first section to the last; no number where it was not followed, or nothing is
-   !> left of it.
+   !> Lyapunov exponent: growth rate of a variation from the first section to the last; NaN if the variation was not
+   !> computed or has vanished.
    pure function exponent_of(sections) result(exponent)
       type(run_sections_t), intent(in) :: sections
       real(wp) :: exponent
@@ -124,7 +125,7 @@ contains
       end associate
    end function exponent_of
 
-   !> Impacts in the period before each section.
+   !> Count the impacts in the period before each section.
    pure subroutine count_impacts(response, sections)
       type(response_t), intent(in) :: response
       type(run_sections_t), intent(inout) :: sections
@@ -146,39 +147,39 @@ contains
       end do
    end subroutine count_impacts
 
-   !> After how many periods of the load does the state return? As long as it lasted at the end.
+   !> Period of the motion, in periods of the load, as it was at the end of the run.
    pure subroutine find_period(sections)
       type(run_sections_t), intent(inout) :: sections
 
-      ! so much further off a state may be that has not returned yet
-      real(wp), parameter :: doubtful = 100.0_wp
-      real(wp) :: greatest, miss
+      ! a state that returns within this multiple of the tolerance leaves the period undecided
+      real(wp), parameter :: ambiguity = 100.0_wp
+      real(wp) :: max_size, return_error
       integer :: p
 
       associate (n => sections%count, tip => sections%tip, stop => sections%stop)
-         greatest = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])))
+         max_size = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])))
          do p = 1, min(sections%most_periods, n/2)
-            miss = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
+            return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
                size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
-            if (miss <= sections%tolerance*greatest) sections%motion_period = p
-            ! what is left of a transient would pass for a longer period
-            if (miss <= doubtful*sections%tolerance*greatest) return
+            if (return_error <= sections%tolerance*max_size) sections%motion_period = p
+            ! otherwise the remainder of a transient would appear as a longer period
+            if (return_error <= ambiguity*sections%tolerance*max_size) return
          end do
       end associate
 
    contains
 
-      !> Greatest displacement, or velocity over the frequency of the load.
-      pure function size_of(states) result(greatest)
-         !> [2, states]
+      !> Maximum displacement, or velocity over the frequency of the load.
+      pure function size_of(states) result(max_size)
+         !> Displacement and velocity of each state, [2, states]
          real(wp), intent(in) :: states(:, :)
-         real(wp) :: greatest
+         real(wp) :: max_size
 
-         real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
+         real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
 
-         greatest = 0.0_wp
+         max_size = 0.0_wp
          if (size(states) == 0) return
-         greatest = max(maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/one_turn)
+         max_size = max(maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/two_pi)
       end function size_of
    end subroutine find_period
 

@@ -1,5 +1,5 @@
-!> The state of a motion at an instant, and its sections: what &poincare keeps of it once a period of the load
-!> (docs/theory.md, section 21).
+!> State of a motion at an instant, and its Poincare sections, one in each period of the load (docs/theory.md, section
+!> 21).
 module section_types
    use kinds, only: wp
    use tangent_columns, only: tangent_t
@@ -7,51 +7,52 @@ module section_types
    private
    public :: section_state_t, run_sections_t
 
-   !> All that decides how a motion goes on. Surfaces in the order of `contacts_of`.
+   !> Complete state of a motion, from which another run can continue. Contacts are in the order of `contacts_of`.
    type :: section_state_t
-      !> When it was so
+      !> Instant of the state
       real(wp) :: tau = 0.0_wp
       !> Displacements and velocities of the free modes (newmark: of the degrees of freedom, [-2 : order + 3]);
-      !> unallocated: no state
+      !> unallocated: there is no state
       real(wp), allocatable :: q(:), v(:)
-      !> These are so many of the lowest modes, and residual modes; 0: they are all modes
+      !> Number of lowest modes among them, which residual modes follow; 0: all modes of the mesh
       integer :: lowest_modes = 0
-      !> The surface is under force; open, but not yet home
+      !> The contact is closed; the contact is open, but its stop is still deformed
       logical, allocatable :: is_closed(:), is_deformed(:)
-      !> Its indentation u, and the force in its branch
+      !> Indentation u of the stop, and force in its branch
       real(wp), allocatable :: depth(:), branch_force(:)
-      !> The flight under way is a capture if it stays below this, as it did so far (newmark: what it has reached)
+      !> Gap below which the flight in progress counts as a capture (newmark: maximum gap of the flight so far)
       real(wp), allocatable :: hop_tolerance(:)
+      !> The flight has stayed low so far, so that it may count as a capture
       logical, allocatable :: is_low(:)
-      !> Variations of the state: what goes on from them tells those that they become; unallocated: not asked for
+      !> Variations of the state, which a run propagates to its end; unallocated: not requested
       type(tangent_t), allocatable :: tangent
    end type section_state_t
 
    type :: run_sections_t
-      !> Of the load, tau
+      !> Period of the load, tau
       real(wp) :: period = 0.0_wp
-      !> Longest period of the motion that is looked for, and how near a state must return
+      !> Maximum period of the motion that is detected, in periods of the load
       integer :: most_periods = 1
+      !> Tolerance of the return of a state, as a share of its maximum
       real(wp) :: tolerance = 0.0_wp
-      !> Instants, [sections]; the first `count` have come
+      !> Instants, [sections]; the first `count` have been recorded
       real(wp), allocatable :: tau(:)
       integer :: count = 0
-      !> Displacement, up from the unstressed beam, and velocity of the tip, [2, sections], and at each surface in the
-      !> scene's order, [2, surfaces, sections]
+      !> Displacement, upwards from the unstressed beam, and velocity of the tip, [2, sections], and at each contact in
+      !> the scene's order, [2, contacts, sections]
       real(wp), allocatable :: tip(:, :), stop(:, :, :)
-      !> The same of the free modes, [2, modes, sections]; unallocated: not asked for
+      !> Displacement and velocity of the free modes, [2, modes, sections]; unallocated: not requested
       real(wp), allocatable :: modes(:, :, :)
-      !> Since the section before, [sections]
+      !> Number of impacts since the section before, [sections]
       integer, allocatable :: impacts(:)
-      !> Logarithm of the size of a variation at each section, no number where nothing is left of it;
-      !> unallocated: it is not followed
+      !> Logarithm of the size of a variation at each section, NaN if it has vanished; unallocated: not computed
       real(wp), allocatable :: log_size(:)
-      !> How fast that grows, per tau
+      !> Growth rate of that logarithm, per tau
       real(wp) :: lyapunov_exponent = 0.0_wp
-      !> Of the motion, in those of the load; 0: none was found
+      !> Period of the motion in periods of the load; 0: none was found
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp
-      !> Surface, in the scene's order, of the stop from which the beam is released; 0: there is none
+      !> Number, in the scene's order, of the contact from which the beam is released; 0: there is none
       integer :: release_contact = 0
    end type run_sections_t
 

@@ -1,5 +1,5 @@
-!> What &statistics asks of a run: sums over blocks of it while it goes on, and what they tell at its end
-!> (docs/theory.md, section 20).
+!> Types of the statistics of a run: sums over blocks of time during the run, and the statistics that follow from them
+!> at its end (docs/theory.md, section 20).
 module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
@@ -13,12 +13,12 @@ module statistic_types
 
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
-   !> Rows of the sums of a surface: integrals, numbers and their sums, extremes
+   !> Indices of the sums of a contact: integrals over time, sums over impacts, and extremes
    integer, parameter :: sum_time = 1
    integer, parameter :: sum_contact = 2
    integer, parameter :: sum_force = 3
    integer, parameter :: sum_square_force = 4
-   !> Of the force, and impulses
+   !> Integral of the force plus impulses
    integer, parameter :: sum_impulse = 5
    integer, parameter :: sum_impacts = 6
    integer, parameter :: sum_velocity = 7
@@ -36,71 +36,75 @@ module statistic_types
    integer, parameter :: top_tip = 19
    integer, parameter :: sum_count = 19
 
-   !> An impact: a meeting, and those that follow too soon, or after too low a flight, to be impacts of their own.
+   !> An impact: the onset of contact, together with further contacts that follow too soon, or after too low a flight,
+   !> to count as separate impacts.
    type :: impact_t
-      !> Its beginning and end, tau
+      !> Beginning and end, tau
       real(wp) :: tau = 0.0_wp
       real(wp) :: until = 0.0_wp
-      !> Towards the surface as it begins
+      !> Velocity towards the stop at the beginning
       real(wp) :: velocity = 0.0_wp
-      !> Of forces and impulses within what counts of the run
+      !> Integral of forces plus impulses within the blocks
       real(wp) :: impulse = 0.0_wp
-      !> Greatest force
+      !> Maximum force
       real(wp) :: force = 0.0_wp
-      !> It begins within what counts, with a velocity
+      !> The impact begins within the blocks, with a known velocity
       logical :: counts = .false.
    end type impact_t
 
-   !> What gathers of one surface.
+   !> Sums and impacts of one contact.
    type :: contact_sums_t
-      !> Its force has a square
+      !> The contact is compliant, so that the integral of the squared force exists
       logical :: yields = .false.
-      !> [sum_count, blocks]
+      !> Sums, [sum_count, blocks]
       real(wp), allocatable :: sums(:, :)
-      !> In order; only the first `count` are meant
+      !> Impacts in order; only the first `count` are valid
       type(impact_t), allocatable :: impacts(:)
       integer :: count = 0
-      !> Since the last contact, or the start, the beam has risen above the hop tolerance
+      !> The beam has risen above the hop tolerance since the last contact, or since the start
       logical :: has_flown = .false.
    end type contact_sums_t
 
-   !> What gathers of a run.
+   !> Sums of a run.
    type :: block_sums_t
-      !> Blocks between these instants, tau, [0:blocks]
+      !> Edges of the blocks, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
-      !> Length of a pause that ends an impact, tau
+      !> Minimum pause between impacts, tau
       real(wp) :: rest = 0.0_wp
-      !> Height below which a flight ends none
+      !> Height that a flight must exceed to separate two impacts
       real(wp) :: hop_tolerance = 0.0_wp
-      !> Force below which a meeting is no impact, and Pbar per unit of force
+      !> Minimum force of an impact, and Pbar per unit of force
       real(wp) :: threshold = 0.0_wp
       real(wp) :: force_scale = 1.0_wp
+      !> Number of classes of the histograms
       integer :: classes = 1
-      !> In the scene's order; and of the tip where there is none
+      !> Sums of each contact in the scene's order
       type(contact_sums_t), allocatable :: contact(:)
+      !> Sums of the displacement of the tip
       type(contact_sums_t) :: tip
-      !> Place of the surface to whose stop displacements of the run belong; 0: there is none
+      !> Number of the contact whose displacements are those of the run; 0: there is none
       integer :: release_contact = 0
-      !> Events that have been looked at
+      !> Number of events already processed
       integer :: seen = 0
-      !> What searches for extremes have left, those of all surfaces together
+      !> States of the searches for extremes, shared by all contacts
       type(extreme_search_t) :: looks(sum_count)
    end type block_sums_t
 
-   !> What it told.
+   !> Statistics of a run.
    type :: run_statistics_t
-      !> Beginning and end of the blocks, tau, [0:blocks]
+      !> Edges of the blocks, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
-      !> Statistics of all surfaces together, 0, and of each; half the widths of their 95 % intervals; and the same
-      !> block by block; NaN: there is none. [statistic_count, 0:surfaces], [statistic_count, blocks, 0:surfaces]
+      !> Statistics of all contacts together, 0, and of each contact; half widths of their 95 % confidence intervals;
+      !> and their values in each block. NaN: not defined. [statistic_count, 0:contacts], [statistic_count, blocks,
+      !> 0:contacts]
       real(wp), allocatable :: value(:, :), half_width(:, :), in_block(:, :, :)
-      !> Impacts in classes of equal width of their greatest force, of a rigid surface of their impulse: upper edges and
-      !> numbers, [classes, surfaces]
+      !> Histogram of the maximum force of impacts, for a rigid contact of their impulse: upper edges of the classes, of
+      !> equal width, and numbers of impacts, [classes, contacts]
       real(wp), allocatable :: class_edge(:, :)
       integer, allocatable :: class_count(:, :)
-      !> Extremes may be short by so much, as a share, [statistic_count]
+      !> Tolerance of extremes, as a share of the value, [statistic_count]
       real(wp) :: tolerance(statistic_count) = peak_tolerance
-      !> Those of the force, [surfaces]
+      !> Whether each contact is compliant, [contacts]
       logical, allocatable :: yields(:)
    end type run_statistics_t
 

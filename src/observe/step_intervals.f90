@@ -1,6 +1,6 @@
-!> A step of Newmark's method as observers see it: displacements are the cubics with the values and velocities of its
-!> ends (Hermite), so that a bounce is seen in full and a velocity that jumps at an impact has its two values; forces,
-!> moments and energy go on straight lines.
+!> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
+!> velocities at both ends, so that the whole of a rebound is observed and a velocity that jumps at an impact has both
+!> its values; forces, moments and energy are linear.
 module step_intervals
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: wp
@@ -9,19 +9,19 @@ module step_intervals
    private
    public :: step_interval_t, open_step_interval, cubic_of, greatest_of
 
-   !> c0 + c1 s + c2 s^2 + c3 s^3 for s = 0 ... 1.
+   !> Cubic c0 + c1 s + c2 s^2 + c3 s^3 for s = 0 ... 1.
    type :: cubic_t
       real(wp) :: c(0:3) = 0.0_wp
    end type cubic_t
 
    type, extends(interval_t) :: step_interval_t
-      !> Of each contact
+      !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
-      !> Displacements at its ends, then velocities, of the rows of gaps and of the tip, [4, contacts + 1]
+      !> Displacements at both ends of the step, then velocities, for the rows of gaps and of the tip, [4, contacts + 1]
       real(wp), allocatable :: ends(:, :)
-      !> Values at its ends of the rows of forces and of moments, [2, contacts + places]
+      !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
-      !> Energy of beam and stops at its ends
+      !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
    contains
       procedure :: contact
@@ -37,7 +37,7 @@ module step_intervals
    end type step_interval_t
 
    type, extends(curve_t) :: cubic_curve_t
-      !> Displacements at its ends, then velocities
+      !> Displacements at both ends of the step, then velocities
       real(wp) :: ends(4) = 0.0_wp
    contains
       procedure :: last_beyond
@@ -45,7 +45,7 @@ module step_intervals
 
 contains
 
-   !> Room for contacts and places of moments.
+   !> Allocate an interval.
    pure subroutine open_step_interval(contacts, places, interval)
       integer, intent(in) :: contacts
       integer, intent(in) :: places
@@ -66,7 +66,7 @@ contains
       contact = self%seen(k)
    end function contact
 
-   !> A row and its rate.
+   !> Value and rate of a row at a time since the start of the step.
    function evaluate(self, row, time) result(state)
       class(step_interval_t), intent(in) :: self
       type(row_t), intent(in) :: row
@@ -85,7 +85,7 @@ contains
       state = [value_at(cubic, s), rate_at(cubic, s)/self%length]
    end function evaluate
 
-   !> From the control points of each cubic.
+   !> Upper bound of the magnitude of a gap, from the control points of its cubic.
    pure function reach(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -97,7 +97,7 @@ contains
       end associate
    end function reach
 
-   !> Steps are not told apart so finely.
+   !> Zero, because rounding errors do not affect the comparison of steps.
    pure function rounding(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -113,12 +113,12 @@ contains
       logical :: does
 
       does = .false.
-      if (.not. bound_of(self, row) > level) return
+      if (.not. upper_bound(self, row) > level) return
       does = greatest_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
-   !> What a row does not exceed in the step: most steps need no more of it.
-   pure function bound_of(self, row) result(bound)
+   !> Upper bound of a row over the step; for most steps no search is needed below this bound.
+   pure function upper_bound(self, row) result(bound)
       class(step_interval_t), intent(in) :: self
       type(row_t), intent(in) :: row
       real(wp) :: bound
@@ -128,9 +128,9 @@ contains
       else
          bound = row%offset + maxval(row%factor*self%line(:, row%number - self%contacts - 1))
       end if
-   end function bound_of
+   end function upper_bound
 
-   !> The greatest value of a row.
+   !> Find the maximum of a row on a stretch of the step.
    subroutine seek_peak(self, row, stretch, known, peak)
       class(step_interval_t), intent(inout) :: self
       type(row_t), intent(in) :: row
@@ -140,26 +140,26 @@ contains
 
       type(cubic_t) :: cubic
       real(wp) :: s(4), value
-      integer :: k, turns
+      integer :: k, turn_count
 
       peak%is_found = .false.
-      if (.not. bound_of(self, row) > known) return
+      if (.not. upper_bound(self, row) > known) return
       cubic = cubic_of_row(self, row, stretch)
-      ! no cubic goes beyond its control points
+      ! no cubic exceeds its control points
       associate (c => cubic%c)
          if (.not. max(c(0), c(0) + c(1)/3.0_wp, c(0) + (2.0_wp*c(1) + c(2))/3.0_wp, sum(c)) > known) return
       end associate
-      call find_turns(cubic, turns, s(2:3))
+      call find_turns(cubic, turn_count, s(2:3))
       s(1) = 0.0_wp
-      s(turns + 2) = 1.0_wp
+      s(turn_count + 2) = 1.0_wp
       peak%value = known
-      do k = 1, turns + 2
+      do k = 1, turn_count + 2
          value = value_at(cubic, s(k))
          if (.not. value > peak%value) cycle
          peak%is_found = .true.
          peak%value = value
          peak%time = stretch(1) + s(k)*(stretch(2) - stretch(1))
-         peak%still_rises = k == turns + 2
+         peak%still_rises = k == turn_count + 2
       end do
    end subroutine seek_peak
 
@@ -177,7 +177,7 @@ contains
       end select
    end subroutine keep_gap
 
-   !> Integral of a force.
+   !> Integral of a force from the start of the step.
    function impulse(self, k, time)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -190,7 +190,8 @@ contains
       impulse = time*((1.0_wp - share)*self%line(1, k) + share*self%line(2, k))
    end function impulse
 
-   !> Of cubics and their squares by the weights of Hermite's shapes, and of straight lines.
+   !> Integrals of cubics and of their squares by the mass matrix of the Hermite shape functions, and of linear
+   !> functions.
    subroutine integrate(self, stretch, first, second)
       class(step_interval_t), intent(inout) :: self
       real(wp), intent(in) :: stretch(2)
@@ -213,7 +214,7 @@ contains
 
    contains
 
-      !> Gaps count from the surface, displacements from the unstressed beam.
+      !> Converts a gap into the displacement from the unstressed beam.
       pure function offset_of(row) result(offset)
          integer, intent(in) :: row
          real(wp) :: offset
@@ -231,7 +232,7 @@ contains
       energy = self%energies(1) + time/self%length*(self%energies(2) - self%energies(1))
    end function energy
 
-   !> When the magnitude was last above a level.
+   !> Last time at which the magnitude of the cubic exceeds a level.
    subroutine last_beyond(self, level, time, is_at_end)
       class(cubic_curve_t), intent(in) :: self
       real(wp), intent(in) :: level
@@ -240,26 +241,26 @@ contains
 
       type(cubic_t) :: cubic
       real(wp) :: mark(4)
-      integer :: k, turns
+      integer :: k, turn_count
 
       cubic = cubic_of(self%ends(1:2), self%length*self%ends(3:4))
-      call find_turns(cubic, turns, mark(2:3))
+      call find_turns(cubic, turn_count, mark(2:3))
       mark(1) = 0.0_wp
-      mark(turns + 2) = 1.0_wp
+      mark(turn_count + 2) = 1.0_wp
       is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
-      do k = 1, turns + 1
+      do k = 1, turn_count + 1
          if (abs(value_at(cubic, mark(k))) > level) time = self%length*crossing(cubic, level, mark(k), &
             mark(k + 1))
       end do
    end subroutine last_beyond
 
-   !> A row on a stretch of a step.
+   !> A row on a stretch of the step, as a cubic.
    pure function cubic_of_row(self, row, stretch) result(cubic)
       class(step_interval_t), intent(in) :: self
       type(row_t), intent(in) :: row
-      !> Its ends, since the start of the step
+      !> Beginning and end of the stretch, since the start of the step
       real(wp), intent(in) :: stretch(2)
       type(cubic_t) :: cubic
 
@@ -284,7 +285,7 @@ contains
       cubic%c(0) = cubic%c(0) + row%offset
    end function cubic_of_row
 
-   !> The cubic with these values and slopes at s = 0 and 1.
+   !> The cubic with given values and slopes at s = 0 and 1.
    pure function cubic_of(values, slope) result(cubic)
       real(wp), intent(in) :: values(2)
       real(wp), intent(in) :: slope(2)
@@ -296,27 +297,27 @@ contains
       cubic%c = [values(1), slope(1), 3.0_wp*rise - 2.0_wp*slope(1) - slope(2), slope(1) + slope(2) - 2.0_wp*rise]
    end function cubic_of
 
-   !> The greatest value of a cubic.
+   !> Maximum of a cubic on 0 <= s <= 1.
    pure function greatest_of(cubic) result(greatest)
       type(cubic_t), intent(in) :: cubic
       real(wp) :: greatest
 
       real(wp) :: turn(2)
-      integer :: k, turns
+      integer :: k, turn_count
 
       greatest = max(cubic%c(0), sum(cubic%c))
-      call find_turns(cubic, turns, turn)
-      do k = 1, turns
+      call find_turns(cubic, turn_count, turn)
+      do k = 1, turn_count
          greatest = max(greatest, value_at(cubic, turn(k)))
       end do
    end function greatest_of
 
-   !> Where |cubic| falls through a level between a point above it and one that is not, with no turn in between:
-   !> bisection down to neighbouring numbers.
+   !> The point at which |cubic| falls through a level, between a point above the level and a point not above it,
+   !> without a turning point in between: bisection to adjacent floating-point numbers.
    pure function crossing(cubic, level, above, below) result(point)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: level
-      !> The two points
+      !> Point above the level, and point not above it
       real(wp), intent(in) :: above
       real(wp), intent(in) :: below
       real(wp) :: point
@@ -348,39 +349,39 @@ contains
       rate = cubic%c(1) + s*(2.0_wp*cubic%c(2) + 3.0_wp*s*cubic%c(3))
    end function rate_at
 
-   !> Where a cubic turns inside 0 < s < 1: the roots of c1 + 2 c2 s + 3 c3 s^2, without cancellation.
-   pure subroutine find_turns(cubic, turns, turn)
+   !> Turning points of a cubic within 0 < s < 1: the roots of c1 + 2 c2 s + 3 c3 s^2, without cancellation.
+   pure subroutine find_turns(cubic, turn_count, turn)
       type(cubic_t), intent(in) :: cubic
-      !> Number of turns, 0 to 2
-      integer, intent(out) :: turns
-      !> The turns, ascending
+      !> Number of turning points, 0 to 2
+      integer, intent(out) :: turn_count
+      !> Turning points, ascending
       real(wp), intent(out) :: turn(2)
 
       integer :: k
-      real(wp) :: discriminant, root(2), both
+      real(wp) :: discriminant, root(2), root_sum
 
-      turns = 0
+      turn_count = 0
       turn = 0.0_wp
       associate (c => cubic%c)
          discriminant = c(2)**2 - 3.0_wp*c(1)*c(3)
          if (discriminant <= 0.0_wp) return
-         both = -(c(2) + sign(sqrt(discriminant), c(2)))
-         ! Quotients outside 0 ... 1 are never formed: they may overflow.
+         root_sum = -(c(2) + sign(sqrt(discriminant), c(2)))
+         ! quotients outside 0 ... 1 are not computed, because they may overflow
          root = -1.0_wp
-         if (is_fraction(both, 3.0_wp*c(3))) root(1) = both/(3.0_wp*c(3))
-         if (is_fraction(c(1), both)) root(2) = c(1)/both
+         if (is_fraction(root_sum, 3.0_wp*c(3))) root(1) = root_sum/(3.0_wp*c(3))
+         if (is_fraction(c(1), root_sum)) root(2) = c(1)/root_sum
       end associate
       if (root(1) > root(2)) root = root([2, 1])
       do k = 1, 2
          if (root(k) <= 0.0_wp .or. root(k) >= 1.0_wp) cycle
-         turns = turns + 1
-         turn(turns) = root(k)
+         turn_count = turn_count + 1
+         turn(turn_count) = root(k)
       end do
    end subroutine find_turns
 
    !> Is 0 < numerator/denominator < 1?
    elemental function is_fraction(numerator, denominator) result(answer)
-      !> The quotient
+      !> Terms of the quotient
       real(wp), intent(in) :: numerator
       real(wp), intent(in) :: denominator
       logical :: answer
