@@ -255,7 +255,7 @@ contains
    end subroutine open_or_close
 
    !> Is the beam at rest until loads change? Velocities and accelerations are then rounding errors, loads are constant,
-   !> and no contact is relaxing.
+   !> no open contact is deformed, and no contact has a branch force.
    function is_at_rest(self, motion, acceleration, magnitude) result(answer)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion

@@ -149,8 +149,8 @@ contains
          (beam%has_own_rates .eqv. old%has_own_rates)
    end function has_same_damping
 
-   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact may
-   !> have to apply a force instead of being a constraint.
+   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact
+   !> may have to apply a force instead of being a constraint.
    pure function has_mass_damping(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
       logical :: answer

@@ -44,7 +44,7 @@ contains
    !> closed form of a mode driven from rest is used.
    pure subroutine add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
       type(phase_state_t), intent(in) :: self
-      !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
+      !> 1: free vibration of the mode, 0: coupling of the mode to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: uncoupled(:)
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
@@ -97,7 +97,7 @@ contains
       type(load_segment_t), intent(in) :: load
       !> exp(i W t) of the load
       complex(wp), intent(in) :: phasor
-      !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
+      !> 1: free vibration of the mode, 0: coupling of the mode to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: uncoupled(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)

@@ -144,9 +144,9 @@ contains
       shape = load/spread(foundation + self%square, 2, size(load, 2))
    end subroutine bend
 
-   !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. All subsets of
-   !> contacts are tried, and the subset with the smallest violation is used: tension in a contact of the subset, or
-   !> penetration of another contact.
+   !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. Subsets of contacts
+   !> are tried, and the one with the smallest violation is used: tension in a contact of the subset, or penetration of
+   !> another contact. The search ends at a violation within rounding error.
    subroutine find_slow_balance(phase, place, load, q, forces)
       type(phase_state_t), intent(in) :: phase
       !> Contacts that can support the beam

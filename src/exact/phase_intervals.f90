@@ -60,7 +60,7 @@ module phase_intervals
       !> The gap does not fall below minus the settling level: large negative gaps need not be searched
       logical :: is_above = .false.
       !> Latest known time at which the gap exceeds the settling level; 0: none known
-      real(wp) :: seen_above = 0.0_wp
+      real(wp) :: known_above = 0.0_wp
    contains
       procedure :: last_beyond
    end type signal_curve_t
@@ -107,9 +107,9 @@ contains
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Upper bound of the magnitude of a gap. For an open contact, the bound follows from the search for the end of the phase,
-   !> because a relaxing contact is indented no deeper than at its start. For a closed contact it follows from the
-   !> amplitudes of the terms, which do not grow.
+   !> Upper bound of the magnitude of a gap. For an open contact, the bound follows from the search for the end of the
+   !> phase, because an open contact is indented no deeper than at the start of the phase. For a closed contact, the
+   !> bound follows from the amplitudes of the terms, which do not grow.
    pure function reach(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -152,7 +152,7 @@ contains
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
-         ! an open contact only relaxes, and the beam is above it
+         ! the surface of an open contact only recovers, and the beam does not penetrate it
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. self%reach(row%number) > level) return
       else if (row%number <= self%contacts) then
@@ -266,11 +266,11 @@ contains
          allocate (curve%signal, source=signal)
          curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_deformed)
          if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= settling_level
-         curve%seen_above = 0.0_wp
+         curve%known_above = 0.0_wp
          if (has_history(self, k)) then
             associate (history => self%now%history)
                do i = 1, min(history%count, size(history%time))
-                  if (history%find_bounds(i)%signal > settling_level) curve%seen_above = history%time(i)
+                  if (history%find_bounds(i)%signal > settling_level) curve%known_above = history%time(i)
                end do
             end associate
          end if
@@ -371,7 +371,7 @@ contains
       logical :: is_low
 
       call last_time_above(self%signal, self%length, level, time, is_at_end, &
-         merge(self%seen_above, 0.0_wp, level <= settling_level))
+         merge(self%known_above, 0.0_wp, level <= settling_level))
       if (self%is_above .and. level >= settling_level) return
       call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
       call last_time_above(depth, self%length, level, lower, is_low)

@@ -126,7 +126,7 @@ contains
       end associate
    end subroutine keep_indentation
 
-   !> Relax an open compliant contact for some time: freely, or along the beam if the contact is unloaded but deformed.
+   !> Recovery of an open compliant contact for some time: free, or with the beam if the contact is `is_deformed`.
    subroutine leave_behind(gap, time, state)
       !> Distance of the stop point from the undeformed contact
       real(wp), intent(in) :: gap

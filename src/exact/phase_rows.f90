@@ -216,7 +216,7 @@ contains
       end associate
    end subroutine begin_path
 
-   !> Is a signal a combination of output rows? The gap to a relaxing contact is not.
+   !> Is a signal a combination of output rows? The gap to a recovering surface is not.
    pure function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k

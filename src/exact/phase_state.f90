@@ -374,14 +374,14 @@ contains
          case default
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
-            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_relaxing_term(state, sum)
+            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_recovery_term(state, sum)
          end select
       end associate
       call move_alloc(sum, signal)
    end subroutine exponential_of
 
-   !> Add the relaxing indentation of an open contact as one more term.
-   pure subroutine add_relaxing_term(state, sum)
+   !> Add the recovering indentation of an open contact as one more term.
+   pure subroutine add_recovery_term(state, sum)
       type(contact_state_t), intent(in) :: state
       type(exponential_signal_t), intent(inout) :: sum
 
@@ -392,7 +392,7 @@ contains
       slower = count(abs(sum%exponent) < rate)
       sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
-   end subroutine add_relaxing_term
+   end subroutine add_recovery_term
 
    !> Exponential terms of the force of a closed contact if a compliant contact is closed; k = 0: of the tip
    !> displacement.
