@@ -1,6 +1,6 @@
-!> Matrices of the cubic Hermite beam element, eqs. (4) and (5) of Irie, Yamada and Asano (1977), in
-!> units where E Ibar = rho Abar = L = 1 (docs/theory.md, section 3). Degrees of freedom: y and dy/dx at the left, then
-!> at the right node.
+!> Matrices of the cubic Hermite beam element, eqs. (4) and (5) of Irie, Yamada and Asano (1977), in units where E Ibar
+!> = rho Abar = L = 1 (docs/theory.md, section 3). The degrees of freedom are y and dy/dx at the left node, then at the
+!> right node.
 module beam_element
    use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_taper, section_is_uniform, section_t
    use kinds, only: pi, wp
@@ -10,18 +10,18 @@ module beam_element
 
 contains
 
-   !> M_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
+   !> Element mass matrix M_e: closed form for a uniform beam or a taper, else exact Gauss quadrature.
    pure function element_mass(section, length, right_tip_distance) result(mass)
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
-      !> Distance of its right node to the tip in L
+      !> Distance of the right node to the tip in L
       real(wp), intent(in) :: right_tip_distance
       real(wp) :: mass(4, 4)
 
-      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp), allocatable :: breakpoint(:), point(:), weight(:)
       real(wp) :: shape(4), xi, width, factor
-      integer :: piece, i, j
+      integer :: segment, i, j
 
       if (section_is_uniform(section)) then
          mass = uniform_mass(length)
@@ -32,12 +32,12 @@ contains
          return
       end if
       mass = 0.0_wp
-      allocate (cut, source=section_pieces(section, length, right_tip_distance))
+      allocate (breakpoint, source=section_pieces(section, length, right_tip_distance))
       call gauss_rule(points_for_degree(6 + area_degree(section)), point, weight)
-      do piece = 1, size(cut) - 1
-         width = cut(piece + 1) - cut(piece)
+      do segment = 1, size(breakpoint) - 1
+         width = breakpoint(segment + 1) - breakpoint(segment)
          do i = 1, size(point)
-            xi = cut(piece) + width*point(i)
+            xi = breakpoint(segment) + width*point(i)
             shape = hermite_shape(xi, length)
             factor = weight(i)*width*length*area(section, right_tip_distance + (1.0_wp - xi)*length)
             do j = 1, 4
@@ -47,36 +47,36 @@ contains
       end do
    end function element_mass
 
-   !> K_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
+   !> Element stiffness matrix K_e: closed form for a uniform beam or a taper, else exact Gauss quadrature.
    pure function element_stiffness(section, length, right_tip_distance) result(stiffness)
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
-      !> Distance of its right node to the tip in L
+      !> Distance of the right node to the tip in L
       real(wp), intent(in) :: right_tip_distance
       real(wp) :: stiffness(4, 4)
 
-      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp), allocatable :: breakpoint(:), point(:), weight(:)
       real(wp) :: curvature(4), xi, width, factor
-      integer :: piece, i, j
+      integer :: segment, i, j
 
       if (section_is_uniform(section)) then
          stiffness = uniform_stiffness(length)
          return
       end if
       if (section_is_taper(section)) then
-         ! of constant width: the height is the area
+         ! a taper has constant width, so its height h/hbar equals its area A/Abar
          stiffness = tapered_stiffness(length, area(section, right_tip_distance + length), &
             area(section, right_tip_distance))
          return
       end if
       stiffness = 0.0_wp
-      allocate (cut, source=section_pieces(section, length, right_tip_distance))
+      allocate (breakpoint, source=section_pieces(section, length, right_tip_distance))
       call gauss_rule(points_for_degree(2 + inertia_degree(section)), point, weight)
-      do piece = 1, size(cut) - 1
-         width = cut(piece + 1) - cut(piece)
+      do segment = 1, size(breakpoint) - 1
+         width = breakpoint(segment + 1) - breakpoint(segment)
          do i = 1, size(point)
-            xi = cut(piece) + width*point(i)
+            xi = breakpoint(segment) + width*point(i)
             curvature = hermite_curvature(xi, length)
             factor = weight(i)*width*length*inertia(section, right_tip_distance + (1.0_wp - xi)*length)
             do j = 1, 4
@@ -86,7 +86,7 @@ contains
       end do
    end function element_stiffness
 
-   !> Consistent mass of a uniform element.
+   !> Consistent mass matrix of a uniform element.
    pure function uniform_mass(length) result(mass)
       !> Length in L
       real(wp), intent(in) :: length
@@ -101,7 +101,7 @@ contains
       end associate
    end function uniform_mass
 
-   !> Stiffness of a uniform element.
+   !> Stiffness matrix of a uniform element.
    pure function uniform_stiffness(length) result(stiffness)
       !> Length in L
       real(wp), intent(in) :: length
@@ -116,7 +116,7 @@ contains
       end associate
    end function uniform_stiffness
 
-   !> Consistent mass of an element whose area varies linearly; nothing cancels.
+   !> Consistent mass matrix of an element of linearly varying area, as sums without cancellation.
    pure function tapered_mass(length, left, right) result(mass)
       !> Length in L
       real(wp), intent(in) :: length
@@ -141,8 +141,8 @@ contains
       mass = mass*(length/840.0_wp)
    end function tapered_mass
 
-   !> Stiffness of an element whose height varies linearly. The three integrals over the curvatures of rotations are
-   !> sums of products of heights, none negative; the forces follow from them by equilibrium.
+   !> Stiffness matrix of an element of linearly varying height. The three rotational terms, integrals of curvatures,
+   !> are sums of non-negative products of heights; the other terms follow from them by equilibrium.
    pure function tapered_stiffness(length, left, right) result(stiffness)
       !> Length in L
       real(wp), intent(in) :: length
@@ -151,25 +151,25 @@ contains
       real(wp), intent(in) :: right
       real(wp) :: stiffness(4, 4)
 
-      real(wp) :: term(4), own_left, own_right, mixed, force_left, force_right, shear
+      real(wp) :: term(4), moment_left, moment_right, moment_coupling, force_left, force_right, shear
 
       term = [left**3, left**2*right, left*right**2, right**3]/(5.0_wp*length)
-      own_left = sum([11.0_wp, 5.0_wp, 2.0_wp, 2.0_wp]*term)
-      own_right = sum([2.0_wp, 2.0_wp, 5.0_wp, 11.0_wp]*term)
-      mixed = sum([4.0_wp, 1.0_wp, 1.0_wp, 4.0_wp]*term)
-      force_left = (own_left + mixed)/length
-      force_right = (mixed + own_right)/length
+      moment_left = sum([11.0_wp, 5.0_wp, 2.0_wp, 2.0_wp]*term)
+      moment_right = sum([2.0_wp, 2.0_wp, 5.0_wp, 11.0_wp]*term)
+      moment_coupling = sum([4.0_wp, 1.0_wp, 1.0_wp, 4.0_wp]*term)
+      force_left = (moment_left + moment_coupling)/length
+      force_right = (moment_coupling + moment_right)/length
       shear = (force_left + force_right)/length
       stiffness = reshape([ &
          shear, force_left, -shear, force_right, &
-         force_left, own_left, -force_left, mixed, &
+         force_left, moment_left, -force_left, moment_coupling, &
          -shear, -force_left, shear, -force_right, &
-         force_right, mixed, -force_right, own_right], [4, 4])
+         force_right, moment_coupling, -force_right, moment_right], [4, 4])
    end function tapered_stiffness
 
-   !> Shape functions at xi.
+   !> Hermite shape functions at xi.
    pure function hermite_shape(xi, length) result(shape)
-      !> Place in the element, 0 left to 1 right
+      !> Local coordinate, 0 at the left node, 1 at the right node
       real(wp), intent(in) :: xi
       !> Length in L
       real(wp), intent(in) :: length
@@ -180,9 +180,9 @@ contains
       end associate
    end function hermite_shape
 
-   !> Second derivatives of the shape functions by x at xi.
+   !> Second derivatives of the Hermite shape functions by x at xi.
    pure function hermite_curvature(xi, length) result(curvature)
-      !> Place in the element, 0 left to 1 right
+      !> Local coordinate, 0 at the left node, 1 at the right node
       real(wp), intent(in) :: xi
       !> Length in L
       real(wp), intent(in) :: length
@@ -192,27 +192,27 @@ contains
          (6.0_wp*xi - 2.0_wp)*length]/length**2
    end function hermite_curvature
 
-   !> Where the element must be cut so that the section is one polynomial on each piece.
-   pure function section_pieces(section, length, right_tip_distance) result(cut)
+   !> Local coordinates of the breakpoints between which the section is a single polynomial within an element.
+   pure function section_pieces(section, length, right_tip_distance) result(breakpoint)
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
-      !> Distance of its right node to the tip in L
+      !> Distance of the right node to the tip in L
       real(wp), intent(in) :: right_tip_distance
-      !> Ascending from 0 (left node) to 1 (right node)
-      real(wp), allocatable :: cut(:)
+      !> Breakpoints, ascending from 0 (left node) to 1 (right node)
+      real(wp), allocatable :: breakpoint(:)
 
       real(wp), allocatable :: xi(:)
 
       if (.not. allocated(section%tip_distance)) then
-         allocate (cut, source=[0.0_wp, 1.0_wp])
+         allocate (breakpoint, source=[0.0_wp, 1.0_wp])
          return
       end if
       allocate (xi, source=1.0_wp - (section%tip_distance - right_tip_distance)/length)
-      allocate (cut, source=[0.0_wp, pack(xi, xi > 1.0e-12_wp .and. xi < 1.0_wp - 1.0e-12_wp), 1.0_wp])
+      allocate (breakpoint, source=[0.0_wp, pack(xi, xi > 1.0e-12_wp .and. xi < 1.0_wp - 1.0e-12_wp), 1.0_wp])
    end function section_pieces
 
-   !> Gauss points needed for a polynomial of a degree.
+   !> Number of Gauss points that integrates a polynomial of a given degree exactly.
    pure function points_for_degree(degree) result(points)
       !> Degree of the integrand
       integer, intent(in) :: degree
@@ -227,7 +227,7 @@ contains
       integer, intent(in) :: points
       !> Points, [points]
       real(wp), allocatable, intent(out) :: point(:)
-      !> Weights, their sum 1, [points]
+      !> Weights with sum 1, [points]
       real(wp), allocatable, intent(out) :: weight(:)
 
       real(wp) :: a, b, wa, wb
@@ -265,7 +265,7 @@ contains
       weight = 0.5_wp*weight
    end subroutine gauss_rule
 
-   !> The rule on (-1, 1) by Newton's method on the Legendre polynomial.
+   !> Gauss-Legendre rule on (-1, 1) by Newton's method on the Legendre polynomial.
    pure subroutine find_gauss_rule(points, point, weight)
       !> Number of points
       integer, intent(in) :: points

@@ -1,16 +1,18 @@
-!> What acts on the beam besides stops, and the bending moment within it, over the degrees of freedom of a model
-!> (docs/theory.md, section 3). Units: E Ibar = rho Abar = L = 1; forces and displacements count upwards, the moment
-!> E I y'' is positive where the beam is bent upwards.
+!> Load vectors of the beam besides contact forces, and the bending moment in the beam, over the degrees of freedom of a
+!> model
+!> (docs/theory.md, section 3). Units: E Ibar = rho Abar = L = 1; forces and displacements are positive upwards, the
+!> moment
+!> E I y'' is positive if it bends the beam upwards.
 !>
-!> Loads are consistent: of a force at x the values of the shape functions there, so that no node is needed. The moment
-!> is that of equilibrium, not of the curvature of the shape functions: the forces at an element's end from its
-!> stiffness, its inertia and its loads, and from there what acts on the beam up to x. In a beam that is not
-!> redistributed it is exact under any loads at rest, and converges as displacements do, with the fourth power of the
-!> element.
+!> Loads are consistent: a force at x is multiplied by the shape functions at x, so that no node is needed there. The
+!> moment follows from equilibrium instead of the curvature of the shape functions: the forces at the end of an element
+!> follow from its stiffness, its inertia and its loads, and the moment at x from these forces and the loads up to x.
+!> For a mass matrix that is not redistributed the moment is exact under any static loads, and converges as
+!> displacements do, with the fourth power of the element length.
 !>
-!> Where the inertia of the stop's node belongs to its neighbours (`redistributed_mass`), so do the loads there: the
-!> node moves no mass, so that a force on it would move it at once. Between these nodes a moment then lacks a share of
-!> the square of the element.
+!> If the inertia of the node at the stop is redistributed to its neighbours (`redistributed_mass`), so are the loads at
+!> this node, because a force on a node without mass would move it instantly. The moment between these nodes then has an
+!> error of the order of the square of the element length.
 module beam_loads
    use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_pieces
    use beam_model, only: beam_model_t, element_dofs, node_dofs
@@ -23,30 +25,31 @@ module beam_loads
    public :: curve_t, value_on
    public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
 
-   !> Cubics between points, beyond them straight on.
+   !> A piecewise cubic curve, continued by straight lines beyond its end points.
    type :: curve_t
-      !> x/L, ascending, two or more
+      !> Positions x/L of the points, ascending, two or more
       real(wp), allocatable :: position(:)
-      !> y and dy/dx there
+      !> y and dy/dx at the points
       real(wp), allocatable :: value(:)
       real(wp), allocatable :: slope(:)
    end type curve_t
 
-   !> The moment at x is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + those of the loads.
+   !> Weights of the moment at x, which is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + the moments of
+   !> the loads, with gamma and alpha of Rayleigh damping and the acceleration a_b of the base.
    type :: moment_weights_t
-      !> [order of the model]
+      !> Weights of the stiffness term and of the inertia term, [order of the model]
       real(wp), allocatable :: stiffness(:)
       real(wp), allocatable :: mass(:)
-      !> Of a translation of the base with unit acceleration
+      !> Moment under a translation of the base with unit acceleration
       real(wp) :: base = 0.0_wp
    end type moment_weights_t
 
-   !> Points of a rule that is exact for shape functions.
-   integer, parameter :: load_points = 2
+   !> Number of Gauss points that integrates the shape functions exactly.
+   integer, parameter :: load_gauss_points = 2
 
 contains
 
-   !> M_b: rows of the full mass matrix, those of the clamp left out and its columns not, times a translation by 1.
+   !> Vector M_b: the full mass matrix, without the rows but with the columns of the clamp, times a unit translation.
    pure function base_mass_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -57,7 +60,7 @@ contains
       allocate (vector, source=inertia_of_motion(model, [(1.0_wp, i=0, model%mesh%elements)]))
    end function base_mass_vector
 
-   !> The same of a rotation by 1 about the root.
+   !> The full mass matrix, without the rows but with the columns of the clamp, times a unit rotation about the root.
    pure function base_rotation_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -66,10 +69,11 @@ contains
       allocate (vector, source=inertia_of_motion(model, model%mesh%position))
    end function base_rotation_vector
 
-   !> The full mass matrix times a motion linear between nodes; a rotary inertia turns by the mean of both sides.
+   !> The full mass matrix times a motion that is linear between nodes. The rotation of a rotary inertia is the mean
+   !> slope of both sides.
    pure function inertia_of_motion(model, motion) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> y of the nodes, [0:n]
+      !> Displacements y of the nodes, [0:n]
       real(wp), intent(in) :: motion(0:)
       real(wp) :: vector(model%mass%order)
 
@@ -80,13 +84,13 @@ contains
       do element = 1, model%mesh%elements
          associate (before => motion(element - 1), after => motion(element))
             slope(element) = (after - before)/model%mesh%length(element)
-            call spread_over(element_dofs(model, element), matmul(mass_of(model, element), [before, slope(element), &
+            call assemble(element_dofs(model, element), matmul(mass_of(model, element), [before, slope(element), &
                after, slope(element)]), vector)
          end associate
       end do
       slope(0) = slope(1)
       slope(size(motion)) = slope(model%mesh%elements)
-      call give_to_neighbours(model, vector)
+      call redistribute_load(model, vector)
       vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*motion(model%mesh%elements)
       do i = 1, size(model%point_masses)
          associate (added => model%point_masses(i), node => model%point_masses(i)%node)
@@ -97,8 +101,9 @@ contains
       end do
    end function inertia_of_motion
 
-   !> Integrals of the mass per length times a curve times the shape functions, and point masses times its values and
-   !> slopes: the right side of the motion that is nearest to it in the mean over the mass.
+   !> Integrals of mass per length times a curve times the shape functions, plus the values and slopes of the curve at
+   !> point masses times their inertia. This is the right side of the least-squares approximation of the curve, weighted
+   !> by the mass.
    pure function inertia_of_curve(model, curve) result(vector)
       type(beam_model_t), intent(in) :: model
       type(curve_t), intent(in) :: curve
@@ -109,9 +114,9 @@ contains
 
       vector = 0.0_wp
       do element = 1, model%mesh%elements
-         call spread_over(element_dofs(model, element), inertia_on_element(model, element, curve), vector)
+         call assemble(element_dofs(model, element), inertia_on_element(model, element, curve), vector)
       end do
-      call give_to_neighbours(model, vector)
+      call redistribute_load(model, vector)
       vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*value_on(curve, 1.0_wp)
       do i = 1, size(model%point_masses)
          node = model%point_masses(i)%node
@@ -121,26 +126,26 @@ contains
       end do
    end function inertia_of_curve
 
-   !> The same of the mass of one element.
+   !> Contribution of one element to `inertia_of_curve`, without point masses.
    pure function inertia_on_element(model, element, curve) result(inertia)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       type(curve_t), intent(in) :: curve
       real(wp) :: inertia(4)
 
-      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp), allocatable :: breakpoint(:), point(:), weight(:)
       real(wp) :: xi, width
-      integer :: i, piece
+      integer :: i, segment
 
       inertia = 0.0_wp
-      allocate (cut, source=pieces_of(model, element, curve))
+      allocate (breakpoint, source=breakpoints_of(model, element, curve))
       call gauss_rule((6 + area_degree(model%section))/2 + 1, point, weight)
       associate (left => model%mesh%position(element - 1), length => model%mesh%length(element), &
          right => model%mesh%tip_distance(element))
-         do piece = 1, size(cut) - 1
-            width = cut(piece + 1) - cut(piece)
+         do segment = 1, size(breakpoint) - 1
+            width = breakpoint(segment + 1) - breakpoint(segment)
             do i = 1, size(point)
-               xi = cut(piece) + width*point(i)
+               xi = breakpoint(segment) + width*point(i)
                inertia = inertia + weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
                   *value_on(curve, left + xi*length)*hermite_shape(xi, length)
             end do
@@ -148,72 +153,73 @@ contains
       end associate
    end function inertia_on_element
 
-   !> Where an element must be cut so that its section and a curve are one polynomial on each piece.
-   pure function pieces_of(model, element, curve) result(cut)
+   !> Local coordinates of the breakpoints between which section and curve are single polynomials within an element.
+   pure function breakpoints_of(model, element, curve) result(breakpoint)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       type(curve_t), intent(in) :: curve
-      !> Ascending from 0 (left node) to 1 (right node)
-      real(wp), allocatable :: cut(:)
+      !> Breakpoints, ascending from 0 (left node) to 1 (right node)
+      real(wp), allocatable :: breakpoint(:)
 
-      real(wp), allocatable :: place(:)
+      real(wp), allocatable :: xi_unsorted(:)
 
       associate (left => model%mesh%position(element - 1), length => model%mesh%length(element))
-         allocate (place, source=[section_pieces(model%section, length, model%mesh%tip_distance(element)), &
+         allocate (xi_unsorted, source=[section_pieces(model%section, length, model%mesh%tip_distance(element)), &
             pack((curve%position - left)/length, curve%position > left .and. &
             curve%position < model%mesh%position(element))])
       end associate
-      allocate (cut, source=place(ascending_order(place)))
-   end function pieces_of
+      allocate (breakpoint, source=xi_unsorted(ascending_order(xi_unsorted)))
+   end function breakpoints_of
 
-   !> A curve at a place.
+   !> Value of a curve at x.
    pure function value_on(curve, x) result(value)
       type(curve_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
       real(wp) :: value
 
-      real(wp) :: end
+      ! x clipped to the range of the points
+      real(wp) :: xc
       integer :: k
 
-      end = min(max(x, curve%position(1)), curve%position(size(curve%position)))
-      k = stretch_at(curve, x)
+      xc = min(max(x, curve%position(1)), curve%position(size(curve%position)))
+      k = segment_at(curve, x)
       associate (length => curve%position(k + 1) - curve%position(k))
-         value = dot_product(hermite_shape((end - curve%position(k))/length, length), [curve%value(k), curve%slope(k), &
+         value = dot_product(hermite_shape((xc - curve%position(k))/length, length), [curve%value(k), curve%slope(k), &
             curve%value(k + 1), curve%slope(k + 1)])
       end associate
-      if (abs(x - end) > 0.0_wp) value = value + (x - end)*slope_on(curve, end)
+      if (abs(x - xc) > 0.0_wp) value = value + (x - xc)*slope_on(curve, xc)
    end function value_on
 
-   !> Its slope there.
+   !> Slope of a curve at x.
    pure function slope_on(curve, x) result(slope)
       type(curve_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
       real(wp) :: slope
 
-      real(wp) :: share
+      real(wp) :: xi
       integer :: k
 
-      k = stretch_at(curve, x)
+      k = segment_at(curve, x)
       associate (length => curve%position(k + 1) - curve%position(k))
-         share = min(max((x - curve%position(k))/length, 0.0_wp), 1.0_wp)
-         slope = 6.0_wp*share*(1.0_wp - share)*(curve%value(k + 1) - curve%value(k))/length &
-            + (1.0_wp - share)*(1.0_wp - 3.0_wp*share)*curve%slope(k) &
-            + share*(3.0_wp*share - 2.0_wp)*curve%slope(k + 1)
+         xi = min(max((x - curve%position(k))/length, 0.0_wp), 1.0_wp)
+         slope = 6.0_wp*xi*(1.0_wp - xi)*(curve%value(k + 1) - curve%value(k))/length &
+            + (1.0_wp - xi)*(1.0_wp - 3.0_wp*xi)*curve%slope(k) &
+            + xi*(3.0_wp*xi - 2.0_wp)*curve%slope(k + 1)
       end associate
    end function slope_on
 
-   !> The stretch of a curve in which x lies, or the one next to it.
-   pure function stretch_at(curve, x) result(stretch)
+   !> Number of the cubic segment of a curve that contains x, or of the nearest segment.
+   pure function segment_at(curve, x) result(segment)
       type(curve_t), intent(in) :: curve
       real(wp), intent(in) :: x
-      integer :: stretch
+      integer :: segment
 
-      stretch = max(1, min(count(curve%position <= x), size(curve%position) - 1))
-   end function stretch_at
+      segment = max(1, min(count(curve%position <= x), size(curve%position) - 1))
+   end function segment_at
 
-   !> Consistent loads of a unit force.
+   !> Consistent load vector of a unit force.
    pure function point_load(model, at) result(vector)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
@@ -226,16 +232,16 @@ contains
       vector = 0.0_wp
       element = element_at(model, at)
       associate (length => model%mesh%length(element))
-         call spread_over(element_dofs(model, element), hermite_shape(place_in(model, element, at)/length, length), &
+         call assemble(element_dofs(model, element), hermite_shape(local_x(model, element, at)/length, length), &
             vector)
       end associate
-      call give_to_neighbours(model, vector)
+      call redistribute_load(model, vector)
    end function point_load
 
-   !> Consistent loads of a unit force per length.
+   !> Consistent load vector of a unit force per length.
    pure function line_load(model, from, to) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> Ends of its stretch, x/L, 0 to 1, ascending
+      !> Ends x/L of the loaded interval, 0 to 1, ascending
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       !> [order of the model]
@@ -245,51 +251,53 @@ contains
 
       vector = 0.0_wp
       do element = element_at(model, from), element_at(model, to)
-         call spread_over(element_dofs(model, element), load_on_element(model, element, from, to), vector)
+         call assemble(element_dofs(model, element), load_on_element(model, element, from, to), vector)
       end do
-      call give_to_neighbours(model, vector)
+      call redistribute_load(model, vector)
    end function line_load
 
-   !> The bending moment at x; at a node that on the clamp's side of it, at the root that within the beam.
+   !> Weights of the bending moment at x. At a node the moment is that on the side of the clamp, at the root that within
+   !> the beam.
    pure function moment_weights(model, x) result(weights)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
       real(wp), intent(in) :: x
       type(moment_weights_t) :: weights
 
-      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp), allocatable :: breakpoint(:), point(:), weight(:)
       real(wp) :: inertia(4), s, stiffness(4, 4), xi, width
-      integer :: element, i, piece
+      integer :: element, i, segment
 
       element = element_at(model, x)
-      s = place_in(model, element, x)
+      s = local_x(model, element, x)
       stiffness = element_stiffness(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
       inertia = end_moment(mass_of(model, element), s)
       associate (length => model%mesh%length(element), right => model%mesh%tip_distance(element))
-         allocate (cut, source=section_pieces(model%section, length, right))
+         allocate (breakpoint, source=section_pieces(model%section, length, right))
          call gauss_rule((4 + area_degree(model%section))/2 + 1, point, weight)
-         do piece = 1, size(cut) - 1
-            width = min(cut(piece + 1), s/length) - cut(piece)
+         do segment = 1, size(breakpoint) - 1
+            width = min(breakpoint(segment + 1), s/length) - breakpoint(segment)
             if (width <= 0.0_wp) exit
             do i = 1, size(point)
-               xi = cut(piece) + width*point(i)
+               xi = breakpoint(segment) + width*point(i)
                inertia = inertia - weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
                   *(s - xi*length)*hermite_shape(xi, length)
             end do
          end do
       end associate
       allocate (weights%stiffness(model%stiffness%order), weights%mass(model%mass%order), source=0.0_wp)
-      call spread_over(element_dofs(model, element), end_moment(stiffness, s), weights%stiffness)
-      call spread_over(element_dofs(model, element), inertia, weights%mass)
-      call give_to_neighbours(model, weights%mass)
+      call assemble(element_dofs(model, element), end_moment(stiffness, s), weights%stiffness)
+      call assemble(element_dofs(model, element), inertia, weights%mass)
+      call redistribute_load(model, weights%mass)
       weights%base = inertia(1) + inertia(3)
    end function moment_weights
 
-   !> What a unit force adds to the moment at x.
+   !> Contribution of a unit force to the moment at x, to be added to the weighted motion.
    pure function moment_of_point_load(model, x, at) result(moment)
       type(beam_model_t), intent(in) :: model
-      !> Where the moment is asked for, and where the force acts, x/L, 0 to 1
+      !> Position x/L of the moment, 0 to 1
       real(wp), intent(in) :: x
+      !> Position x/L of the force, 0 to 1
       real(wp), intent(in) :: at
       real(wp) :: moment
 
@@ -299,19 +307,19 @@ contains
       moment = 0.0_wp
       element = element_at(model, x)
       if (element_at(model, at) /= element) return
-      s = place_in(model, element, x)
+      s = local_x(model, element, x)
       associate (length => model%mesh%length(element))
-         ends = hermite_shape(place_in(model, element, at)/length, length)
+         ends = hermite_shape(local_x(model, element, at)/length, length)
       end associate
       moment = ends(2) - s*ends(1) + max(x - at, 0.0_wp)
    end function moment_of_point_load
 
-   !> What a unit force per length adds to the moment at x.
+   !> Contribution of a unit force per length to the moment at x, to be added to the weighted motion.
    pure function moment_of_line_load(model, x, from, to) result(moment)
       type(beam_model_t), intent(in) :: model
-      !> Where the moment is asked for, x/L, 0 to 1
+      !> Position x/L of the moment, 0 to 1
       real(wp), intent(in) :: x
-      !> Ends of the stretch, x/L, 0 to 1, ascending
+      !> Ends x/L of the loaded interval, 0 to 1, ascending
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       real(wp) :: moment
@@ -328,22 +336,22 @@ contains
       end associate
    end function moment_of_line_load
 
-   !> The moment at a distance from an element's left end, of the forces at that end alone.
+   !> Weights of the moment at a distance from the left end of an element due to the end forces alone.
    pure function end_moment(matrix, s) result(weights)
-      !> Of the element; times its degrees of freedom it gives the forces at its ends
+      !> Element matrix; its product with the degrees of freedom is the vector of end forces
       real(wp), intent(in) :: matrix(4, 4)
-      !> The distance, in L
+      !> Distance from the left end in L
       real(wp), intent(in) :: s
       real(wp) :: weights(4)
 
       weights = s*matrix(:, 1) - matrix(:, 2)
    end function end_moment
 
-   !> Consistent loads of a unit force per length on an element.
+   !> Consistent load vector of a unit force per length on an element.
    pure function load_on_element(model, element, from, to) result(load)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
-      !> Ends of its stretch, x/L
+      !> Ends x/L of the loaded interval
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       real(wp) :: load(4)
@@ -354,17 +362,17 @@ contains
 
       load = 0.0_wp
       associate (length => model%mesh%length(element))
-         left = max(place_in(model, element, from), 0.0_wp)/length
-         width = min(place_in(model, element, to)/length, 1.0_wp) - left
+         left = max(local_x(model, element, from), 0.0_wp)/length
+         width = min(local_x(model, element, to)/length, 1.0_wp) - left
          if (width <= 0.0_wp) return
-         call gauss_rule(load_points, point, weight)
-         do i = 1, load_points
+         call gauss_rule(load_gauss_points, point, weight)
+         do i = 1, load_gauss_points
             load = load + weight(i)*width*length*hermite_shape(left + width*point(i), length)
          end do
       end associate
    end function load_on_element
 
-   !> The element in which x lies; of two that of the clamp's side.
+   !> Element that contains x; at a node the element on the side of the clamp.
    pure function element_at(model, x) result(element)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
@@ -374,8 +382,8 @@ contains
       element = max(1, min(model%mesh%elements, count(model%mesh%position < x)))
    end function element_at
 
-   !> The distance of x to an element's left end, in L.
-   pure function place_in(model, element, x) result(s)
+   !> Distance of x from the left end of an element, in L.
+   pure function local_x(model, element, x) result(s)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       !> x/L
@@ -383,7 +391,7 @@ contains
       real(wp) :: s
 
       s = min(x - model%mesh%position(element - 1), model%mesh%length(element))
-   end function place_in
+   end function local_x
 
    pure function mass_of(model, element) result(mass)
       type(beam_model_t), intent(in) :: model
@@ -393,9 +401,9 @@ contains
       mass = element_mass(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
    end function mass_of
 
-   !> Add what belongs to the degrees of freedom of an element.
-   pure subroutine spread_over(dofs, values, vector)
-      !> Those that are held are below 1
+   !> Assemble an element vector into a global vector.
+   pure subroutine assemble(dofs, values, vector)
+      !> Degrees of freedom of the element; below 1: constrained
       integer, intent(in) :: dofs(4)
       real(wp), intent(in) :: values(4)
       real(wp), intent(inout) :: vector(:)
@@ -405,19 +413,19 @@ contains
       do i = 1, 4
          if (dofs(i) > 0) vector(dofs(i)) = vector(dofs(i)) + values(i)
       end do
-   end subroutine spread_over
+   end subroutine assemble
 
-   !> What acts on a node whose inertia belongs to its neighbours acts on those.
-   pure subroutine give_to_neighbours(model, vector)
+   !> Transfer the force on a node whose inertia is redistributed to its neighbours.
+   pure subroutine redistribute_load(model, vector)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(inout) :: vector(:)
 
-      integer :: own
+      integer :: struck_dof
 
       if (.not. model%is_redistributed) return
-      own = 2*model%mesh%struck_node - 1
-      call spread_over(model%continuation%dof, model%continuation%weight*vector(own), vector)
-      vector(own) = 0.0_wp
-   end subroutine give_to_neighbours
+      struck_dof = 2*model%mesh%struck_node - 1
+      call assemble(model%continuation%dof, model%continuation%weight*vector(struck_dof), vector)
+      vector(struck_dof) = 0.0_wp
+   end subroutine redistribute_load
 
 end module beam_loads

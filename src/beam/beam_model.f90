@@ -1,5 +1,5 @@
-!> The assembled beam: stiffness and mass in skyline storage, clamped at x = 0, on springs or pinned there, point masses
-!> included, in units where E Ibar = rho Abar = L = 1. Its eigenvalues are lambda^4.
+!> The assembled beam: stiffness and mass matrices in skyline storage, with point masses, clamped, pinned or on springs
+!> at x = 0, in units where E Ibar = rho Abar = L = 1. The eigenvalues are lambda^4.
 module beam_model
    use beam_element, only: element_mass, element_stiffness
    use beam_mesh, only: mesh_t
@@ -14,55 +14,58 @@ module beam_model
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
    public :: element_dofs, is_mechanism, node_dofs, has_rigid_mode, hold_supports, static_shape
 
-   !> A support along the beam, a stop that is always closed.
+   !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
    type :: beam_support_t
-      !> Its degree of freedom, displacement or slope
+      !> Degree of freedom of the support, a displacement or a slope
       integer :: dof = 0
-      !> Of its spring, E Ibar = L = 1; 0: it is rigid
+      !> Stiffness of the spring, E Ibar = L = 1; 0: the support is rigid
       real(wp) :: stiffness = 0.0_wp
    end type beam_support_t
 
-   !> What holds the beam at x = 0; by default the clamp, which allows no motion.
+   !> The support of the beam at x = 0; by default a clamp.
    type :: beam_root_t
-      !> Of springs there, against displacement and against rotation, E Ibar = L = 1; 0: no motion
+      !> Stiffness of springs against displacement and against rotation, E Ibar = L = 1; 0: the motion is constrained
       real(wp) :: translation_stiffness = 0.0_wp
       real(wp) :: rotation_stiffness = 0.0_wp
-      !> It turns freely
+      !> Whether the root rotates freely
       logical :: is_pinned = .false.
    end type beam_root_t
 
-   !> A mass at a node besides that of the tip, and its moment of inertia, rho Abar = L = 1.
+   !> A concentrated mass at a node besides the tip mass, and its moment of inertia, rho Abar = L = 1.
    type :: point_mass_t
       integer :: node = 0
       real(wp) :: mass = 0.0_wp
       real(wp) :: rotary_inertia = 0.0_wp
    end type point_mass_t
 
-   !> Degrees of freedom 2 i - 1 and 2 i: y and dy/dx of node i = 1 ... n. Those of the root, where it moves, come last.
+   !> The degrees of freedom 2 i - 1 and 2 i are y and dy/dx of node i = 1 ... n. Free degrees of freedom of the root
+   !> come last.
    type :: beam_model_t
       type(section_t) :: section
       type(mesh_t) :: mesh
-      !> mu, in rho Abar L
+      !> Tip mass mu, in rho Abar L
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> K and M, of one profile; the springs of supports are in K, rigid supports are not held yet
+      !> K and M, of the same skyline profile. K includes the springs of supports; rigid supports are not constrained
+      !> yet
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
-      !> Displacements of the stop point and of the tip
+      !> Degrees of freedom of the displacements at the stop and at the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> Displacements of all stop points, the first among them, in the scene's order
+      !> Degrees of freedom of the displacements at all stops, including the first, in the order of the scene
       integer, allocatable :: stop_dofs(:)
       type(beam_root_t) :: root
-      !> y and dy/dx at x = 0 among the degrees of freedom; 0: held
+      !> Degrees of freedom of y and dy/dx at x = 0; 0: constrained
       integer :: root_dofs(2) = 0
-      !> Ascending along the beam; of size 0 where there are none
+      !> Concentrated masses, ascending along the beam; of size 0 if there are none
       type(point_mass_t), allocatable :: point_masses(:)
-      !> Supports along the beam; of size 0 where there are none
+      !> Supports along the beam; of size 0 if there are none
       type(beam_support_t), allocatable :: supports(:)
-      !> The inertia of the stop's node belongs to its neighbours, and its displacement is continued so
+      !> Whether the inertia of the node at the stop is redistributed to its neighbours
       logical :: is_redistributed = .false.
+      !> Continuation of the displacement of that node from its neighbours
       type(continuation_t) :: continuation
-      !> Nothing is left there: no point mass either
+      !> Whether that node has no mass, not even a point mass
       logical :: has_massless_node = .false.
    end type beam_model_t
 
@@ -72,16 +75,16 @@ contains
    pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed, supports, root, point_masses)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
-      !> mu, >= 0
+      !> Tip mass mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio
       type(beam_model_t), intent(out) :: model
-      !> Give the inertia of the stop's node to its neighbours; default false
+      !> Redistribute the inertia of the node at the stop to its neighbours; default false
       logical, intent(in), optional :: is_redistributed
-      !> Along the beam
+      !> Supports along the beam
       type(beam_support_t), intent(in), optional :: supports(:)
-      !> Default: clamped
+      !> Support at x = 0; default clamped
       type(beam_root_t), intent(in), optional :: root
-      !> At nodes
+      !> Concentrated masses at nodes
       type(point_mass_t), intent(in), optional :: point_masses(:)
 
       integer :: element, i
@@ -96,7 +99,7 @@ contains
       if (present(point_masses)) model%point_masses = in_order(point_masses)
       model%stop_dofs = [model%stop_dof]
       if (allocated(mesh%more_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%more_nodes(:mesh%more_stops) - 1]
-      if (present(root)) call release_root(root, model)
+      if (present(root)) call add_root_dofs(root, model)
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
       if (model%is_redistributed) then
          model%continuation = continuation_at_stop(mesh, model%root_dofs)
@@ -120,7 +123,7 @@ contains
       end do
    end subroutine make_beam_model
 
-   !> Point masses from the clamp to the tip.
+   !> Point masses ordered from the clamp to the tip.
    pure function in_order(masses) result(sorted)
       type(point_mass_t), intent(in) :: masses(:)
       type(point_mass_t) :: sorted(size(masses))
@@ -133,8 +136,8 @@ contains
       end do
    end function in_order
 
-   !> Degrees of freedom of a root that moves, behind all others: so those keep their places.
-   pure subroutine release_root(root, model)
+   !> Add the free degrees of freedom of the root behind all others, whose numbers do not change.
+   pure subroutine add_root_dofs(root, model)
       type(beam_root_t), intent(in) :: root
       type(beam_model_t), intent(inout) :: model
 
@@ -143,9 +146,10 @@ contains
       if (root%is_pinned .or. root%rotation_stiffness > 0.0_wp) then
          model%root_dofs(2) = max(2*model%mesh%elements, model%root_dofs(1)) + 1
       end if
-   end subroutine release_root
+   end subroutine add_root_dofs
 
-   !> K and M without anything but the springs of the root: rows of the root reach to all before them.
+   !> Make the skyline profiles of K and M, with zeros except for the springs of the root. The rows of the root span all
+   !> columns before them.
    pure subroutine make_profiles(model)
       type(beam_model_t), intent(inout) :: model
 
@@ -172,7 +176,7 @@ contains
       end associate
    end subroutine make_profiles
 
-   !> Degrees of freedom of an element: y and dy/dx at its left, then at its right node; 0: held at the root.
+   !> Degrees of freedom of an element: y and dy/dx at the left, then at the right node; 0: constrained at the root.
    pure function element_dofs(model, element) result(dofs)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
@@ -182,10 +186,10 @@ contains
       if (element == 1) dofs(1:2) = model%root_dofs
    end function element_dofs
 
-   !> y and dy/dx of a node among the degrees of freedom; 0: held at the root.
+   !> Degrees of freedom of y and dy/dx of a node; 0: constrained at the root.
    pure function node_dofs(model, node) result(dofs)
       type(beam_model_t), intent(in) :: model
-      !> 0: the root
+      !> Number of the node; 0: the root
       integer, intent(in) :: node
       integer :: dofs(2)
 
@@ -193,7 +197,7 @@ contains
       if (node > 0) dofs = [2*node - 1, 2*node]
    end function node_dofs
 
-   !> Point masses at a node, that of the tip among them.
+   !> Sum of the point masses at a node, including the tip mass.
    pure function mass_at_node(model, node) result(mass)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: node
@@ -203,7 +207,7 @@ contains
       if (node == model%mesh%elements) mass = mass + model%tip_mass_ratio
    end function mass_at_node
 
-   !> Does it turn about its root without any stiffness? Supports do not count.
+   !> Whether the beam without its supports has a rigid-body rotation about the root.
    pure function has_rigid_mode(model) result(answer)
       type(beam_model_t), intent(in) :: model
       logical :: answer
@@ -211,7 +215,7 @@ contains
       answer = model%root%is_pinned
    end function has_rigid_mode
 
-   !> Does it turn about its root, with nothing that holds it?
+   !> Whether the beam with its supports has a rigid-body rotation about the root.
    pure function is_mechanism(model) result(answer)
       type(beam_model_t), intent(in) :: model
       logical :: answer
@@ -219,51 +223,51 @@ contains
       answer = has_rigid_mode(model) .and. size(model%supports) == 0
    end function is_mechanism
 
-   !> The beam with its rigid supports held: their degrees of freedom are bound to nothing else, and stay at rest.
-   pure function hold_supports(model) result(held)
+   !> The beam with its rigid supports constrained: their degrees of freedom are decoupled and remain at rest.
+   pure function hold_supports(model) result(constrained)
       type(beam_model_t), intent(in) :: model
-      type(beam_model_t) :: held
+      type(beam_model_t) :: constrained
 
       integer :: i
 
-      held = model
+      constrained = model
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness > 0.0_wp) cycle
-         call cut_off(held%stiffness, model%supports(i)%dof)
-         call cut_off(held%mass, model%supports(i)%dof)
+         call decouple(constrained%stiffness, model%supports(i)%dof)
+         call decouple(constrained%mass, model%supports(i)%dof)
       end do
    end function hold_supports
 
-   !> Let a row and its column be those of the unit matrix.
-   pure subroutine cut_off(matrix, dof)
+   !> Replace a row and its column by those of the unit matrix.
+   pure subroutine decouple(matrix, dof)
       type(skyline_t), intent(inout) :: matrix
-      !> The row
+      !> Index of the row
       integer, intent(in) :: dof
 
       integer :: column
 
-      associate (place => matrix%diagonal)
-         matrix%values(place(dof) - (dof - matrix%first_row(dof)):place(dof)) = 0.0_wp
+      associate (diagonal_index => matrix%diagonal)
+         matrix%values(diagonal_index(dof) - (dof - matrix%first_row(dof)):diagonal_index(dof)) = 0.0_wp
          do column = dof + 1, matrix%order
-            if (matrix%first_row(column) <= dof) matrix%values(place(column) - (column - dof)) = 0.0_wp
+            if (matrix%first_row(column) <= dof) matrix%values(diagonal_index(column) - (column - dof)) = 0.0_wp
          end do
-         matrix%values(place(dof)) = 1.0_wp
+         matrix%values(diagonal_index(dof)) = 1.0_wp
       end associate
-   end subroutine cut_off
+   end subroutine decouple
 
-   !> The static shape under a point force at the stop point that moves this point by 1; a root that turns freely is
-   !> held.
+   !> Static deflection shape under a point force at the stop, scaled to a unit displacement there. A rigid-body
+   !> rotation is constrained at the root.
    pure subroutine static_shape(model, shape, error)
       type(beam_model_t), intent(in) :: model
-      !> y and dy/dx of the nodes, [2 n]
+      !> y and dy/dx over the degrees of freedom, [order of the model]
       real(wp), allocatable, intent(out) :: shape(:)
-      !> Set when the stiffness cannot be factorised
+      !> Set if the stiffness matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: factors
 
       factors = model%stiffness
-      if (is_mechanism(model)) call cut_off(factors, model%root_dofs(2))
+      if (is_mechanism(model)) call decouple(factors, model%root_dofs(2))
       call factorise(factors, error)
       if (allocated(error)) return
       allocate (shape(factors%order))

@@ -1,7 +1,7 @@
-!> The section along the beam in units of the mean section: area A/Abar and second moment I/Ibar.
+!> The cross-section along the beam in units of the mean section: area A/Abar and second moment of area I/Ibar.
 !>
-!> Everything is a function of the distance to the tip (in L), never of 1 - x: where a wedge ends in
-!> a point the section is then exact to the last digit.
+!> All values are functions of the distance to the tip (in L) instead of 1 - x, so that the section of a wedge that ends
+!> in a point is exact to the last digit.
 module beam_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
@@ -15,7 +15,7 @@ module beam_section
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
 
 
-   !> How the section varies
+   !> Kinds of variation along the beam
    integer, parameter :: kind_uniform = 0
    integer, parameter :: kind_taper = 1
    integer, parameter :: kind_height_table = 2
@@ -25,40 +25,42 @@ module beam_section
    type :: section_t
       !> One of the `kind_` constants
       integer :: kind = kind_uniform
-      !> s = (h0 - h1)/(2 hbar): 0 uniform, 1 full wedge
+      !> Taper s = (h0 - h1)/(2 hbar): 0 uniform, 1 full wedge
       real(wp) :: taper = 0.0_wp
-      !> h1/hbar
+      !> Height at the tip, h1/hbar
       real(wp) :: tip_height = 1.0_wp
-      !> Distances of the stations to the tip (in L), descending from 1 to 0, for the tables
+      !> Distances of the stations of a table to the tip in L, descending from 1 to 0
       real(wp), allocatable :: tip_distance(:)
-      !> h/hbar at the stations
+      !> Heights h/hbar at the stations
       real(wp), allocatable :: height(:)
-      !> A/Abar and I/Ibar at the stations
+      !> Areas A/Abar and second moments of area I/Ibar at the stations
       real(wp), allocatable :: area(:), inertia(:)
-      !> A shape: what it is, and how it goes on between stations, one of the constants of section_shapes
+      !> Shape, and its interpolation between stations, both constants of section_shapes
       integer :: shape = 0
       integer :: profile = profile_linear
-      !> Its dimensions at the stations and, of a spline, their second derivatives, any unit, [stations]
+      !> Dimensions of the shape at the stations, in any unit, [stations]
       real(wp), allocatable :: first(:), second(:)
+      !> Second derivatives of the dimensions of a cubic spline, [stations]
       real(wp), allocatable :: first_curvature(:), second_curvature(:)
-      !> Its mean area and second moment of area in that unit
+      !> Area and second moment of area of the mean dimensions, in the same unit
       real(wp) :: mean_area = 1.0_wp
       real(wp) :: mean_inertia = 1.0_wp
-      !> Distance of the outer fibre from the axis over hbar: everywhere, or, allocated, at the stations; 0: not known
+      !> Distance of the outer fibre from the axis over hbar; 0: unknown
       real(wp) :: fibre = 0.5_wp
+      !> The same distance at the stations; unallocated: `fibre` holds everywhere
       real(wp), allocatable :: fibres(:)
    end type section_t
 
 contains
 
-   !> A = Abar, I = Ibar everywhere.
+   !> A uniform section with A = Abar, I = Ibar.
    pure function uniform_section() result(section)
       type(section_t) :: section
 
       section%kind = kind_uniform
    end function uniform_section
 
-   !> Height linear from root to tip.
+   !> A section of constant width whose height varies linearly from root to tip.
    pure function tapered_section(height_root, height_tip) result(section)
       !> Heights at clamp and tip, any unit, root > 0, tip >= 0
       real(wp), intent(in) :: height_root
@@ -74,11 +76,11 @@ contains
       section%tip_height = height_tip/mean
    end function tapered_section
 
-   !> Height given at stations, linear between them.
+   !> A section of constant width whose height is given at stations and linear between them.
    pure function height_table_section(station, height) result(section)
-      !> x/L of the stations, ascending from 0 to 1
+      !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
-      !> Heights there, any unit, [size(station)]
+      !> Heights at the stations, any unit, [size(station)]
       real(wp), intent(in) :: height(:)
       type(section_t) :: section
 
@@ -87,11 +89,11 @@ contains
       allocate (section%height, source=height/table_mean(station, height))
    end function height_table_section
 
-   !> Area and second moment of area given at stations, linear between them.
+   !> A section whose area and second moment of area are given at stations and linear between them.
    pure function section_table_section(station, areas, inertias) result(section)
-      !> x/L of the stations, ascending from 0 to 1
+      !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
-      !> Area and second moment of area there, any units, [size(station)]
+      !> Areas and second moments of area at the stations, any units, [size(station)]
       real(wp), intent(in) :: areas(:)
       real(wp), intent(in) :: inertias(:)
       type(section_t) :: section
@@ -102,11 +104,11 @@ contains
       allocate (section%inertia, source=inertias/table_mean(station, inertias))
    end function section_table_section
 
-   !> Any shape, uniform, linear between stations, in steps, or smooth.
+   !> A section of any shape, whose dimensions are uniform, linear between stations, stepped, or a cubic spline.
    pure function shaped_section(settings, length) result(section)
-      !> Complete
+      !> Complete settings of the shape
       type(section_settings_t), intent(in) :: settings
-      !> L, in the unit of its stations
+      !> Length L in the unit of the stations
       real(wp), intent(in) :: length
       type(section_t) :: section
 
@@ -131,7 +133,7 @@ contains
       allocate (section%second(count), source=settings%second)
       if (allocated(settings%outer_fibre)) allocate (section%fibres(count), source=settings%outer_fibre/mean_height)
       if (settings%profile == profile_stepped) then
-         ! the last goes on to the tip
+         ! the last dimensions continue to the tip
          section%tip_distance = [section%tip_distance, 0.0_wp]
          section%first = [section%first, section%first(count)]
          section%second = [section%second, section%second(count)]
@@ -144,8 +146,8 @@ contains
       end if
    end function shaped_section
 
-   !> Distance of the outer fibre from the axis over hbar, c of the stress M c/I; hbar is sqrt(12 Ibar/Abar), of a
-   !> rectangle its mean height. 0: not known.
+   !> Distance c of the outer fibre from the axis over hbar, for the stress M c/I; 0: unknown. The length hbar is
+   !> sqrt(12 Ibar/Abar), for a rectangle the mean height.
    pure function outer_fibre(section, tip_distance) result(fibre)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
@@ -170,21 +172,21 @@ contains
       end select
    end function outer_fibre
 
-   !> A dimension of a shape.
+   !> A dimension of a shape at a distance from the tip.
    pure function profile_value(section, values, tip_distance, curvature) result(value)
       type(section_t), intent(in) :: section
-      !> At the stations
+      !> Values at the stations
       real(wp), intent(in) :: values(:)
       !> Distance to the tip in L
       real(wp), intent(in) :: tip_distance
-      !> Of a spline: second derivatives at the stations
+      !> Second derivatives at the stations, for a cubic spline
       real(wp), intent(in), optional :: curvature(:)
       real(wp) :: value
 
       real(wp) :: weight, width
       integer :: low
 
-      low = load_segment_at(section%tip_distance, tip_distance)
+      low = station_before(section%tip_distance, tip_distance)
       if (section%profile == profile_stepped) then
          value = values(low)
          return
@@ -197,11 +199,11 @@ contains
          + ((1.0_wp - weight)**3 - (1.0_wp - weight))*curvature(low + 1))*width**2/6.0_wp
    end function profile_value
 
-   !> Mean over the length of values that vary linearly between stations.
+   !> Mean over the length of a function that is linear between stations.
    pure function table_mean(station, values) result(mean)
-      !> x/L, ascending from 0 to 1
+      !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
-      !> Values there
+      !> Values at the stations
       real(wp), intent(in) :: values(:)
       real(wp) :: mean
 
@@ -211,7 +213,7 @@ contains
       end associate
    end function table_mean
 
-   !> Is the section the same all along?
+   !> Whether the section is uniform.
    pure function section_is_uniform(section) result(uniform)
       type(section_t), intent(in) :: section
       logical :: uniform
@@ -219,7 +221,7 @@ contains
       uniform = section%kind == kind_uniform
    end function section_is_uniform
 
-   !> Does the height vary linearly over the whole length?
+   !> Whether the height varies linearly over the whole length.
    pure function section_is_taper(section) result(taper)
       type(section_t), intent(in) :: section
       logical :: taper
@@ -306,29 +308,29 @@ contains
 
    !> Linear interpolation in a table over the distance to the tip.
    pure function interpolate(tip_distances, values, tip_distance) result(value)
-      !> Distances of the stations, descending
+      !> Distances of the stations to the tip, descending
       real(wp), intent(in) :: tip_distances(:)
       !> Values at the stations
       real(wp), intent(in) :: values(:)
-      !> Where
+      !> Distance to the tip at which to interpolate
       real(wp), intent(in) :: tip_distance
       real(wp) :: value
 
       integer :: low
       real(wp) :: weight
 
-      low = load_segment_at(tip_distances, tip_distance)
+      low = station_before(tip_distances, tip_distance)
       associate (high => low + 1)
          weight = (tip_distance - tip_distances(high))/(tip_distances(low) - tip_distances(high))
          value = values(high) + weight*(values(low) - values(high))
       end associate
    end function interpolate
 
-   !> The last station before a distance to the tip.
-   pure function load_segment_at(tip_distances, tip_distance) result(low)
-      !> Distances of the stations, descending
+   !> Index of the last station before a distance to the tip, seen from the clamp.
+   pure function station_before(tip_distances, tip_distance) result(low)
+      !> Distances of the stations to the tip, descending
       real(wp), intent(in) :: tip_distances(:)
-      !> Where
+      !> Distance to the tip at which to interpolate
       real(wp), intent(in) :: tip_distance
       integer :: low
 
@@ -344,6 +346,6 @@ contains
             high = middle
          end if
       end do
-   end function load_segment_at
+   end function station_before
 
 end module beam_section
