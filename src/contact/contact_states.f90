@@ -8,8 +8,8 @@ module contact_states
    use yielding_stop, only: impedance_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: contact_state_t, make_contact_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
-   public :: energy_in, force_in, indent, keep_start, reactions_t
+   public :: contact_state_t, make_contact_state, put_node_before, node_at, of_rigid_stop, impedance_of
+   public :: recover, energy_in, force_in, indent, keep_start, reactions_t
 
    type :: contact_state_t
       type(contact_t) :: contact
@@ -138,8 +138,8 @@ contains
       real(wp), intent(in) :: depth
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
-         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%relaxes .or. (state%is_node .and. &
-            state%spring%surface_rate < huge(1.0_wp)))
+         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%relaxes .or. &
+            (state%is_node .and. state%spring%surface_rate < huge(1.0_wp)))
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
    end subroutine indent

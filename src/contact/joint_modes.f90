@@ -7,7 +7,8 @@ module joint_modes
    use dependent_stops, only: part_stops, stop_parts_t
    use failures, only: fail, failure_t, status_run_failed
    use joint_secular, only: find_joint_roots
-   use joint_terms, only: add_room, joint_amplitudes, joint_modes_t, make_room, put_in_order, ready_terms, terms_at
+   use joint_terms, only: add_room, joint_amplitudes, joint_modes_t, make_room, put_in_order, &
+      ready_terms, terms_at
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces

@@ -31,8 +31,8 @@ module joint_terms
       !> Weights of the initial state in the amplitudes: of the heights and of the internal variables of the stops,
       !> [stops, count], and of the modes, [modes, count]
       complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
-      !> Real and imaginary parts of `of_mode`, and the sums of their magnitudes, in whole SIMD vectors, [padded, modes,
-      !> 3]
+      !> Real and imaginary parts of `of_mode`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
+      !> modes, 3]
       real(wp), allocatable :: parts(:, :, :)
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)

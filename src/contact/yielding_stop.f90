@@ -9,7 +9,8 @@ module yielding_stop
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients, holds
+   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
+   public :: holds
 
    !> Impedance of a stop: the force P = k u + c s u + beta k s/(s + nu) u for an indentation u exp(s tau).
    type :: impedance_t

@@ -198,7 +198,8 @@ contains
       integer :: k
 
       time = min(until, max_time)
-      max_response = min(time, 1.0_wp/sqrt(mode%square), 2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
+      max_response = min(time, 1.0_wp/sqrt(mode%square), &
+         2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
       bounds(0) = time*min(max_response, 0.5_wp*time)
       bounds(1) = time
       if (abs(aimag(mode%own(1))) > 0.0_wp) then

@@ -2,10 +2,10 @@
 !> 18). The motion is the sum of the load response and a free motion.
 !>
 !> Each output quantity is a row: modes of the set, gaps, contact forces, indentations and branch forces of the
-!> contacts, the tip displacement, and the work-conjugate displacements of the loads. A row is constant + slope t + Re sum harmonic
-!> exp(i W t), plus modes driven from rest. Modes are driven from rest if they are in resonance with a harmonic load, or
-!> so slow that their stiffness hardly acts during a phase, because their steady response and free motion would be two
-!> large parts whose sum loses its digits.
+!> contacts, tip displacement, and work-conjugate displacements of the loads. A row is constant + slope t + Re sum
+!> harmonic exp(i W t), plus modes driven from rest. Modes are driven from rest if they are in resonance with a harmonic
+!> load, or so slow that their stiffness hardly acts during a phase, because the sum of their steady response and free
+!> motion, both large, loses its digits.
 module forced_responses
    use applied_loads, only: applied_loads_t, bear_whole
    use complementarity, only: solve_active

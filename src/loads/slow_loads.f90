@@ -26,8 +26,8 @@ module slow_loads
    real(wp), parameter :: highest = 3.5_wp
 
    integer :: k
-   real(wp), parameter :: square(swings) = [(0.5_wp*(highest**2 + lowest**2) + 0.5_wp*(highest**2 - lowest**2) &
-      *cos(pi*(real(k, wp) - 0.5_wp)/real(swings, wp)), k=1, swings)]
+   real(wp), parameter :: square(swings) = [(0.5_wp*(highest**2 + lowest**2) &
+      + 0.5_wp*(highest**2 - lowest**2)*cos(pi*(real(k, wp) - 0.5_wp)/real(swings, wp)), k=1, swings)]
 
 contains
 
@@ -75,7 +75,8 @@ contains
       forced%until = min(forced%until, forced%tau + loads%duration)
       length = forced%until - forced%tau
       clearances = [(min_clearance([joint%exponent, cmplx(-constrained%oscillators%decay(joint%inactive), &
-         constrained%oscillators%spread(joint%inactive), wp)], swings_of(length*stretches(k))), k=1, size(stretches))]
+         constrained%oscillators%spread(joint%inactive), wp)], &
+         swings_of(length*stretches(k))), k=1, size(stretches))]
       length = length*stretches(maxloc(clearances, dim=1))
       harmonic_count = size(loads%frequencies)
       forced%frequency = [loads%frequencies, swings_of(length)]

@@ -234,8 +234,8 @@ contains
       if (allocated(settings%poincare)) deallocate (settings%poincare)
       allocate (settings%poincare)
       associate (poincare => settings%poincare)
-         poincare = poincare_settings_t(phase=modulo(1.0_wp - map%turn, 1.0_wp), skip=0, keep=int(periods) + 1, &
-            tolerance=near, wants_exponent=.false., period=period)
+         poincare = poincare_settings_t(phase=modulo(1.0_wp - map%turn, 1.0_wp), skip=0, &
+            keep=int(periods) + 1, tolerance=near, wants_exponent=.false., period=period)
          if (present(samples)) then
             poincare%phase = 0.0_wp
             poincare%keep = samples
