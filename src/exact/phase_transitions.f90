@@ -158,7 +158,7 @@ contains
       if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
-            ! after a flight too low to resolve, a stop point faster than the recovering surface gets the surface velocity
+            ! after a flight too low to resolve, a stop point faster than the recovering surface gets its velocity
             surface_speed = 0.0_wp
             if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
