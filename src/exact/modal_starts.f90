@@ -145,8 +145,8 @@ contains
    end subroutine bend
 
    !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. Subsets of
-   !> contacts are tried until the violation is within rounding error: tension in a contact of the subset, or penetration
-   !> of another contact. The subset with the smallest violation is used.
+   !> contacts are tried until the violation is within rounding error: tension in a contact of the subset, or
+   !> penetration of another contact. The subset with the smallest violation is used.
    subroutine find_slow_balance(phase, place, load, q, forces)
       type(phase_state_t), intent(in) :: phase
       !> Contacts that can support the beam

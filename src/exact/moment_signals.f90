@@ -171,7 +171,7 @@ contains
       type(phase_state_t), intent(in) :: now
       !> Static moment with rigid contacts alone
       real(wp), intent(in) :: static
-      !> Moment per unit of constrained mode, [modes]
+      !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: force_moment(:)
@@ -211,7 +211,7 @@ contains
    !> Find the contribution of the load response to the moment.
    pure subroutine find_load_terms(now, weight, force_moment, load_moment, terms)
       type(phase_state_t), intent(in) :: now
-      !> Moment per unit of constrained mode, [modes]
+      !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: force_moment(:)

@@ -75,7 +75,7 @@ contains
             end if
             captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
-            ! an opening acceleration would be lost in the rounding error of the gap
+            ! a flight from rest within the rounding error of the gap has no resolvable opening acceleration
             captures(k)%is_pressed = search%outcome == found_never_left .and. from_rest
             if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
