@@ -9,7 +9,8 @@ module newmark_impacts
    use newmark_contacts, only: event_here, keep_event, open_contact
    use newmark_energies, only: momentum_along
    use newmark_flights, only: take_flight_back
-   use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, nowhere
+   use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, &
+      nowhere
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: newmark_stepper_t
    use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
@@ -76,7 +77,8 @@ contains
             else
                if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
                part = rebounds
-               if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
+               if (is_last .or. rate >= 0.0_wp .or. &
+                  (contact%judged .and. contact%flight_events /= begins_now)) then
                   part = comes_to_rest
                end if
             end if
@@ -106,7 +108,8 @@ contains
       logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
 
-      captures_beam = run%arrives .and. run%contacts%judged .and. run%contacts%flight_events == response%event_count
+      captures_beam = run%arrives .and. run%contacts%judged .and. &
+         run%contacts%flight_events == response%event_count
       if (any(captures_beam)) then
          call take_flight_back(run)
          run%arrives = .false.

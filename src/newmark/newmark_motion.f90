@@ -227,7 +227,8 @@ contains
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(supported, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
-            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
+            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), &
+            run%stepper, error, damping)
       end associate
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
@@ -257,7 +258,8 @@ contains
 
       n = size(contacts)
       allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%order + band, n), run%mobility(n, n), &
-         run%closed(n), run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
+         run%closed(n), run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), &
+         run%leaves(n))
       run%closing = .false.
       run%contacts%row = [(contact_row_t(model%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
       is_active = active_contacts(contacts, run%contacts%row%dof)

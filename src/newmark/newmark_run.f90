@@ -18,8 +18,10 @@ module newmark_run
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
-   public :: whole_step, nowhere, level_of, begins_now, is_open, is_constrained, is_in_contact, is_lifted, is_inactive
-   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, contact_energy, energy_left
+   public :: whole_step, nowhere, level_of, begins_now, is_open, is_constrained, is_in_contact, is_lifted, &
+      is_inactive
+   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, &
+      contact_energy, energy_left
 
    !> Length of the undivided step in units of the shortest step.
    integer(i8), parameter :: whole_step = 2_i8**deepest_level
@@ -242,8 +244,8 @@ contains
 
       offset = run%offset
       if (present(further)) offset = offset + further
-      tau = (real(run%sample, wp) + (real(run%step_in_sample, wp) + shortest*real(offset, wp))/real(run%parts, wp)) &
-         *run%sample_step
+      tau = (real(run%sample, wp) + (real(run%step_in_sample, wp) + shortest*real(offset, wp)) &
+         /real(run%parts, wp))*run%sample_step
    end function instant_of
 
    !> Gap between the beam and a contact, which may still be deformed.

@@ -6,10 +6,10 @@ module block_statistics
    use measure_list, only: first_statistic, measure_named
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
-   use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, statistic_count, &
-      sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, sum_impulse, &
-      sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, contact_sums_t, &
-      top_displacement, top_force, top_impulse, top_tip, top_velocity
+   use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, &
+      statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, &
+      sum_impulse, sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, &
+      contact_sums_t, top_displacement, top_force, top_impulse, top_tip, top_velocity
    use student, only: student_quantile
    implicit none (type, external)
    private
@@ -48,7 +48,8 @@ module block_statistics
       form_t('minimum_tip', low_tip), &
       form_t('maximum_tip', top_tip)]
 
-   integer, parameter :: maxima(*) = [top_force, top_velocity, top_impulse, top_displacement, top_tip]
+   integer, parameter :: maxima(*) = [top_force, top_velocity, top_impulse, &
+      top_displacement, top_tip]
    integer, parameter :: minima(*) = [low_displacement, low_tip]
 
    !> Confidence level of the error bars
@@ -284,7 +285,8 @@ contains
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
 
-      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, low_displacement, top_displacement]
+      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, low_displacement, &
+         top_displacement]
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, low_tip, top_tip]
       real(wp) :: quantile, whole(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)

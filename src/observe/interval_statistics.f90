@@ -5,8 +5,8 @@ module interval_statistics
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, row_t
    use signal_peaks, only: extreme_search_t
-   use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
-      sum_square_tip, sum_tip, contact_sums_t, top_displacement, top_force, top_tip
+   use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, &
+      sum_square_displacement, sum_square_tip, sum_tip, contact_sums_t, top_displacement, top_force, top_tip
    implicit none (type, external)
    private
    public :: take_interval
@@ -82,7 +82,8 @@ contains
       row = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(row), second(row)]
-         call widen_range(interval, row_t(row), stretch, sums(low_tip:top_tip), blocks%looks(low_tip:top_tip))
+         call widen_range(interval, row_t(row), stretch, sums(low_tip:top_tip), &
+            blocks%looks(low_tip:top_tip))
       end associate
       do k = 1, interval%contacts
          contact = interval%contact(k)
@@ -95,7 +96,8 @@ contains
                   sums(top_displacement) = max(sums(top_displacement), sign*contact%height)
                else
                   call widen_range(interval, row_t(k, sign, sign*contact%height), stretch, &
-                     sums(low_displacement:top_displacement), blocks%looks(low_displacement:top_displacement))
+                     sums(low_displacement:top_displacement), &
+                     blocks%looks(low_displacement:top_displacement))
                end if
             end associate
             if (.not. contact%is_closed) cycle
@@ -103,7 +105,8 @@ contains
             row = interval%force_row(k)
             if (contact%has_force) then
                call include_ends(interval, row_t(row), stretch, force)
-               call raise_maximum(interval, row_t(row, scale=maxval(force)), stretch, force(2), blocks%looks(top_force))
+               call raise_maximum(interval, row_t(row, scale=maxval(force)), stretch, force(2), &
+                  blocks%looks(top_force))
             end if
             call take_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
                [first(row), second(row)], force(2))
@@ -124,11 +127,12 @@ contains
 
       call include_ends(interval, row, stretch, range)
       scale = maxval(abs(range))
-      call raise_maximum(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), looks(2))
+      call raise_maximum(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
+         looks(2))
       negated_minimum = -range(1)
       scale = maxval(abs(range))
-      call raise_maximum(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, negated_minimum, &
-         looks(1))
+      call raise_maximum(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, &
+         negated_minimum, looks(1))
       range(1) = -negated_minimum
    end subroutine widen_range
 

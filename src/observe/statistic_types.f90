@@ -8,8 +8,8 @@ module statistic_types
    private
    public :: run_statistics_t, block_sums_t, impact_t, contact_sums_t, statistic_count
    public :: sum_time, sum_contact, sum_force, sum_square_force, sum_impulse, sum_impacts, sum_velocity, &
-      sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, top_force, top_velocity, &
-      top_impulse, low_displacement, top_displacement, low_tip, top_tip, sum_count
+      sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, top_force, &
+      top_velocity, top_impulse, low_displacement, top_displacement, low_tip, top_tip, sum_count
 
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 

@@ -358,18 +358,18 @@ contains
       real(wp), intent(out) :: turn(2)
 
       integer :: k
-      real(wp) :: discriminant, root(2), root_sum
+      real(wp) :: discriminant, root(2), root_numerator
 
       turn_count = 0
       turn = 0.0_wp
       associate (c => cubic%c)
          discriminant = c(2)**2 - 3.0_wp*c(1)*c(3)
          if (discriminant <= 0.0_wp) return
-         root_sum = -(c(2) + sign(sqrt(discriminant), c(2)))
+         root_numerator = -(c(2) + sign(sqrt(discriminant), c(2)))
          ! quotients outside 0 ... 1 are not computed, because they may overflow
          root = -1.0_wp
-         if (is_fraction(root_sum, 3.0_wp*c(3))) root(1) = root_sum/(3.0_wp*c(3))
-         if (is_fraction(c(1), root_sum)) root(2) = c(1)/root_sum
+         if (is_fraction(root_numerator, 3.0_wp*c(3))) root(1) = root_numerator/(3.0_wp*c(3))
+         if (is_fraction(c(1), root_numerator)) root(2) = c(1)/root_numerator
       end associate
       if (root(1) > root(2)) root = root([2, 1])
       do k = 1, 2
