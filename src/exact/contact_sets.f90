@@ -279,7 +279,6 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       logical, intent(in) :: is_closed(:)
       type(contact_set_t), target, intent(inout) :: set
-      !> Set if the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i, m
@@ -390,7 +389,7 @@ contains
       call state_of_terms(set, terms_at(set%joint, amplitude, time), z0, v0, time, z, v)
    end subroutine state_in
 
-   !> State of the constrained modes from the values of the terms at an instant.
+   !> State of the constrained modes from the values of the terms at a time since the start of the phase.
    pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
       !> [terms]
@@ -398,7 +397,6 @@ contains
       !> State at the start of the phase; only modes with nodes at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
-      !> Since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)

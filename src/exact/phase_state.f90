@@ -19,8 +19,8 @@ module phase_state
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state, move_to
-   public :: move_alone, free_state, force_terms, ready_reaction
+   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state
+   public :: move_to, move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
@@ -50,7 +50,6 @@ module phase_state
       type(forced_response_t) :: forced
       !> Nothing moves until loads change
       logical :: is_at_rest = .false.
-      !> Reactions found last
       type(reactions_t) :: reactions
       !> Maximum length of the phase: the load segments end there
       real(wp) :: longest = huge(1.0_wp)
