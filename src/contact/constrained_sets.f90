@@ -32,6 +32,7 @@ module constrained_sets
       real(wp), allocatable :: tip_sign(:)
    end type free_beam_t
 
+   !> The constrained modes of one set of closed rigid contacts.
    type :: constrained_set_t
       !> Indices of the closed rigid contacts
       integer, allocatable :: closed(:)
@@ -46,8 +47,8 @@ module constrained_sets
       !> `mode` and its transpose, padded with zeros to a whole number of SIMD vectors, [padded free, count], [padded
       !> count, free]
       real(wp), allocatable, private :: to_free(:, :), to_set(:, :)
-      !> Reaction of each closed rigid contact per unit of each mode; with damping it also acts on 2 zeta times the
-      !> modal velocity, [closed, count]
+      !> Reaction of each closed rigid contact per unit of p + 2 zeta p', with p the displacement of each mode, [closed,
+      !> count]
       real(wp), allocatable :: reaction(:, :)
       !> In static equilibrium on the closed rigid contacts: displacement in the free modes, gaps, reactions, tip
       !> displacement, energy, [free], [contacts], [closed]

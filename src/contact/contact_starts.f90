@@ -26,11 +26,11 @@ module contact_starts
          import :: failure_t, flexible_beam_t, wp
          implicit none (type, external)
          class(flexible_beam_t), intent(in) :: self
-         !> That multiple; 0: there is no foundation
+         !> Factor of the mass matrix in the stiffness of the foundation; 0: there is no foundation
          real(wp), intent(in) :: foundation
-         !> [coordinates, loads]
+         !> Loads, [coordinates, loads]
          real(wp), intent(in) :: load(:, :)
-         !> [coordinates, loads]
+         !> Displacements, [coordinates, loads]
          real(wp), intent(out) :: shape(:, :)
          !> Set when the displacements cannot be found
          type(failure_t), allocatable, intent(inout) :: error
@@ -45,7 +45,7 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> Which contacts are active
       logical, intent(in) :: is_active(:)
-      !> Under the loads without contact forces; on return with them, [coordinates]
+      !> Displacements under the loads without contact forces; on return with them, [coordinates]
       real(wp), intent(inout) :: displacement(:)
       !> P of each contact
       real(wp), intent(inout) :: forces(:)
@@ -94,7 +94,7 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> P of each contact
       real(wp), intent(in) :: forces(:)
-      !> [coordinates]
+      !> Displacements, [coordinates]
       real(wp), intent(in) :: displacement(:)
       !> Set when there is such a contact
       type(failure_t), allocatable, intent(inout) :: error
@@ -117,7 +117,7 @@ contains
       logical, intent(in) :: is_active(:)
       !> P of each contact; a contact with a static force may be penetrated
       real(wp), intent(in) :: forces(:)
-      !> [coordinates]
+      !> Displacements, [coordinates]
       real(wp), intent(inout) :: displacement(:)
       !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error

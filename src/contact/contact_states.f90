@@ -11,6 +11,7 @@ module contact_states
    public :: contact_state_t, make_contact_state, put_node_before, node_at, of_rigid_stop, impedance_of
    public :: recover, energy_in, force_in, indent, keep_start, reactions_t
 
+   !> State of one contact during a run.
    type :: contact_state_t
       type(contact_t) :: contact
       logical :: is_rigid = .true.

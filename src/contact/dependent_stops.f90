@@ -143,7 +143,8 @@ contains
       allocate (share, source=coefficients(:size(basis, 2), :))
    end subroutine factorise
 
-   !> Solve the generalised symmetric eigenproblem: find X with X' K X = 1 and X' A X diagonal.
+   !> Solve the generalised symmetric eigenproblem of the stiffness matrix K and the branch stiffness matrix A: find X
+   !> with X' K X = 1 and X' A X diagonal.
    subroutine diagonalise(elastic, branch, eigenvalue)
       !> K, positive definite
       real(wp), intent(in) :: elastic(:, :)

@@ -1,4 +1,4 @@
-!> A beam on several closed compliant contacts, in closed form (docs/theory.md, sections 17 and 18).
+!> Motion of a beam with several closed compliant contacts, in closed form (docs/theory.md, sections 17 and 18).
 !>
 !> Every displacement and force is a sum of exp(s t) over the roots s of `joint_secular`, with the residues of the
 !> Laplace transform as amplitudes. The beam is given in any modes, free or constrained elsewhere.
@@ -168,7 +168,7 @@ contains
 
    !> Static equilibrium under unit heights of the stops: equal forces in the beam and in the springs.
    subroutine find_rest(square, value, spring, modes)
-      !> W_i^2, [modes]
+      !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)

@@ -1,5 +1,5 @@
-!> Exponents of a beam on several closed compliant contacts: the roots of the equation in `joint_vectors`, all found
-!> simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
+!> Exponents of the motion of a beam with several closed compliant contacts: the roots of the equation in
+!> `joint_vectors`, all found simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
 module joint_secular
    use constrained_modes, only: constrain
    use joint_vectors, only: joint_secular_t, joint_vectors_t, vectors_at
@@ -33,7 +33,7 @@ contains
    !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
    subroutine find_joint_roots(problem, near, offset, converged)
       type(joint_secular_t), intent(in) :: problem
-      !> [roots]
+      !> Nearest poles and offsets of the roots, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
@@ -47,7 +47,7 @@ contains
       type(joint_secular_t), intent(in) :: problem
       !> Iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
-      !> [roots]
+      !> Nearest poles and offsets of the roots, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
@@ -117,7 +117,7 @@ contains
       integer, intent(in) :: iteration
       type(search_t), intent(inout) :: search
 
-      !> numbers of iterations after which the tolerance of convergence is raised, in two steps
+      ! the tolerance of convergence is raised after these numbers of iterations
       integer, parameter :: strict_iterations = 40
       integer, parameter :: normal_iterations = 200
       complex(wp) :: repulsion, step, s
@@ -207,7 +207,7 @@ contains
    !> Initial values: the modes with all springs attached, each with an estimate of its damping ratio.
    subroutine guess_roots(problem, near, offset)
       type(joint_secular_t), intent(in) :: problem
-      !> [roots]
+      !> Nearest poles and offsets of the roots, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
 

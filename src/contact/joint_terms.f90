@@ -1,4 +1,4 @@
-!> Terms exp(s t) of the motion on several closed compliant contacts (docs/theory.md, sections 17 and 18).
+!> Terms exp(s t) of the motion of a beam with several closed compliant contacts (docs/theory.md, sections 17 and 18).
 module joint_terms
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -13,7 +13,7 @@ module joint_terms
       !> Impedances of the stops
       type(impedance_t), allocatable :: spring(:)
       real(wp) :: two_zeta = 0.0_wp
-      !> alpha of each mode of the beam, [modes]
+      !> Coefficients alpha of mass-proportional damping of the beam's modes, [modes]
       real(wp), allocatable :: mass_rate(:)
       !> Number of terms; of a complex conjugate pair only the term with Im s > 0 is stored
       integer :: count = 0
@@ -121,10 +121,10 @@ contains
       end associate
    end subroutine ready_terms
 
-   !> Amplitudes from the state at the start of a contact: each quantity is its static value + sum weight Re (amplitude
+   !> Amplitudes from the state at the start of a phase: each quantity is its static value + sum weight Re (amplitude
    !> value exp(s t)).
    pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
-      !> W_i^2 of the beam's modes
+      !> Squared circular frequencies W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)
       type(joint_modes_t), intent(in) :: modes
       !> Heights of the stops above the static position of the beam's modes, [stops]

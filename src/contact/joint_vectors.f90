@@ -1,4 +1,4 @@
-!> Characteristic equation of a beam on several closed compliant contacts, at any s (docs/theory.md, sections 17 and
+!> Characteristic equation of a beam with several closed compliant contacts, at any s (docs/theory.md, sections 17 and
 !> 18).
 !>
 !> With the modal values b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, for each
@@ -18,7 +18,7 @@ module joint_vectors
    type, extends(secular_t) :: joint_secular_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
-      !> alpha of each mode, [modes]
+      !> Coefficients alpha of mass-proportional damping, [modes]
       real(wp), allocatable :: mass_rate(:)
       !> Impedances of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
       type(impedance_t), allocatable :: spring(:)
@@ -27,7 +27,7 @@ module joint_vectors
       real(wp), allocatable :: product(:, :)
    end type joint_secular_t
 
-   !> Values of the equation at one s, and its vectors.
+   !> Value of the equation at one s, and its vectors.
    type :: joint_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
@@ -53,12 +53,12 @@ contains
 
    !> Set up the equation and find its poles.
    subroutine make_joint_secular(square, value, zeta, mass_rate, spring, problem)
-      !> W_i^2 of the modes with nonzero values at stops, ascending, [modes]
+      !> Squared circular frequencies W_i^2 of the modes with nonzero values at stops, ascending, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       real(wp), intent(in) :: zeta
-      !> alpha, [modes]
+      !> Coefficients alpha of mass-proportional damping, [modes]
       real(wp), intent(in) :: mass_rate(:)
       !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
@@ -193,7 +193,7 @@ contains
    pure subroutine sum_terms(weight, term, h, h_slope)
       !> b_ij b_ik, [modes]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> [modes, 4]
+      !> Real and imaginary parts of 1/D_i and of minus its derivative, [modes, 4]
       real(wp), contiguous, intent(in) :: term(:, :)
       complex(wp), intent(out) :: h
       complex(wp), intent(out) :: h_slope
@@ -289,7 +289,7 @@ contains
       complex(wp), intent(in) :: s
       !> s - pole, [poles]
       complex(wp), intent(in) :: distance(:)
-      !> Impedances, [stops]
+      !> Values at s for each stop, [stops]
       complex(wp), intent(out), dimension(:) :: n, m, n_slope, m_slope
 
       integer :: j

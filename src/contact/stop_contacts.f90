@@ -15,7 +15,7 @@ module stop_contacts
       !> Index of its &stop in the scene, and index among all contacts in the order of the scene, below before above
       integer :: stop = 1
       integer :: number = 1
-      !> s
+      !> Sign s
       real(wp) :: sign = 1.0_wp
       !> s d in units of displacement: the `preload` of its stop
       real(wp) :: height = 0.0_wp

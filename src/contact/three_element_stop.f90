@@ -1,7 +1,7 @@
 !> Model B of the stop (standard linear solid): a spring k parallel to a Maxwell branch, a spring beta k in series with
 !> a damper c (docs/theory.md, section 8).
 !>
-!> dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
+!> The branch force P2 follows from dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
 module three_element_stop
    use kinds, only: lambda1_power4, wp
    use yielding_stop, only: contact_force, stop_step_t, yielding_stop_t
@@ -18,7 +18,7 @@ module three_element_stop
 
 contains
 
-   !> Make model B from the ratios of the paper.
+   !> Make model B from the dimensionless ratios of the paper of 1977.
    elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
       !> kappa
       real(wp), intent(in) :: stiffness_ratio
