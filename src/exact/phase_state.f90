@@ -19,8 +19,8 @@ module phase_state
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state
-   public :: move_to, move_alone, free_state, force_terms, ready_reaction
+   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, keep_state
+   public :: driven_terms, move_to, move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
@@ -74,9 +74,8 @@ module phase_state
 
 contains
 
-   !> Prepare the store of contact sets for the contacts of a run.
+   !> Prepare the store of contact sets for the contacts of a run. Beam and contact states are already set.
    subroutine open_store(self, store)
-      !> Beam and contact states are already set
       type(phase_state_t), intent(inout) :: self
       type(set_store_t), target, intent(inout) :: store
 
@@ -109,7 +108,6 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       !> The run uses the set for the first time
       logical, intent(out) :: is_new
-      !> Set if the set cannot be made
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), dimension(size(self%states)) :: depth, branch_force
