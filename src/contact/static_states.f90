@@ -65,7 +65,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(supported_beam_t) :: beam
-      type(contact_t), allocatable :: bearing(:)
+      type(contact_t), allocatable :: active(:)
       real(wp), allocatable :: compliance(:, :), push(:), shape(:)
       integer, allocatable :: dofs(:)
       logical :: is_active(size(contacts))
@@ -76,14 +76,14 @@ contains
       call make_elastic_beam(model, beam, error)
       if (allocated(error)) return
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      bearing = pack(contacts, is_active)
-      dofs = model%stop_dofs(bearing%stop)
+      active = pack(contacts, is_active)
+      dofs = model%stop_dofs(active%stop)
       allocate (compliance(size(dofs), size(dofs)), push(size(dofs)))
       do k = 1, size(dofs)
          shape = unit_shape(beam, dofs(k))
-         compliance(:, k) = bearing%sign*(lambda1_power4*bearing(k)%sign)*shape(dofs)
+         compliance(:, k) = active%sign*(lambda1_power4*active(k)%sign)*shape(dofs)
       end do
-      call find_carrying_forces(bearing, -bearing%height, compliance, push)
+      call find_carrying_forces(active, -active%height, compliance, push)
       energy = 0.5_wp*dot_product(push, matmul(compliance, push))
       forces = unpack(push, is_active, forces)
    end subroutine find_static_rest

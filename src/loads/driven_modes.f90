@@ -179,9 +179,9 @@ contains
 
    !> Bounds on the motion and its derivatives between two instants. After a unit impulse neither the velocity of the
    !> mode nor W times its displacement exceeds 1; the load is a superposition of impulses, and the equation of motion
-   !> gives the bound on each further derivative. The derivatives of a response to a constant load are a free motion
-   !> after any instant, so each is bounded by its own value and that of the next derivative. Finally, nothing exceeds
-   !> the sum of the magnitudes of its exponentials, none of which grows.
+   !> gives the bound on each further derivative. The derivatives of the response to a constant load are a free motion
+   !> after any instant, so each is bounded by its value and that of the next derivative at that instant. Finally,
+   !> nothing exceeds the sum of the magnitudes of its exponentials, none of which grows.
    pure subroutine bound_driven_mode(mode, until, bounds, from, derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until

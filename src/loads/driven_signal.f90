@@ -25,8 +25,8 @@ module driven_signal
 
    type, extends(viewed_signal_t) :: driven_signal_t
       class(viewed_signal_t), allocatable :: free
-      !> Load response added to the free motion: `factor` times the derivative of order `order` of the terms, whose time
-      !> begins `from` before that of the signal
+      !> Load response added to the free motion: `factor` times the derivative of order `order` of the terms at the time
+      !> from + t
       type(driven_terms_t) :: terms
       real(wp) :: factor = 1.0_wp
       real(wp) :: from = 0.0_wp
@@ -52,7 +52,7 @@ contains
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> s and s'
+      !> Signal s and slope s'
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 

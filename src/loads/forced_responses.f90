@@ -24,7 +24,8 @@ module forced_responses
       forced_at, find_rows_at
    public :: answer_at, by_constant, by_harmonic
 
-   !> A harmonic load resonates with a mode if their relative distance in frequency is less than this.
+   !> A harmonic load with frequency w resonates with a mode if an exponent of the mode is nearer to i w than this share
+   !> of w.
    real(wp), parameter :: resonant = 0.02_wp
 
    !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest: bounds grow with the

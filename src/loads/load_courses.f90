@@ -118,8 +118,8 @@ contains
       value = segment%constant + real(segment%harmonic, wp)
    end function value_at
 
-   !> Acceleration of a base. If its displacement is a table, a cubic spline with zero end slopes interpolates the
-   !> table, and the acceleration is linear between its points.
+   !> Acceleration of a base whose displacement is harmonic or a table. A cubic spline with zero end slopes interpolates
+   !> the table, so the acceleration is linear between its points.
    pure function acceleration_of(base) result(course)
       type(base_settings_t), intent(in) :: base
       type(time_course_t) :: course

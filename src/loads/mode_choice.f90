@@ -95,10 +95,11 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> alpha of each mode: from mass-proportional damping, or from the damping ratio given for the mode.
+   !> Coefficient alpha of mass-proportional damping for each mode, from the settings or equivalent to the damping ratio
+   !> given for the mode.
    pure function rates_of_modes(settings, square) result(rate)
       type(run_settings_t), intent(in) :: settings
-      !> W_i^2, [modes]
+      !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
       real(wp) :: rate(size(square))
 

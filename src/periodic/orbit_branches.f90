@@ -413,7 +413,8 @@ contains
       !> The branch continues with other impacts
       logical, intent(in) :: continues
 
-      ! restart from each orbit found, because Newton's method converges from shorter distances only near the end
+      ! numbers of restarts and of bisections in each: the distance from which Newton's method converges shrinks towards
+      ! the end of the branch
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this share of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp

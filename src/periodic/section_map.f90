@@ -38,7 +38,7 @@ module section_map
       !> States of the contacts, and modal values at the contacts times their signs, [modes, contacts]
       type(contact_state_t), allocatable :: contacts(:)
       real(wp), allocatable :: value(:, :)
-      !> Contacts with a branch, whose force is a state variable
+      !> Indices of the contacts with a branch, whose force P2 is a state variable
       integer, allocatable :: keeping(:)
       !> Unit of each unknown, the parameter last, [unknowns + 1]
       real(wp), allocatable :: unit(:)
@@ -223,7 +223,7 @@ contains
       !> Number of sections at equal intervals instead
       integer, intent(in), optional :: samples
 
-      ! distance to a periodic motion below which the motion counts as periodic
+      ! relative distance to a periodic orbit below which a motion counts as periodic
       real(wp), parameter :: near = 1.0e-3_wp
       type(run_settings_t) :: settings
       real(wp) :: period
