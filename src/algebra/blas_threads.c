@@ -24,7 +24,7 @@ int __wrap_openblas_num_threads_env(void)
    return 1;
 }
 
-/* Limits OpenBLAS to one thread if its own definition had precedence. */
+/* Limits OpenBLAS to one thread even if it did not call the definitions above. */
 void impactbeam_single_threaded_blas(void)
 {
    if (openblas_set_num_threads) openblas_set_num_threads(1);

@@ -52,7 +52,8 @@ contains
       end if
       bracket%last_side = side
       bracket%evaluations = bracket%evaluations + 1
-      bracket%is_found = abs(value) <= bracket%least_value .or. bracket%evaluations >= bracket%most_evaluations .or. &
+      bracket%is_found = abs(value) <= bracket%least_value .or. &
+         bracket%evaluations >= bracket%most_evaluations .or. &
          bracket%high - bracket%low <= bracket%least_length*abs(bracket%high)
    end subroutine enter
 

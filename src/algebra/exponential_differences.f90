@@ -127,13 +127,13 @@ contains
    end function difference_of_two
 
    !> All elements except one. The length of the result is constant, because this function is called millions of times.
-   pure function without(place, all) result(others)
+   pure function without(place, all) result(rest)
       integer, intent(in) :: place
       complex(wp), intent(in) :: all(:)
-      complex(wp) :: others(max_points)
+      complex(wp) :: rest(max_points)
 
-      others(:place - 1) = all(:place - 1)
-      others(place:size(all) - 1) = all(place + 1:)
+      rest(:place - 1) = all(:place - 1)
+      rest(place:size(all) - 1) = all(place + 1:)
    end function without
 
    !> Divided difference over points close to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, with h_k the sum of all

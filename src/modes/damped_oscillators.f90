@@ -18,22 +18,22 @@ module damped_oscillators
       real(wp), allocatable :: square(:)
       !> W, [count]
       real(wp), allocatable :: frequency(:)
-      !> Oscillators 1 ... oscillating are underdamped
+      !> Oscillators 1 to `oscillating` are underdamped
       integer :: oscillating = 0
-      !> Oscillators 1 ... blended have exponents too near to each other to be separated; the others are far beyond
+      !> Oscillators 1 to `blended` have exponents too near to each other to be separated; the others are far beyond
       !> critical damping
       integer :: blended = 0
       !> Decay rate. Underdamped: zeta W^2 + alpha/2; else: that of the slow exponent, W^2/(zeta W^2 + alpha/2 + spread)
       !> > 0, [count, then ones up to `padded`]
       real(wp), allocatable :: decay(:)
       !> Half the distance of the two exponents. Underdamped: W sqrt(1 - xi^2), the damped frequency; else: W sqrt(xi^2
-      !> - 1), with xi the damping ratio, [as decay]
+      !> - 1), with xi the damping ratio, [as `decay`]
       real(wp), allocatable :: spread(:)
-      !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; padded with zeros, [as decay]
+      !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; padded with zeros, [as `decay`]
       real(wp), allocatable :: mass_rate(:)
-      !> Overdamped: decay rate of the fast exponent less alpha, [as decay]
+      !> Overdamped: decay rate of the fast exponent less alpha, [as `decay`]
       real(wp), allocatable :: fast_excess(:)
-      !> W^2, 1/W^2, and 1/spread, limited near critical damping, [as decay]
+      !> W^2, 1/W^2, and 1/spread, limited near critical damping, [as `decay`]
       real(wp), allocatable :: lane_square(:)
       real(wp), allocatable :: inverse_square(:)
       real(wp), allocatable :: inverse_spread(:)
@@ -48,7 +48,7 @@ module damped_oscillators
    !> exp(-x) is limited to x up to this: negligible, but still a normal number, which is faster than a subnormal one.
    real(wp), parameter :: greatest_exponent = 700.0_wp
 
-   !> One step of fixed length: z+ = zz z + zv v, v+ = vz z + vv v.
+   !> Matrices of a step of fixed length, from the state (z, v) to (zz z + zv v, vz z + vv v), [count].
    type :: step_matrices_t
       real(wp), allocatable :: zz(:), zv(:), vz(:), vv(:)
    end type step_matrices_t
@@ -122,9 +122,9 @@ contains
    !> Damping ratio (share of critical damping) of a mode.
    elemental function damping_ratio(zeta, mass_rate, frequency) result(ratio)
       real(wp), intent(in) :: zeta
-      !> alpha
+      !> Rate alpha of damping proportional to mass
       real(wp), intent(in) :: mass_rate
-      !> W
+      !> Frequency W
       real(wp), intent(in) :: frequency
       real(wp) :: ratio
 
@@ -135,7 +135,7 @@ contains
    !> Order of the modes that the closed forms need: underdamped modes, modes near critical damping, modes far beyond
    !> critical damping, each group in its original order.
    pure function damping_order(square, zeta, mass_rate) result(order)
-      !> W^2
+      !> W^2, [modes]
       real(wp), intent(in) :: square(:)
       real(wp), intent(in) :: zeta
       !> alpha, [modes]
@@ -220,17 +220,17 @@ contains
    end subroutine propagate_lanes
 
    !> Restore the elements of a vector after an index.
-   pure subroutine restore(last, before, now)
+   pure subroutine restore(last, original, vector)
       !> Index of the last element that is not restored
       integer, intent(in) :: last
-      real(wp), intent(in) :: before(lanes)
-      real(wp), intent(inout) :: now(lanes)
+      real(wp), intent(in) :: original(lanes)
+      real(wp), intent(inout) :: vector(lanes)
 
       integer :: i
 
       !$omp simd
       do i = 1, lanes
-         now(i) = merge(now(i), before(i), i <= last)
+         vector(i) = merge(vector(i), original(i), i <= last)
       end do
    end subroutine restore
 

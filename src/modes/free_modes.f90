@@ -19,9 +19,9 @@ module free_modes
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
-      !> lambda_i, ascending, [modes]
+      !> Wave numbers lambda_i, ascending, [modes]
       real(wp), allocatable :: lambda(:)
-      !> W_i^2 = (lambda_i/lambda1)^4, [modes]
+      !> Squared frequencies W_i^2 = (lambda_i/lambda1)^4 in omega1^2, [modes]
       real(wp), allocatable :: square(:)
       !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
       real(wp), allocatable :: mode(:, :)

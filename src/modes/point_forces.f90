@@ -14,9 +14,9 @@ contains
 
    !> Forces f and modes z of D_i z_i = load_i + sum b_ik f_k, sum b_ik z_i + flexibility_k f_k = gap_k.
    pure subroutine find_point_forces(dynamic, value, flexibility, load, gap, force, z)
-      !> D_i(s), [modes]
+      !> Dynamic stiffness D_i(s) of each mode, [modes]
       complex(wp), intent(in) :: dynamic(:)
-      !> b_ik, [modes, points]
+      !> Mode shapes b_ik at the points, [modes, points]
       real(wp), intent(in) :: value(:, :)
       !> Flexibility of the spring or support at each point, [points]
       complex(wp), intent(in) :: flexibility(:)

@@ -133,7 +133,7 @@ contains
    end subroutine distances
 
    !> Distances of one root from all other roots.
-   pure subroutine root_distances(problem, near, offset, root, apart)
+   pure subroutine root_distances(problem, near, offset, root, distance)
       type(secular_t), intent(in) :: problem
       !> Index of the pole of each root, and its offset
       integer, intent(in) :: near(:)
@@ -141,20 +141,20 @@ contains
       !> Index of the root
       integer, intent(in) :: root
       !> The root less each other root; 0 for itself, [roots]
-      complex(wp), intent(out) :: apart(:)
+      complex(wp), intent(out) :: distance(:)
 
       integer :: j
 
       if (problem%crowded(near(root))) then
          do j = 1, size(near)
-            apart(j) = pole_difference(problem, near(root), near(j)) + (offset(root) - offset(j))
+            distance(j) = pole_difference(problem, near(root), near(j)) + (offset(root) - offset(j))
          end do
       else
          do j = 1, size(near)
-            apart(j) = (problem%pole(near(root)) - problem%pole(near(j))) + (offset(root) - offset(j))
+            distance(j) = (problem%pole(near(root)) - problem%pole(near(j))) + (offset(root) - offset(j))
          end do
       end if
-      apart(root) = (0.0_wp, 0.0_wp)
+      distance(root) = (0.0_wp, 0.0_wp)
    end subroutine root_distances
 
    !> Sum of 1/z over all z that are not 0.
@@ -179,7 +179,6 @@ contains
 
    !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
    elemental function size_of(z) result(value)
-      !> Number
       complex(wp), intent(in) :: z
       real(wp) :: value
 

@@ -113,7 +113,7 @@ contains
          total_decay = decay(m) + decay(n)
          plus = omega(m) + omega(n)
          minus = omega(m) - omega(n)
-         ! 1/(s_m + s_n) = -(both + i plus) over_plus, 1/(s_m + conj(s_n)) = -(both + i minus) over_minus
+         ! 1/(s_m + s_n) = -(total_decay + i plus) over_plus, 1/(s_m + conj(s_n)) = -(total_decay + i minus) over_minus
          square = total_decay**2 + plus**2
          over_plus = merge(0.5_wp, 0.0_wp, square > negligible)/max(square, negligible)
          over_minus = merge(0.5_wp, 0.0_wp, distance(m) > negligible)/max(distance(m), negligible)

@@ -8,8 +8,8 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, bounds_t, search_t, search_history_t, history_size, first_zero, &
-      falls_to_zero
+   public :: certified_signal_t, viewed_signal_t, bounds_t, search_t, search_history_t, history_size
+   public :: first_zero, falls_to_zero
    public :: step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_left, found_spent
@@ -23,7 +23,7 @@ module certified_search
    !> The signal has no zero up to `time`, at which the permitted number of evaluations is used up.
    integer, parameter :: found_spent = 4
 
-   !> A signal of the order of 1 may fall so far below zero after a start at rest: the rounding error of forces.
+   !> Depth below zero that the rounding error of forces may give a signal of the order of 1 after a start at rest.
    real(wp), parameter :: max_dip = 1.0e-11_wp
 
    !> Columns of an array of terms, one term of the signal a row: its value and first two derivatives, then bounds that
@@ -77,18 +77,18 @@ module certified_search
       real(wp) :: slope = 0.0_wp
       !> d''
       real(wp) :: curvature = 0.0_wp
-      !> -d'' does not exceed this
+      !> Upper bound of -d''
       real(wp) :: bound = 0.0_wp
-      !> |d''| does not exceed this
+      !> Upper bound of |d''|
       real(wp) :: bound_both = 0.0_wp
-      !> |d'''| does not exceed this; huge: unknown
+      !> Upper bound of |d'''|; huge: unknown
       real(wp) :: bound_jerk = huge(1.0_wp)
       !> Rounding error of d
       real(wp) :: rounding = 0.0_wp
       !> The signal itself and its rounding error
       real(wp) :: signal = 0.0_wp
       real(wp) :: signal_rounding = 0.0_wp
-      !> The signal does not fall below this
+      !> Lower bound of the signal
       real(wp) :: floor = -huge(1.0_wp)
       !> d has no zero within a step of this length, which may be longer than the step that `bound` certifies
       real(wp) :: free = 0.0_wp
@@ -211,8 +211,8 @@ contains
             return
          end if
          ! a value below its rounding error counts as that error: a signal that rises comes no nearer to zero
-         step = max(here%free, step_without_zero(max(here%value, merge(here%rounding, 0.0_wp, t > 0.0_wp)), &
-            here%slope, here%bound))
+         step = max(here%free, step_without_zero(max(here%value, &
+            merge(here%rounding, 0.0_wp, t > 0.0_wp)), here%slope, here%bound))
          if (order == 0) search%ceiling = max(search%ceiling, max_within_step(here, min(step, limit - t)))
          if (t + step >= limit .or. search%evaluations >= budget) then
             search%outcome = merge(found_none, found_spent, t + step >= limit)

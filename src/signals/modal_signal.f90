@@ -21,7 +21,7 @@ module modal_signal
    type :: modal_state_t
       !> Instant; negative: there is none
       real(wp) :: time = -1.0_wp
-      !> [count]
+      !> Displacements and velocities of the modes, [count]
       real(wp), allocatable :: z(:), v(:)
    end type modal_state_t
 
@@ -36,7 +36,7 @@ module modal_signal
       real(wp), allocatable, private :: lane_weight(:)
       !> z_i and z_i' at t = 0, [count]
       real(wp), allocatable :: z(:), v(:)
-      !> For modes far beyond critical damping the sum is over z_i + 2 zeta z_i' instead (a force)
+      !> True (a force): for modes far beyond critical damping the sum is over z_i + 2 zeta z_i'
       logical :: is_viscous = .false.
       !> Deformation of the relaxing contact at t = 0, and the rate at which it relaxes
       real(wp) :: contact = 0.0_wp
@@ -325,7 +325,7 @@ contains
       type(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> [count]
+      !> State at the instant, [count]
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
@@ -390,7 +390,7 @@ contains
       !> State at the instant
       real(wp), intent(in) :: z(lanes, blocks)
       real(wp), intent(in) :: v(lanes, blocks)
-      !> sum weight z, sum weight v
+      !> sum weight z and sum weight v
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
       !> sum |weight| (4 |z| + t |v|)

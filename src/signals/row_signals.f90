@@ -20,7 +20,7 @@ module row_signals
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
-   !> A signal offset + slope t + factor row + of_rate row'.
+   !> A signal `offset` + `slope` t + `factor` y + `of_rate` y', with y the row of number `row`.
    type :: row_signal_t
       integer :: row = 1
       real(wp) :: factor = 1.0_wp
@@ -35,7 +35,7 @@ module row_signals
       !> Maximum over the nodes, and upper bound of the signal over the path
       real(wp) :: greatest = 0.0_wp
       real(wp) :: ceiling = 0.0_wp
-      !> Rounding error of its value at the start
+      !> Rounding error of the value at the start
       real(wp) :: rounding = 0.0_wp
    end type row_signal_t
 

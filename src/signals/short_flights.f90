@@ -96,7 +96,7 @@ contains
       complex(wp), intent(inout), optional :: harmonics(:)
       real(wp), intent(in), optional :: frequency(:)
 
-      complex(wp) :: now
+      complex(wp) :: derivative
       integer :: k, m
 
       do k = from, to
@@ -105,12 +105,12 @@ contains
       if (present(harmonics)) then
          if (from == 1) coefficient(1) = coefficient(1) + slope
          do m = 1, size(harmonics)
-            now = harmonics(m)
+            derivative = harmonics(m)
             do k = from, to
-               now = cmplx(-frequency(m)*aimag(now), frequency(m)*real(now, wp), wp)
-               coefficient(k) = coefficient(k) + real(now, wp)
+               derivative = cmplx(-frequency(m)*aimag(derivative), frequency(m)*real(derivative, wp), wp)
+               coefficient(k) = coefficient(k) + real(derivative, wp)
             end do
-            harmonics(m) = now
+            harmonics(m) = derivative
          end do
       end if
       coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
@@ -135,13 +135,13 @@ contains
    end function estimated_zero
 
    !> The maximum of c_1 t + c_2 t^2 + c_3 t^3 + ... before its zero.
-   pure subroutine maximum_of_series(coefficient, zero, greatest, ceiling)
+   pure subroutine maximum_of_series(coefficient, zero, mid_value, ceiling)
       !> Coefficients c
       real(wp), intent(in) :: coefficient(:)
       !> The zero
       real(wp), intent(in) :: zero
       !> Value in the middle, near which the maximum is
-      real(wp), intent(out) :: greatest
+      real(wp), intent(out) :: mid_value
       !> Upper bound of the series
       real(wp), intent(out) :: ceiling
 
@@ -149,18 +149,18 @@ contains
       integer :: k
 
       half = 0.5_wp*zero
-      call evaluate_series(coefficient, half, greatest, slope)
-      slope = greatest + half*slope
-      greatest = half*greatest
+      call evaluate_series(coefficient, half, mid_value, slope)
+      slope = mid_value + half*slope
+      mid_value = half*mid_value
       ! upper bound of the second derivative
       curvature = 0.0_wp
       do k = size(coefficient), 2, -1
          curvature = curvature*zero + real(k*(k - 1), wp)*merge(coefficient(2), max(coefficient(k), 0.0_wp), k == 2)
       end do
       if (-curvature*half > abs(slope)) then
-         ceiling = greatest - 0.5_wp*slope**2/curvature
+         ceiling = mid_value - 0.5_wp*slope**2/curvature
       else
-         ceiling = greatest + half*(abs(slope) + 0.5_wp*half*max(curvature, 0.0_wp))
+         ceiling = mid_value + half*(abs(slope) + 0.5_wp*half*max(curvature, 0.0_wp))
       end if
    end subroutine maximum_of_series
 
@@ -180,12 +180,12 @@ contains
       !> Sums of the derivatives in each SIMD lane
       real(wp), intent(inout) :: total(lanes, max_derivatives)
 
-      real(wp), dimension(lanes) :: next, now, minus_square, share
+      real(wp), dimension(lanes) :: next, current, minus_square, share
       integer :: b, i, k
 
       total(:, from:to) = 0.0_wp
       do b = 1, blocks
-         now = low(:, b)
+         current = low(:, b)
          next = high(:, b)
          minus_square = -square(:, b)
          share = weight(:, b)
@@ -193,12 +193,12 @@ contains
             !$omp simd
             do i = 1, lanes
                total(i, k) = total(i, k) + share(i)*next(i)
-               low(i, b) = minus_square(i)*(now(i) + two_zeta*next(i))
-               now(i) = next(i)
+               low(i, b) = minus_square(i)*(current(i) + two_zeta*next(i))
+               current(i) = next(i)
                next(i) = low(i, b)
             end do
          end do
-         low(:, b) = now
+         low(:, b) = current
          high(:, b) = next
       end do
    end subroutine add_derivatives

@@ -12,23 +12,24 @@ module signal_integrals
 
    !> offset + slope t + Re sum amplitude exp(exponent t), of each signal.
    type :: signals_t
-      !> [signals]
+      !> Constant and slope of each signal, [signals]
       real(wp), allocatable :: offset(:), slope(:)
-      !> [terms]
+      !> Exponents s, Re s <= 0, [terms]
       complex(wp), allocatable :: exponent(:)
-      !> [signals, terms]
+      !> Amplitudes at time 0, [signals, terms]
       complex(wp), allocatable :: amplitude(:, :)
    end type signals_t
 
    !> Quadratic form of the integrals of squares over an interval of one length: x^T matrix x with x the real parts of
    !> all amplitudes, then the imaginary parts.
    type :: squares_t
+      !> Length of the interval
       real(wp), private :: length = 0.0_wp
-      !> [terms]
+      !> Exponents s, [terms]
       complex(wp), allocatable, private :: exponent(:)
       !> 1/(s_m + s_n) and 1/(s_m + conjg(s_n)), 0 where that is infinite, [terms, terms, 2]
       complex(wp), allocatable, private :: inverse(:, :, :)
-      !> [2 terms, 2 terms]
+      !> The quadratic form, [2 terms, 2 terms]
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
 

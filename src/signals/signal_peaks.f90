@@ -1,7 +1,7 @@
 !> The maximum of a signal and the last exceedance of a level, found with the same certainty as the zeros of a signal.
 module signal_peaks
-   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, bounds_t, search_t, &
-      viewed_signal_t
+   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, bounds_t, &
+      search_t, viewed_signal_t
    use kinds, only: i8, wp
    use row_peaks, only: peak_tolerance
    implicit none (type, external)
@@ -24,23 +24,23 @@ module signal_peaks
 contains
 
    !> Does a signal exceed a level in a phase (the motion between two events)?
-   function exceeds(signal, length, level) result(does)
+   function exceeds(signal, length, level) result(answer)
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       real(wp), intent(in) :: level
-      logical :: does
+      logical :: answer
 
       class(viewed_signal_t), allocatable :: below
       type(search_t) :: search
       real(wp) :: value, slope
 
       call signal%evaluate(0.0_wp, value, slope)
-      does = value > level
-      if (does) return
+      answer = value > level
+      if (answer) return
       call signal%view(0.0_wp, -1.0_wp, level, 0, below)
       call first_zero(below, length, search)
-      does = search%outcome == found_zero
+      answer = search%outcome == found_zero
    end function exceeds
 
    !> The maximum of a signal in a phase, if it exceeds a threshold. The search skips every interval in which the signal
