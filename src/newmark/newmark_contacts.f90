@@ -21,10 +21,10 @@ module newmark_contacts
 
 contains
 
-   !> Set a contact to open at the present state.
+   !> Open a contact at the present state.
    pure subroutine open_contact(run, k)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
 
       associate (state => run%states(run%now), contact => run%contacts(k))
@@ -48,9 +48,9 @@ contains
    !> starts at c u', or, if the stop is still indented, at the small force that revealed the contact.
    pure subroutine begin_contact(run, k, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       associate (contact => run%contacts(k))
@@ -64,13 +64,13 @@ contains
    end subroutine begin_contact
 
 
-   !> End the force of a compliant contact. A three-element stop relaxes from its remaining force; a spring and damper
-   !> stays unloaded until the beam leaves the stop.
+   !> End the force of a compliant contact. A three-element stop then relaxes without force; a spring and damper stays
+   !> unloaded until the beam leaves the stop.
    pure subroutine end_contact(run, k, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp) :: lost
@@ -99,7 +99,7 @@ contains
    !> complementarity of reactions and accelerations.
    pure subroutine settle(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp), dimension(size(run%contacts)) :: reaction, free_acceleration
@@ -139,7 +139,7 @@ contains
       !> Add the acceleration due to a contact force.
       pure subroutine accelerate(acceleration, k, force)
          real(wp), intent(inout) :: acceleration(:)
-         !> The contact
+         !> Index of the contact
          integer, intent(in) :: k
          real(wp), intent(in) :: force
 
@@ -152,7 +152,7 @@ contains
    !> Update the forces of compliant contacts. The force of a spring and damper jumps with the velocity.
    pure subroutine update_compliant_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp) :: force
@@ -184,10 +184,10 @@ contains
    !> Close a rigid contact if its reaction is compressive; otherwise open the contact.
    pure subroutine close_or_release(run, k, reaction, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       real(wp), intent(in) :: reaction
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       logical :: was_constrained
@@ -216,7 +216,7 @@ contains
    !> An event at the present state; the velocity after the event equals the velocity before.
    pure function event_here(run, k, kind) result(event)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       !> One of the `event_` constants
       integer, intent(in) :: kind
@@ -236,10 +236,10 @@ contains
    !> Record an event and charge its change of energy to the ledger.
    pure subroutine keep_event(run, k, event, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(event_t), intent(in) :: event
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       if (response%event_count >= run%event_limit) then

@@ -40,15 +40,15 @@ contains
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w. If gamma > 1/2 it includes the
-   !> numerical dissipation of the scheme. The energy balance is exact to rounding.
+   !> Energy dissipated inside the beam over a step, h u C* u with the mean velocity u. If gamma > 1/2 this energy
+   !> includes the numerical dissipation of the scheme. The energy balance is exact to rounding.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       real(wp), intent(in) :: step
-      !> State at the beginning
+      !> State at the beginning of the step
       type(newmark_state_t), intent(in) :: old
-      !> State at the end
+      !> State at the end of the step
       type(newmark_state_t), intent(in) :: new
       !> The dissipated energy
       real(wp), intent(out) :: dissipated
@@ -104,12 +104,12 @@ contains
       end do
    end function quadratic_form
 
-   !> Momentum w . M* y' along a contact row w, and mass w . M* w
+   !> Momentum w . M* y' along the row vector w of a contact, and mass w . M* w
    pure subroutine momentum_along(stepper, state, row, momentum, mass)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
-      !> Contact row w
+      !> Row vector w, which gives the normal displacement at a contact
       type(contact_row_t), intent(in) :: row
       real(wp), intent(out) :: momentum
       real(wp), intent(out) :: mass

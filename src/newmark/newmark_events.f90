@@ -21,7 +21,7 @@ contains
    pure subroutine find_events(run, step, response)
       type(newmark_run_t), intent(inout) :: run
       real(wp), intent(in) :: step
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer :: k
@@ -47,13 +47,13 @@ contains
    end subroutine find_events
 
 
-   !> Does the force of a closed contact count as zero, given that the contact ends within the step ahead? A rising
-   !> force marks the beginning of a contact, not its end. At a stiff stop the release force may be smaller than the
-   !> rounding error of the contact force, so that no short step shows whether the force rises; the velocity then
+   !> Is the force of a closed contact small enough to open the contact, after a longer step made the force tensile? A
+   !> rising force marks the beginning of a contact, not its end. At a stiff stop the release force may be smaller than
+   !> the rounding error of the contact force, so that no short step shows whether the force rises; the velocity then
    !> decides.
    pure function is_vanishing(run, k)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       logical :: is_vanishing
 
@@ -70,7 +70,7 @@ contains
    !> Does the beam arrive at an open contact?
    pure subroutine check_open(run, k, step)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       real(wp), intent(in) :: step
 
@@ -100,7 +100,7 @@ contains
    !> Does an unloaded spring and damper open because the beam leaves it, or push again?
    pure subroutine check_lifted(run, k)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
 
       real(wp) :: force
@@ -120,10 +120,10 @@ contains
    end subroutine check_lifted
 
 
-   !> Begin the event at the present state, because even the shortest step violates a contact condition.
+   !> Open or close contacts at the present state, because even the shortest step violates a contact condition.
    pure subroutine give_way(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer :: k
@@ -144,7 +144,7 @@ contains
    !> Close and open contacts at one instant.
    pure subroutine begin_and_end_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer :: k

@@ -26,7 +26,7 @@ contains
    !> part in the next impact problem at the same instant.
    pure subroutine strike(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       type(struck_t) :: struck(size(run%contacts))
@@ -58,7 +58,7 @@ contains
    !> all.
    pure subroutine find_struck(run, is_last, struck, n, is_nodal)
       type(newmark_run_t), intent(in) :: run
-      !> Last round: restitution is zero at every contact
+      !> Last round of impact problems, in which restitution is zero at every contact
       logical, intent(in) :: is_last
       type(struck_t), intent(inout) :: struck(:)
       !> Number of contacts that take part
@@ -96,12 +96,11 @@ contains
 
 
    !> Capture the beam at contacts to which it returns from a low flight. If no event has occurred since the flight
-   !> began, the capture takes place at the beginning of the flight. If captures at several contacts throw the beam off
-   !> each other again and again, with flights that are interrupted but all low, those contacts bring the beam to rest
-   !> together.
+   !> began, the capture takes place at the beginning of the flight. If captures at one contact open another again and
+   !> again, and all flights are low though interrupted by events, these contacts bring the beam to rest together.
    pure subroutine capture_low_flights(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer, parameter :: chatter_limit = 10
@@ -130,7 +129,7 @@ contains
       type(newmark_run_t), intent(inout) :: run
       !> Whether each contact captures the beam; true for at least one
       logical, intent(in) :: captures_beam(:)
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer :: members(size(run%contacts)), k, last, n
@@ -208,7 +207,7 @@ contains
    !> Is a rigid contact open, and is the beam within the contact tolerance of it?
    pure function is_touched(run, k) result(answer)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       logical :: answer
 
@@ -217,7 +216,7 @@ contains
    end function is_touched
 
 
-   !> Replace nodal velocities by Newton's law, whatever the change of energy in the elements beside the node.
+   !> Replace nodal velocities by Newton's law, whatever the change of energy in the adjacent elements.
    pure subroutine replace_velocities(run, struck)
       type(newmark_run_t), intent(inout) :: run
       type(struck_t), intent(inout) :: struck(:)
@@ -263,7 +262,7 @@ contains
       type(struck_t), intent(in) :: struck
       !> Every contact that was hit captured the beam
       logical, intent(in) :: only_captures
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       type(event_t) :: event
@@ -299,10 +298,10 @@ contains
    end subroutine after_impulse
 
 
-   !> Begin a flight that counts as a capture if it stays low.
+   !> Begin a flight, which counts as a capture if it stays below the hop height.
    pure subroutine begin_flight(run, k)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
 
       associate (contact => run%contacts(k))
@@ -317,10 +316,10 @@ contains
    !> Record the impulse of a closed rigid contact during an impact elsewhere.
    pure subroutine record_closed_impulse(run, k, impulse, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       real(wp), intent(in) :: impulse
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       type(event_t) :: event

@@ -16,7 +16,7 @@ contains
 
    !> Explain a failed factorisation by the mesh that caused it.
    pure subroutine blame_mesh(error)
-      !> Its message is replaced
+      !> The failure, whose message is replaced
       type(failure_t), intent(inout) :: error
 
       error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &

@@ -46,7 +46,7 @@ contains
       run%jumps = run%jumps(ascending_order(run%jumps))
    end subroutine prepare_loads
 
-   !> Instants at which the course of a load begins or ends.
+   !> Instants at which the time course of a load begins or ends.
    pure function jumps_of(course) result(instants)
       type(time_course_t), intent(in) :: course
       real(wp), allocatable :: instants(:)
@@ -61,7 +61,7 @@ contains
    pure subroutine load_at(run, tau, load)
       type(newmark_run_t), intent(in) :: run
       real(wp), intent(in) :: tau
-      !> Load vector, padded
+      !> Load vector, padded with zeros at both ends
       real(wp), intent(inout) :: load(1 - band:)
 
       integer :: g
@@ -79,7 +79,7 @@ contains
       type(newmark_run_t), intent(in) :: run
       !> End of the step, tau
       real(wp), intent(in) :: tau
-      !> Load vector, padded
+      !> Load vector, padded with zeros at both ends
       real(wp), intent(inout) :: load(1 - band:)
       !> Instant at which the load was evaluated
       real(wp), intent(out) :: instant

@@ -19,9 +19,9 @@ contains
    pure subroutine start_moments(model, settings, response, run)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Its moments are allocated if the scene asks for them
+      !> The response, whose moments are allocated if the scene requests them
       type(response_t), intent(in) :: response
-      !> Its loads are ready; its error is set if the mass matrix cannot be factorised
+      !> The run, with its loads; its error is set if the mass matrix cannot be factorised
       type(newmark_run_t), intent(inout) :: run
 
       if (.not. allocated(response%moments)) return
@@ -41,9 +41,9 @@ contains
       end associate
    end subroutine start_moments
 
-   !> Bending moments of the present state, from M* y'' + C* y' + K y: K and the damping in proportion to K act as
-   !> strain of the section; M and the damping in proportion to M, or modal damping, act as distributed forces along the
-   !> beam.
+   !> Bending moments of the present state, from M* y'' + C* y' + K y. K and the damping in proportion to K contribute
+   !> by the curvature at the section; M, and the damping in proportion to M or given for each mode, contribute as
+   !> forces distributed along the beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%places%stiffness, 2))

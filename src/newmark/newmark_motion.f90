@@ -297,7 +297,7 @@ contains
    pure subroutine check_contact(run, k, error)
       !> The run, with all contacts up to this one
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       !> Set if the contact tolerance is too wide for their clearance
       type(failure_t), allocatable, intent(out) :: error

@@ -58,7 +58,7 @@ module newmark_run
    type :: contact_progress_t
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
-      !> The flight counts as a capture if it stays low
+      !> The flight counts as a capture if it stays below the hop height
       logical :: judged = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
@@ -89,7 +89,7 @@ module newmark_run
       type(contact_row_t) :: row
       !> Unallocated: the contact is rigid
       class(yielding_stop_t), allocatable :: stop
-      !> A spring and damper, which does not recover without the beam
+      !> The stop is a spring and damper, which does not recover before the beam leaves it
       logical :: is_viscous = .false.
       !> Number of halvings of the first step of a contact
       integer :: contact_level = 0
@@ -100,9 +100,9 @@ module newmark_run
    !> Coefficients of a step of given length, besides the factors of the stepper.
    type :: contact_factors_t
       logical :: made = .false.
-      !> A^-1 w_j of each contact row, padded, [-2 : order + 3, contacts]
+      !> A^-1 w_j of each contact row, padded with zeros, [-2 : order + 3, contacts]
       real(wp), allocatable :: columns(:, :)
-      !> Contact flexibility over the step, w_j . A^-1 w_l, [contacts, contacts]
+      !> Acceleration at contact j due to a unit force at contact l over the step, w_j . A^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: gains(:, :)
       !> Coefficients of compliant contacts over the step, [contacts]
       type(stop_step_t), allocatable :: stops(:)
@@ -156,7 +156,7 @@ module newmark_run
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
-      !> M*^-1 w_j of each contact row, padded, [-2 : order + 3, contacts]
+      !> M*^-1 w_j of each contact row, padded with zeros, [-2 : order + 3, contacts]
       real(wp), allocatable :: mass_columns(:, :)
       !> Mobility matrix of the contacts, w_j . M*^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: mobility(:, :)
@@ -168,13 +168,17 @@ module newmark_run
       integer :: samples = 0
       !> Gap within which an approaching beam closes the contact
       real(wp) :: contact_tolerance = 0.0_wp
-      !> Force below which a closed contact whose force vanishes opens
+      !> Force below which a closed contact opens, if a longer step would make the force tensile
       real(wp) :: release_force = 0.0_wp
       !> Hop height: a flight after a rebound that never exceeds it counts as a capture
       real(wp) :: hop_height = 0.0_wp
+      !> Maximum number of events
       integer :: event_limit = 0
+      !> Pbar per unit of contact force
       real(wp) :: height_ratio = 0.0_wp
+      !> Each step adds to the ledger of energies
       logical :: keeps_ledger = .false.
+      !> Shapes are recorded
       logical :: keeps_shapes = .false.
       !> An observer reads every step
       logical :: observes = .false.
@@ -196,7 +200,7 @@ module newmark_run
       !> Applied loads, and the instants at which they may jump
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
-      !> Weights of the bending moments; unallocated: none are asked for
+      !> Weights of the bending moments; unallocated: no moments are requested
       type(moment_places_t), allocatable :: places
       !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
       real(wp) :: share_of_stiffness = 0.0_wp
@@ -222,9 +226,9 @@ module newmark_run
       logical, allocatable :: arrives(:)
       !> The contact opens at the end of the step
       logical, allocatable :: leaves(:)
-      !> Any contact may have an event ahead
+      !> At least one contact may have an event ahead
       logical :: is_closing = .false.
-      !> Any contact is compliant
+      !> At least one contact is compliant
       logical :: yields = .false.
       !> Set if the run cannot continue
       type(failure_t), allocatable :: error
@@ -251,7 +255,7 @@ contains
    !> Gap between the beam and a contact, which may still be deformed.
    pure function gap_at(run, k, state) result(gap)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: gap
@@ -265,7 +269,7 @@ contains
    !> Rate of the gap while the contact is open.
    pure function gap_rate_at(run, k, state) result(rate)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: rate
@@ -280,7 +284,7 @@ contains
    !> Indentation of a closed contact.
    pure function depth_at(run, k, state) result(depth)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: depth
@@ -293,7 +297,7 @@ contains
    !> Force k u + c u' of a spring and damper, without regard to its sign.
    pure function lifted_force(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: force
@@ -307,7 +311,7 @@ contains
    !> Rounding error of the force of a compliant contact.
    pure function rounding_at(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: force
@@ -322,7 +326,7 @@ contains
    !> the beam moves away, because the release force may be large beside the stiffness of the spring.
    pure function lets_go(run, k, state)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       logical :: lets_go
@@ -339,7 +343,7 @@ contains
    !> Strain energy of the springs of a contact.
    pure function contact_energy(run, k, state) result(energy)
       type(newmark_run_t), intent(in) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
       real(wp) :: energy

@@ -71,12 +71,12 @@ contains
       integer, intent(in) :: root_dofs(2)
       !> State at the beginning of the step
       type(newmark_state_t), intent(in) :: old
-      !> State at its end
+      !> State at the end of the step
       type(newmark_state_t), intent(in) :: new
-      !> Instant of the end
+      !> Instant of the end of the step, tau
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: step
-      !> delta
+      !> Height d of the release contact, which is subtracted from displacements
       real(wp), intent(in) :: preload
       !> Index of the next shape to record
       integer, intent(inout) :: next

@@ -176,7 +176,7 @@ contains
    !> Close the contacts that carry the beam at the start, are hit there, or have a compressive reaction.
    pure subroutine begin_at_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp) :: rate

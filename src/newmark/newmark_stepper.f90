@@ -10,8 +10,8 @@
 !>    -h u C* u + sum w_j . (y+ - y) (f_j + f_j+)/2,   u = (v + v+)/2,
 !> for any sequence of step lengths: in free motion, at closed rigid contacts (w_j . y+ = w_j . y) and at impulses the
 !> energy never grows. M* is positive definite up to just below the stability limit. Velocities and accelerations
-!> computed in the usual way, with M, do not satisfy an energy balance: after an impulse v, the acceleration M y'' = -C
-!> v is huge in strongly damped modes, and the term (beta - 1/4) h^2 y'' displaces the beam.
+!> computed in the usual way, with M, do not satisfy an energy balance: an impulse that adds the velocity v makes M y''
+!> = -C v huge in strongly damped modes, and the term (beta - 1/4) h^2 y'' then displaces the beam.
 !>
 !> The acceleration is the unknown (Hughes, The Finite Element Method, section 9.1): one matrix product and one solution
 !> a step. The forces f of contacts enter afterwards through the columns A^-1 w of their rows, so that one factorisation
@@ -41,7 +41,7 @@ module newmark_stepper
       real(wp), allocatable :: displacement(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: acceleration(:)
-      !> Applied loads, padded; unallocated: there are none
+      !> Applied loads, padded with zeros; unallocated: there are none
       real(wp), allocatable :: load(:)
    end type newmark_state_t
 
@@ -49,7 +49,7 @@ module newmark_stepper
    type :: newmark_factors_t
       !> The factors have been made
       logical :: made = .false.
-      !> h
+      !> Length of the step, h
       real(wp) :: step = 0.0_wp
       !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), and 1/D, [order + 3, 3] and [order]
       real(wp), allocatable :: lower(:, :)
@@ -84,7 +84,7 @@ module newmark_stepper
       type(newmark_factors_t), allocatable :: factors(:)
       !> Number of factorisations so far
       integer :: factorisations = 0
-      !> Work arrays for the argument and the result of a matrix product, padded, [-2 : order + 3]
+      !> Work arrays for the argument and the result of a matrix product, padded with zeros, [-2 : order + 3]
       real(wp), allocatable :: work(:)
       real(wp), allocatable :: result(:)
    end type newmark_stepper_t
@@ -197,9 +197,9 @@ contains
       type(newmark_stepper_t), intent(in) :: stepper
       !> Number of halvings of the step
       integer, intent(in) :: level
-      !> Contact row w
+      !> Row vector w, which gives the normal displacement at the contact
       type(contact_row_t), intent(in) :: row
-      !> A^-1 w, padded, [-2 : order + 3]
+      !> A^-1 w, padded with zeros, [-2 : order + 3]
       real(wp), intent(out) :: column(1 - band:)
 
       column = 0.0_wp
@@ -211,7 +211,7 @@ contains
    pure subroutine solve(stepper, factors, x)
       type(newmark_stepper_t), intent(in) :: stepper
       type(newmark_factors_t), intent(in) :: factors
-      !> b, padded; x on return
+      !> b, padded with zeros; x on return
       real(wp), intent(inout) :: x(1 - band:)
 
       if (stepper%is_general) then
@@ -345,15 +345,16 @@ contains
       type(newmark_stepper_t), intent(in) :: stepper
       !> Number of halvings of the step
       integer, intent(in) :: level
-      !> A^-1 w of all contacts, padded, [-2 : order + 3, contacts]
+      !> Number of all contacts
       integer, intent(in) :: contacts
+      !> A^-1 w of all contacts, padded with zeros, [-2 : order + 3, contacts]
       real(wp), intent(in) :: columns(1 - band:stepper%order + band, contacts)
       !> Number of contacts with a force
       integer, intent(in) :: count
-      integer, intent(in) :: closed(count)
       !> Indices of these contacts
+      integer, intent(in) :: closed(count)
+      !> Forces f of these contacts at the end of the step
       real(wp), intent(in) :: forces(count)
-      !> Their forces f at the end of the step
       !> Result of `predict_step`; the state on return
       type(newmark_state_t), intent(inout) :: state
 

@@ -3,8 +3,9 @@
 !>
 !> The contact forces f at the end of a step enter through the columns A^-1 w of the contact rows, so the closed
 !> contacts yield a small system of linear equations for their forces. At a rigid contact the displacement of the point
-!> does not change. At a three-element stop the mean force over the step follows from the indentation u+ at its end, P =
-!> slope u+ + rest, exact if u is linear in time. A spring and damper has the force k u+ + c u'+ at the end of the step.
+!> does not change. At a three-element stop the mean force P over the step follows from the indentation u+ at its end: P
+!> = slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c u'+ at the end of
+!> the step.
 module newmark_steps
    use contact_rows, only: along, band, put_along
    use kinds, only: wp
@@ -124,7 +125,7 @@ contains
    !> Append a contact to the list of closed contacts.
    pure subroutine append_closed(run, k, count_closed)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       !> Number of closed contacts in the list
       integer, intent(inout) :: count_closed
@@ -141,7 +142,7 @@ contains
       !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      real(wp) :: acceleration, factor, displacement_factor, velocity_factor, slope, rest, y, v
+      real(wp) :: acceleration, factor, displacement_factor, velocity_factor, slope, intercept, y, v
       integer :: i, j, k
 
       velocity_factor = 0.5_wp*run%stepper%factors(level)%step
@@ -165,9 +166,10 @@ contains
                   factor = contact%stop%stiffness*displacement_factor + contact%stop%viscosity*velocity_factor
                   right = contact%stop%stiffness*(contact%contact%height + contact%shift - y) - contact%stop%viscosity*v
                else
-                  call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, rest)
+                  call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, &
+                     intercept)
                   factor = 2.0_wp*slope*displacement_factor
-                  right = 2.0_wp*(slope*(contact%contact%height + contact%shift - y) + rest) - old%force(k)
+                  right = 2.0_wp*(slope*(contact%contact%height + contact%shift - y) + intercept) - old%force(k)
                end if
                do j = 1, count_closed
                   run%rows(i, j) = factor*factors%gains(k, closed(j))
@@ -199,7 +201,7 @@ contains
       !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      real(wp) :: change, rest, slope
+      real(wp) :: change, intercept, slope
       integer :: i, j, k
 
       associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops)
@@ -213,8 +215,8 @@ contains
                   contact%work = 0.5_wp*(old%force(k) + new%force(k))*(u - old%indentation(k))
                   cycle
                end if
-               call mean_force_coefficients(stops(k), old%indentation(k), old%branch_force(k), slope, rest)
-               contact%work = (slope*u + rest)*(u - old%indentation(k))
+               call mean_force_coefficients(stops(k), old%indentation(k), old%branch_force(k), slope, intercept)
+               contact%work = (slope*u + intercept)*(u - old%indentation(k))
                new%branch_force(k) = stops(k)%decay*old%branch_force(k) + stops(k)%gain*(u - old%indentation(k))
                change = contact_force(contact%stop, u, new%branch_force(k)) - new%force(k)
                call add_force(run, k, change)
@@ -240,7 +242,7 @@ contains
    !> Add a contact force and its acceleration to the state at the end of the trial step.
    pure subroutine add_force(run, k, force)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
+      !> Index of the contact
       integer, intent(in) :: k
       real(wp), intent(in) :: force
 
@@ -282,7 +284,7 @@ contains
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
       integer, intent(in) :: level
-      !> No contact rejects the step
+      !> The step violates no contact condition
       logical, intent(out) :: is_accepted
 
       real(wp) :: gap, min_gap
@@ -344,9 +346,9 @@ contains
       real(wp), intent(in) :: from
       !> Length of the step
       real(wp), intent(in) :: step
-      !> Energy at its ends
+      !> Energy of beam and stops at both ends of the step
       real(wp), intent(in) :: energies(2)
-      !> Moments at its ends, [places, 2]
+      !> Bending moments at both ends of the step, [places, 2]
       real(wp), intent(in) :: moments(:, :)
 
       integer :: k

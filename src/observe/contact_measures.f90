@@ -124,7 +124,7 @@ contains
    subroutine measure_flight(interval, k, flights, most_peaks, measurer)
       class(interval_t), intent(inout) :: interval
       integer, intent(in) :: k
-      !> Number of flights that began before this one ended
+      !> Number of the flight, counted from the start of the run; 0: the run starts with it
       integer, intent(in) :: flights
       integer, intent(in) :: most_peaks
       type(measurer_t), intent(inout) :: measurer
@@ -178,7 +178,7 @@ contains
       if (.not. (had_risen .or. interval%reach(k) > settling_level)) return
       is_exceeded = measurer%has_risen .and. .not. had_risen
       if (.not. is_exceeded) then
-         ! the gap may have exceeded the level from the start of the flight, or towards negative values
+         ! the gap may exceed the level at the start of the interval, with either sign
          state = interval%evaluate(row_t(k), 0.0_wp)
          is_exceeded = abs(state(1)) > settling_level
       end if

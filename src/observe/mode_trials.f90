@@ -24,8 +24,8 @@ module mode_trials
    real(wp), parameter :: progress = 0.5_wp
    integer, parameter :: most_stalled = 2
    !> All trials together may take these shares of the work (evaluations times modes) of the run in all modes, as
-   !> estimated from the first trial. The pages promise one half; the rest allows for the error of that estimate, which
-   !> is larger if the run is longer than the trial.
+   !> estimated from the first trial. The documentation promises one half; the rest allows for the error of that
+   !> estimate, which is larger if the run is longer than the trial.
    real(wp), parameter :: share_of_run = 0.4_wp, share_of_longer_run = 0.3_wp
    !> Trials with more than this share of all modes save hardly any work.
    real(wp), parameter :: max_share = 0.6_wp
@@ -59,7 +59,7 @@ module mode_trials
       logical :: builds_up = .false.
       !> Number of modes of the mesh
       integer :: all_modes = 0
-      !> The first trial has been repeated with a longer duration
+      !> The length of the first trial has been revised once
       logical :: is_lengthened = .false.
       !> The length of the remaining trials has been chosen
       logical :: is_settled = .false.

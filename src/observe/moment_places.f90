@@ -16,13 +16,13 @@ module moment_places
    private
    public :: moment_places_t, gather_places, open_moments, watch_moments, finish_moments
 
-   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + mass-proportional damping) + the sum of load
-   !> times the course of each load.
+   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + mass-proportional damping) + load.F, with the
+   !> values F of the time courses of the loads.
    type :: moment_places_t
       !> Weights of displacements and of accelerations, [order, places]
       real(wp), allocatable :: stiffness(:, :)
       real(wp), allocatable :: mass(:, :)
-      !> Moment per unit of the course of a load, [loads, places]
+      !> Moment per unit of the time course of a load, [loads, places]
       real(wp), allocatable :: load(:, :)
    end type moment_places_t
 

@@ -44,9 +44,9 @@ module response_types
       real(wp) :: tau = 0.0_wp
       !> One of the `event_` constants
       integer :: kind = 0
-      !> eta of the stop point
+      !> Displacement eta of the beam at the contact
       real(wp) :: eta = 0.0_wp
-      !> d eta / d tau of the stop point before and after
+      !> Velocity d eta/d tau there, before and after the event
       real(wp) :: velocity_before = 0.0_wp
       real(wp) :: velocity_after = 0.0_wp
       !> Impulse on the beam, positive away from the stop
@@ -77,8 +77,8 @@ module response_types
    end type energy_t
 
    !> Measures of a run: when and how hard the beam hits, how long it stays in contact, how high it rebounds, when it
-   !> settles. They follow from phases or steps and from events, not from samples, so they do not depend on the recorded
-   !> histories.
+   !> settles. The measures follow from phases or steps and from events, not from samples, so they do not depend on the
+   !> recorded histories.
    type :: run_measures_t
       !> Length of the run, tau
       real(wp) :: duration = 0.0_wp
@@ -104,7 +104,7 @@ module response_types
       real(wp) :: greatest_impulse = 0.0_wp
       !> Number of rebounds
       integer :: rebounds = 0
-      !> Peak of each rebound, or of the first rebounds
+      !> Peak of each rebound, or of the first rebounds, and its instant
       real(wp), allocatable :: peak_eta(:)
       real(wp), allocatable :: peak_tau(:)
       !> |eta_c| does not exceed `settling_level` at the end of the run
@@ -126,11 +126,13 @@ module response_types
       real(wp) :: lost_impact = 0.0_wp
       real(wp) :: created = 0.0_wp
       real(wp) :: left = 0.0_wp
-      !> Over all places of &stress: the maximum moment in magnitude
+      !> Bending moments are requested
       logical :: has_moment = .false.
+      !> Maximum moment in magnitude over all places of &stress
       real(wp) :: greatest_moment = 0.0_wp
-      !> The maximum stress in magnitude, its instant and its position
+      !> Stresses are defined at all places
       logical :: has_stress = .false.
+      !> Maximum stress in magnitude over all places, its instant and its position x/L
       real(wp) :: greatest_stress = 0.0_wp
       real(wp) :: greatest_stress_tau = 0.0_wp
       real(wp) :: greatest_stress_position = 0.0_wp
@@ -140,8 +142,10 @@ module response_types
       integer :: mesh_elements = 0
       !> Statistics of all contacts together, [statistic_count]; unallocated: not requested
       real(wp), allocatable :: statistics(:)
-      !> Measures from Poincare sections, if these are requested
+      !> Poincare sections are requested
       logical :: has_sections = .false.
+      !> Period of the motion in periods of the load (0: none was found), impacts per period of the load, and Lyapunov
+      !> exponent
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp
       real(wp) :: lyapunov_exponent = 0.0_wp
@@ -175,7 +179,7 @@ module response_types
       real(wp) :: ratio = 1.0_wp
       !> The inertia of the stop's node is redistributed to its neighbours
       logical :: is_redistributed = .false.
-      !> It is not, although redistribution would be more accurate
+      !> The inertia is not redistributed, although redistribution would be more accurate
       logical :: adds_mass = .false.
       !> Number of elements of the finer mesh; 0: the mesh was given and not compared
       integer :: compared = 0
@@ -216,7 +220,7 @@ module response_types
    !> Bending moment and stress at a place of the beam. Moments are in the unit of Pbar times L, positive if the beam is
    !> bent upwards; stresses are in E D/L.
    type :: moment_record_t
-      !> x/L
+      !> Position x/L
       real(wp) :: position = 0.0_wp
       !> Stress at the outer fibre below the axis, per moment
       real(wp) :: stress_ratio = 0.0_wp
@@ -259,7 +263,7 @@ module response_types
       logical, allocatable :: starts_closed(:)
       !> Instants of the recorded shapes of the whole beam
       real(wp), allocatable :: shape_tau(:)
-      !> eta, slope d eta/d(x/L), and their rates, [node, instant], clamp first
+      !> Displacement eta, slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
       real(wp), allocatable :: shape_displacement(:, :)
       real(wp), allocatable :: shape_slope(:, :)
       real(wp), allocatable :: shape_velocity(:, :)

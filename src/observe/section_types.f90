@@ -47,7 +47,7 @@ module section_types
       integer, allocatable :: impacts(:)
       !> Logarithm of the size of a variation at each section, NaN if it has vanished; unallocated: not computed
       real(wp), allocatable :: log_size(:)
-      !> Growth rate of that logarithm, per tau
+      !> Lyapunov exponent: growth rate of that logarithm, per tau
       real(wp) :: lyapunov_exponent = 0.0_wp
       !> Period of the motion in periods of the load; 0: none was found
       integer :: motion_period = 0
