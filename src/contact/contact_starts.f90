@@ -109,7 +109,8 @@ contains
    end subroutine check_start
 
    !> Project penetrations within the tolerance onto the contact surfaces. The displacements are those of forces at the
-   !> contacts on a beam with an elastic foundation, so that they also exist for a beam with a rigid-body rotation.
+   !> contacts on a beam with an elastic foundation, because a beam with a rigid-body rotation has no static
+   !> displacements without a foundation.
    pure subroutine move_onto_contacts(beam, contacts, is_active, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)

@@ -194,7 +194,7 @@ contains
       integer, intent(in) :: places(:)
       type(stop_parts_t), intent(inout) :: equivalent
 
-      real(wp), dimension(size(places), size(places)) :: projection, rest
+      real(wp), dimension(size(places), size(places)) :: projection, remainder
       real(wp), dimension(size(equivalent%is_itself)) :: column, row
       integer :: i, j
 
@@ -206,14 +206,14 @@ contains
                /impedance%branch_stiffness)
          end do
       end do
-      rest = projection
+      remainder = projection
       do i = 1, size(places) - size(impedance)
-         j = maxloc(norm2(rest, 1), dim=1)
+         j = maxloc(norm2(remainder, 1), dim=1)
          column = 0.0_wp
          row = 0.0_wp
-         column(places) = rest(:, j)/norm2(rest(:, j))
+         column(places) = remainder(:, j)/norm2(remainder(:, j))
          row(places) = matmul(column(places), projection)
-         rest = rest - spread(column(places), 2, size(places))*spread(matmul(column(places), rest), 1, size(places))
+         remainder = remainder - spread(column(places), 2, size(places))*spread(matmul(column(places), remainder), 1, size(places))
          equivalent%alone = reshape([equivalent%alone, column], [size(column), size(equivalent%rate) + 1])
          equivalent%of_memory = reshape([equivalent%of_memory, row], [size(row), size(equivalent%rate) + 1])
          equivalent%rate = [equivalent%rate, spring(1)%relaxation_rate]

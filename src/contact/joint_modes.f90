@@ -339,7 +339,7 @@ contains
    end subroutine add_circle_point
 
    !> Indentation and branch force of each stop in a term. At a root the force-indentation law of the stop also holds;
-   !> it is used if it cancels less.
+   !> this law is used if its terms cancel less than the sum over the modes.
    subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), intent(in) :: s

@@ -19,7 +19,7 @@ module joint_secular
       real(wp), allocatable :: last_step(:)
       logical, allocatable :: done(:)
       !> Workspace: distances of one root from all poles and from all other roots, and the vectors at that root
-      complex(wp), allocatable :: distance(:), apart(:)
+      complex(wp), allocatable :: distance(:), from_roots(:)
       type(joint_vectors_t) :: vectors
    end type search_t
 
@@ -58,7 +58,7 @@ contains
       complex(wp) :: s
       integer :: iteration, m
 
-      allocate (search%near(size(near)), search%offset(size(near)), search%apart(size(near)), &
+      allocate (search%near(size(near)), search%offset(size(near)), search%from_roots(size(near)), &
          search%distance(problem%poles))
       call guess_roots(problem, search%near, search%offset)
       allocate (search%done(size(near)), source=.false.)
@@ -138,8 +138,8 @@ contains
          if (done) return
          repulsion = vectors%trace + vectors%of_poles
          if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
-         call root_distances(problem%secular_t, near, offset, m, search%apart)
-         step = -1.0_wp/(repulsion - sum_of_inverses(search%apart))
+         call root_distances(problem%secular_t, near, offset, m, search%from_roots)
+         step = -1.0_wp/(repulsion - sum_of_inverses(search%from_roots))
          if (.not. size_of(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
          magnitude = size_of(offset(m))

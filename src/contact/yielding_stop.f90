@@ -115,18 +115,18 @@ contains
       force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*extent + stop%viscosity*speed)
    end function rounding_of_force
 
-   !> Mean of P over a step = slope u+ + rest.
-   elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, rest)
+   !> Mean of P over a step = slope u+ + constant.
+   elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, constant)
       type(stop_step_t), intent(in) :: step
       !> u and P2 at the start of the step
       real(wp), intent(in) :: indentation
       real(wp), intent(in) :: branch_force
       real(wp), intent(out) :: slope
       !> Contribution of the state at the start of the step
-      real(wp), intent(out) :: rest
+      real(wp), intent(out) :: constant
 
       slope = step%mean_slope
-      rest = step%mean_indentation*indentation + step%mean_branch*branch_force
+      constant = step%mean_indentation*indentation + step%mean_branch*branch_force
    end subroutine mean_force_coefficients
 
 end module yielding_stop

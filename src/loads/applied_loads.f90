@@ -36,8 +36,8 @@ module applied_loads
       integer, allocatable :: power(:)
       !> All distinct frequencies
       real(wp), allocatable :: frequencies(:)
-      !> Modes below this frequency are treated as slow: they do not reach their static displacement, or it is too large
-      !> for the precision of the gaps
+      !> Modes below this frequency are treated as slow: such a mode does not reach its static displacement, or that
+      !> displacement is too large for the precision of the gaps
       real(wp) :: slow = 0.0_wp
       !> Length of the run, tau
       real(wp) :: duration = 1.0_wp

@@ -24,8 +24,7 @@ module forced_responses
       forced_at, find_rows_at
    public :: answer_at, by_constant, by_harmonic
 
-   !> A harmonic load with frequency w resonates with a mode if an exponent of the mode is nearer to i w than this share
-   !> of w.
+   !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this share of w.
    real(wp), parameter :: resonant = 0.02_wp
 
    !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest: bounds grow with the
@@ -194,7 +193,7 @@ contains
       where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
    end function backward_of
 
-   !> Prepare the terms of a set with closed compliant contacts for the work of loads and the losses in stops.
+   !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
    subroutine ready_for_terms(exponent, shape, frequency, forced)
       !> Exponents of the terms, [count]
       complex(wp), intent(in) :: exponent(:)

@@ -126,7 +126,7 @@ contains
       end do
    end subroutine switch_branch
 
-   !> Does a branch known already end at this period doubling? It left the same branch at another doubling.
+   !> Does a known branch that left the same parent branch at another period doubling already end at this one?
    pure function is_traced(map, branch, parent, value) result(answer)
       type(section_map_t), intent(in) :: map
       type(orbit_branch_t), intent(in) :: branch(:)
@@ -309,7 +309,7 @@ contains
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
 
-      type(solution_t) :: there
+      type(solution_t) :: bifurcation
       real(wp) :: before, after
       integer :: kind
 
@@ -317,18 +317,18 @@ contains
          before = test_function(kind, trace%last%point, trace%direction)
          after = test_function(kind, next%point, direction)
          if ((before > 0.0_wp) .eqv. (after > 0.0_wp)) cycle
-         call locate_zero(map, asked, trace, kind, [before, after], there)
-         if (.not. there%converged) cycle
-         if (kind == mark_torus .and. .not. has_pair_on_circle(there%point)) cycle
-         there%point%mark = kind
+         call locate_zero(map, asked, trace, kind, [before, after], bifurcation)
+         if (.not. bifurcation%converged) cycle
+         if (kind == mark_torus .and. .not. has_pair_on_circle(bifurcation%point)) cycle
+         bifurcation%point%mark = kind
          ! if the two halves of the period exchange their values there, the fold is a period doubling of another,
          ! unknown branch
          if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = change_places(trace%last%point, next%point)
-         if (trace%is_over) there%point%mark = mark_doubling
-         trace%point = [trace%point, there%point]
+         if (trace%is_over) bifurcation%point%mark = mark_doubling
+         trace%point = [trace%point, bifurcation%point]
          if (trace%is_over) return
          if (kind /= mark_doubling) cycle
-         trace%doubling = [trace%doubling, there%place]
+         trace%doubling = [trace%doubling, bifurcation%place]
          trace%at = [trace%at, size(trace%point)]
       end do
    end subroutine locate_bifurcations
@@ -375,14 +375,14 @@ contains
    end function has_pair_on_circle
 
    !> Locate a zero of a test function along the predictor, to the accuracy of Newton's method.
-   subroutine locate_zero(map, asked, trace, kind, values, there)
+   subroutine locate_zero(map, asked, trace, kind, values, bifurcation)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(trace_t), intent(in) :: trace
       integer, intent(in) :: kind
       !> Test function at the last point and at the next
       real(wp), intent(in) :: values(2)
-      type(solution_t), intent(out) :: there
+      type(solution_t), intent(out) :: bifurcation
 
       type(bracket_t) :: bracket
       real(wp), allocatable :: direction(:)
@@ -392,11 +392,11 @@ contains
       bracket%point = chord(bracket)
       do
          call close_orbit(map, moved_along(map, trace%last%place, trace%direction, bracket%point), asked%tolerance, &
-            max_corrections, there, trace%direction)
-         if (.not. there%converged) return
-         call find_direction(map, there%map, trace%direction, direction)
+            max_corrections, bifurcation, trace%direction)
+         if (.not. bifurcation%converged) return
+         call find_direction(map, bifurcation%map, trace%direction, direction)
          if (.not. allocated(direction)) return
-         call enter(bracket, test_function(kind, there%point, direction))
+         call enter(bracket, test_function(kind, bifurcation%point, direction))
          call go_to(bracket, chord(bracket))
          if (bracket%is_found) return
       end do
