@@ -96,17 +96,17 @@ contains
    contains
 
       !> Upper bound of the number of groups or items: the number of & or = signs in the text, at most `max_parsed`.
-      function upper_bound(mark) result(most)
+      function upper_bound(mark) result(bound)
          character, intent(in) :: mark
-         integer :: most
+         integer :: bound
 
          integer :: i
 
-         most = 0
+         bound = 0
          do i = 1, len(namelist%text)
-            if (namelist%text(i:i) == mark) most = most + 1
+            if (namelist%text(i:i) == mark) bound = bound + 1
          end do
-         most = min(most, max_parsed)
+         bound = min(bound, max_parsed)
       end function upper_bound
 
    end subroutine parse_namelist

@@ -221,7 +221,7 @@ contains
       call table%open(group_t('mesh', in_motion_and_benchmark))
       call table%bind(mesh%nodes, name_t('nodes', &
          'positions of the nodes, ascending from 0 to length; the nearest moves to what needs one', &
-         range_t(0.0_wp, length_range%most), default='elements of one ratio', is_optional=.true.))
+         range_t(0.0_wp, length_range%maximum), default='elements of one ratio', is_optional=.true.))
       call table%bind(mesh%tolerance, name_t('tolerance', &
          'find the elements: eta of stop and tip, tau of first impact and quiet settle within this', &
          range_t(1.0e-10_wp, 0.1_wp), condition_t(without='nodes', phrase='a mesh that is sought, not with nodes'), &
@@ -264,15 +264,15 @@ contains
       call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', &
          needs=newmark))
       call table%bind(response%contact_tolerance, name_t('contact_tolerance', &
-         '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_least=.true.), newmark))
+         '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), newmark))
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
-         range_t(0.0_wp, 1.0e3_wp, excludes_least=.true.), newmark))
+         range_t(0.0_wp, 1.0e3_wp, excludes_minimum=.true.), newmark))
       call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
          hop_range, sweep=sweep_t(7, is_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
       call table%bind(response%accuracy, name_t('accuracy', 'share of the greatest displacement by which leaving out ' &
-         //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_least=.true.), exact))
+         //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), exact))
       tolerance = 0.0_wp
       if (response%mode_tolerance < huge(tolerance)) tolerance = response%mode_tolerance
       call table%bind(tolerance, name_t('mode_tolerance', &

@@ -147,7 +147,7 @@ contains
          case (kind_logical)
             call input%read_switch(item, entry)
          case (kind_text)
-            call input%read_line(item, nint(range%most), entry)
+            call input%read_line(item, nint(range%maximum), entry)
          end select
       end associate
    end subroutine read_entry

@@ -88,7 +88,7 @@ contains
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('frequency', 'periods over time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
+         range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
       degrees = course%phase/degree
       given_degrees = degrees
@@ -110,7 +110,7 @@ contains
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
          sweep=sweep_t(first + 5, is_in_cases=.true.)))
       call table%keep(name_t('duration_time', 'length of the pulse, time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), pulse, instead_of='duration', &
+         range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), pulse, instead_of='duration', &
          quantity='time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
@@ -347,7 +347,7 @@ contains
                //to_text(size(value))//' given', which)
          else if (size(time) < 2) then
             call input%complain(group, 'times table', 'needs two points at least', which)
-         else if (max(maxval(abs(time)), maxval(abs(value))) > signed_range%most) then
+         else if (max(maxval(abs(time)), maxval(abs(value))) > signed_range%maximum) then
             call input%complain(group, 'times table', 'has numbers that are not '//range_text(signed_range), which)
          else
             k = findloc(time(2:) - time(:size(time) - 1) > rounding*max(abs(time(2:)), abs(time(:size(time) - 1))), &

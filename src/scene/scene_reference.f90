@@ -195,8 +195,8 @@ contains
       case (kind_logical)
          text = '.true. or .false.'
       case default
-         text = 'text in quotes, '//to_text(nint(entry%name%range%least))//' to ' &
-            //to_text(nint(entry%name%range%most))//' characters'
+         text = 'text in quotes, '//to_text(nint(entry%name%range%minimum))//' to ' &
+            //to_text(nint(entry%name%range%maximum))//' characters'
       end select
    end function allowed_in
 

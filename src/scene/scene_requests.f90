@@ -218,7 +218,7 @@ contains
       type(orbit_settings_t), intent(inout) :: orbit
 
       type(condition_t), parameter :: varied = condition_t(name='parameter', words='amplitude frequency')
-      type(range_t), parameter :: step_range = range_t(0.0_wp, 1.0_wp, excludes_least=.true.)
+      type(range_t), parameter :: step_range = range_t(0.0_wp, 1.0_wp, excludes_minimum=.true.)
 
       call table%bind(orbit%periods, name_t('periods', 'periods of the loads after which the motion returns; 0: ' &
          //'those that are found, 16 at most', range_t(0, 64)))
@@ -306,7 +306,7 @@ contains
       type(frequency_response_settings_t), intent(inout) :: response
 
       call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
-         //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), &
+         //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
          default='none: give one'))
       call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
          instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)

@@ -82,14 +82,14 @@ contains
          sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
       clearance = 0.0_wp - stop%preload
       call table%bind(clearance, name_t('clearance_ratio', 'distance of the unstressed beam to each side over ' &
-         //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), both_sides, default='none: give one', &
+         //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), both_sides, default='none: give one', &
          sweep=sweep_t(14, is_in_cases=.true.)))
       if (stop%side == side_both) stop%preload = -clearance
       call table%keep(name_t('surface_height', &
          'd, the stop above the unstressed beam, length', height_range, one_side, instead_of='preload', &
          quantity='displacement'))
       call table%keep(name_t('clearance', 'distance of the unstressed beam to each side, length', &
-         range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.), both_sides, instead_of='clearance_ratio', &
+         range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.), both_sides, instead_of='clearance_ratio', &
          quantity='displacement'))
       call table%keep(name_t('initial_height', &
          'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
@@ -234,7 +234,7 @@ contains
       logical :: has_height
       integer :: k, side
 
-      associate (unit => scene%scales%displacement, most => table%range_of('stop', 'preload'))
+      associate (unit => scene%scales%displacement, preload_range => table%range_of('stop', 'preload'))
          has_height = .false.
          if (scene%release_stop > 0) has_height = table%has('stop', 'initial_height', scene%release_stop)
          if (has_height .and. unit > 0.0_wp) then
@@ -262,8 +262,8 @@ contains
             else if (height > scene%scales%length) then
                call input%complain('stop', name, "must be smaller in size than the beam's length, " &
                   //to_text(scene%scales%length), k)
-            else if (height > most%most*unit) then
-               call input%complain('stop', name, 'must be at most '//to_text(most%most) &
+            else if (height > preload_range%maximum*unit) then
+               call input%complain('stop', name, 'must be at most '//to_text(preload_range%maximum) &
                   //' times the unit of displacement, '//rounded(unit)//', in size', k)
             end if
          end do
@@ -312,7 +312,7 @@ contains
             call input%complain('stop', 'initial_height', 'must be ' &
                //trim(merge('below', 'above', side == side_above))//' '//name//' = ' &
                //to_text(merge(-given, given, side == side_both)), released)
-         else if (abs(given) > range%most*lift) then
+         else if (abs(given) > range%maximum*lift) then
             call input%complain('stop', 'initial_height', 'is too near to '//name//': preload must be ' &
                //range_text(range), released)
          else

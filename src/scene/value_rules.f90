@@ -14,11 +14,11 @@ module value_rules
    !> Maximum number of values of one kind in the results: 0.8 GB.
    real(wp), parameter :: most_numbers = 1.0e8_wp
 
-   !> Closed interval from `least` to `most`; `excludes_least`: without `least` itself.
+   !> Closed interval from `minimum` to `maximum`; `excludes_minimum`: without `minimum` itself.
    type :: range_t
-      real(wp) :: least
-      real(wp) :: most
-      logical :: excludes_least = .false.
+      real(wp) :: minimum
+      real(wp) :: maximum
+      logical :: excludes_minimum = .false.
    end type range_t
 
    !> Values in the user's units: wide ranges, but products and quotients of a few values do not overflow.
@@ -31,9 +31,9 @@ module value_rules
    type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
    !> Ratios of loads and displacements, of either sign or positive; instants, and durations, tau.
    type(range_t), parameter :: load_range = range_t(-1.0e12_wp, 1.0e12_wp)
-   type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.)
+   type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.)
    type(range_t), parameter :: instant_range = range_t(0.0_wp, 1.0e9_wp)
-   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
+   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_minimum=.true.)
 
    interface range_t
       module procedure range_of_integers
@@ -42,13 +42,13 @@ module value_rules
 contains
 
    !> A range from two integers.
-   elemental function range_of_integers(least, most) result(range)
-      integer, intent(in) :: least
-      integer, intent(in) :: most
+   elemental function range_of_integers(minimum, maximum) result(range)
+      integer, intent(in) :: minimum
+      integer, intent(in) :: maximum
       type(range_t) :: range
 
-      range%least = real(least, wp)
-      range%most = real(most, wp)
+      range%minimum = real(minimum, wp)
+      range%maximum = real(maximum, wp)
    end function range_of_integers
 
    !> Is the number in the range?
@@ -57,8 +57,8 @@ contains
       real(wp), intent(in) :: value
       logical :: is_inside
 
-      is_inside = value >= range%least .and. value <= range%most
-      if (range%excludes_least) is_inside = is_inside .and. value > range%least
+      is_inside = value >= range%minimum .and. value <= range%maximum
+      if (range%excludes_minimum) is_inside = is_inside .and. value > range%minimum
    end function contains_value
 
    !> A range in words, such as 'from 0 to 1' or 'above 0, up to 1'.
@@ -66,10 +66,10 @@ contains
       type(range_t), intent(in) :: range
       character(:), allocatable :: text
 
-      if (range%excludes_least) then
-         text = 'above '//to_text(range%least)//', up to '//to_text(range%most)
+      if (range%excludes_minimum) then
+         text = 'above '//to_text(range%minimum)//', up to '//to_text(range%maximum)
       else
-         text = 'from '//to_text(range%least)//' to '//to_text(range%most)
+         text = 'from '//to_text(range%minimum)//' to '//to_text(range%maximum)
       end if
    end function range_text
 

@@ -1,5 +1,5 @@
-!> Cases of one scene, one after the other: each its beam, its run, what is computed from that. Those of &cases keep
-!> their responses, a figure of several curves; a sweep takes rows.
+!> Runs of several cases of one scene, one after the other: the beam of the case, its motion, and the analyses of the
+!> motion. The cases of &cases store their responses, for figures with several curves; a sweep stores rows of measures.
 module case_runs
    use analyses, only: analyse, analysed_t
    use failures, only: fail, failure_t, status_run_failed
@@ -18,25 +18,26 @@ module case_runs
    private
    public :: runner_t, start_runner, run_next, case_t, run_cases
 
-   !> It belongs to one thread.
+   !> State of the runs of one thread.
    type :: runner_t
-      !> The scene with the parameters of the present case
+      !> The scene with the parameters of the current case
       type(scene_t) :: scene
       type(case_beam_t) :: beam
-      !> Motion where the case before ended; unallocated: each case is by itself
+      !> Final state of the preceding case, from which the next case starts; unallocated: cases are independent
       type(section_state_t), allocatable :: carried
       type(draft_t), private :: draft
-      !> What differs from case to case, and its least and greatest value
+      !> Parameters that differ from case to case, and the minimum and maximum of each
       type(parameter_t), allocatable, private :: parameter(:)
-      real(wp), allocatable, private :: least(:)
-      real(wp), allocatable, private :: most(:)
-      !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
-      !> is given
+      real(wp), allocatable, private :: minimum(:)
+      real(wp), allocatable, private :: maximum(:)
+      !> Cases with the minimum and with the maximum values of all parameters that do not change the beam, [2], from
+      !> which the mesh is found; unallocated: the mesh is given
       type(scene_t), allocatable, private :: extremes(:)
    end type runner_t
 
+   !> One of the cases of &cases.
    type :: case_t
-      !> The scene with the case's value
+   !> The scene with the parameter of the case, and the value of the parameter
       type(scene_t) :: scene
       real(wp) :: value = 0.0_wp
       !> x/L of the nodes, [0:n]
@@ -48,49 +49,49 @@ module case_runs
 contains
 
    !> Prepare a runner.
-   subroutine start_runner(scene, output, parameter, least, most, runner)
+   subroutine start_runner(scene, output, parameter, minimum, maximum, runner)
       type(scene_t), intent(in) :: scene
-      !> What is kept of each run
+      !> Results that are recorded in each run
       type(output_settings_t), intent(in) :: output
-      !> What differs from case to case, and its least and greatest value
+      !> Parameters that differ from case to case, and the minimum and maximum of each
       type(parameter_t), intent(in) :: parameter(:)
-      real(wp), intent(in) :: least(:)
-      real(wp), intent(in) :: most(:)
+      real(wp), intent(in) :: minimum(:)
+      real(wp), intent(in) :: maximum(:)
       type(runner_t), intent(out) :: runner
 
       runner%scene = scene
       runner%scene%output = output
       runner%parameter = parameter
-      runner%least = least
-      runner%most = most
+      runner%minimum = minimum
+      runner%maximum = maximum
       if (scene%mesh%tolerance > 0.0_wp) allocate (runner%extremes(2), source=runner%scene)
    end subroutine start_runner
 
-   !> Run a case. Cases of one beam share its modes.
+   !> Run a case. Cases with the same beam share its modes.
    subroutine run_next(runner, values, response, analysed, error, sets, only_those)
       type(runner_t), intent(inout) :: runner
-      !> Of the parameters
+      !> Values of the parameters
       real(wp), intent(in) :: values(:)
       type(response_t), intent(out) :: response
       type(analysed_t), allocatable, intent(out) :: analysed(:)
-      !> Why it failed
+      !> Set if the case fails
       type(failure_t), allocatable, intent(out) :: error
-      !> What runs among several stops share; absent: nothing
+      !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
-      !> Which analyses are done; absent: all
+      !> `of_run` or `of_beam`: only analyses of this kind are computed; absent: all
       logical, intent(in), optional :: only_those
 
       type(run_settings_t) :: settings
       character(:), allocatable :: problem
       integer :: i
 
-      ! texts made by functions of gfortran keep their lengths in static variables, which threads would share
+      ! gfortran stores the lengths of texts that functions return in static variables, which threads would share
       !$omp critical (case_scenes)
       call set_parameters(runner%scene, runner%parameter, values, problem, runner%draft)
       if (allocated(runner%extremes)) then
          do i = 1, 2
             if (.not. allocated(problem)) call set_parameters(runner%extremes(i), runner%parameter, merge(values, &
-               merge(runner%least, runner%most, i == 1), runner%parameter%is_of_beam), problem, runner%draft)
+               merge(runner%minimum, runner%maximum, i == 1), runner%parameter%is_of_beam), problem, runner%draft)
          end do
       end if
       !$omp end critical (case_scenes)
@@ -106,7 +107,7 @@ contains
       settings = run_of(runner%scene)
       call run_motion(runner%beam%model, settings, response, error, runner%beam%modes, sets, runner%carried)
       if (allocated(runner%carried)) then
-         ! the next case follows a variation of its own
+         ! the next case computes its own tangent for the Lyapunov exponent
          if (allocated(runner%carried%tangent)) deallocate (runner%carried%tangent)
       end if
       if (allocated(error)) return
@@ -116,13 +117,13 @@ contains
 
    !> Run all cases of a scene, in the order of the values.
    subroutine run_cases(scene, cases, error)
-      !> The scene; it has &cases
+      !> A scene with &cases
       type(scene_t), intent(in) :: scene
       type(case_t), allocatable, intent(out) :: cases(:)
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! large
+      ! allocated, because the type is large
       type(runner_t), allocatable :: runner
       type(set_store_t) :: sets
       type(output_settings_t) :: output

@@ -1,5 +1,5 @@
-!> The cases of a scene, from the scene to their table and file: a group for each, with all that a file of one run
-!> holds, and what the cases are compared by along the varied parameter.
+!> The study of &cases: runs of all cases, their table, and their results file. The file has a group for each case, with
+!> the contents of the file of one run, and the measures as functions of the varied parameter.
 module cases_study
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
@@ -28,7 +28,7 @@ module cases_study
    private
    public :: run_cases_of_scene, write_cases
 
-   !> Measures that cases are compared by
+   !> Measures in the table that compares the cases
    type(shown_t), parameter :: compared(*) = [ &
       shown_t('impacts'), &
       shown_t('first_impact_tau'), &
@@ -38,12 +38,12 @@ module cases_study
 
 contains
 
-   !> Run the cases, write the file, print the table.
+   !> Run the cases, write the results file, print the table.
    subroutine run_cases_of_scene(scene, job, error)
-      !> It has &cases
+      !> A scene with &cases
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set when a run fails or the file cannot be written
+      !> Set if a run fails or the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_t), allocatable :: cases(:)
@@ -64,15 +64,15 @@ contains
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_cases_of_scene
 
-   !> Write the file, whole or not at all.
+   !> Write the results file; if writing fails, there is no file.
    subroutine write_cases(folder, scene, cases, error, errors)
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
       type(case_t), intent(in) :: cases(:)
-      !> Why the file could not be written
+      !> Set if the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
-      !> What the mesh does to some of them
+      !> Estimated errors of the mesh for some of the cases
       type(mesh_errors_t), intent(in), optional :: errors
 
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
@@ -105,7 +105,7 @@ contains
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
 
-   !> One line a case: its value, measures, its highest rebound.
+   !> Print one line for each case: value of the parameter, measures, highest rebound.
    subroutine print_cases(unit, scene, cases)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
@@ -120,10 +120,10 @@ contains
       units = units_in(scene)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
-         associate (own => units_in(cases(i)%scene), measures => cases(i)%response%measures)
-            rows(:, i) = row_in(own, row_of(measures))
+         associate (case_units => units_in(cases(i)%scene), measures => cases(i)%response%measures)
+            rows(:, i) = row_in(case_units, row_of(measures))
             if (size(measures%peak_eta) > 0) highest(:, i) = maxval(measures%peak_eta)
-            highest(:, i) = row_in(own, highest(:, i))
+            highest(:, i) = row_in(case_units, highest(:, i))
          end associate
       end do
       associate (parameter => scene%cases%parameter)

@@ -1,5 +1,5 @@
-!> zlib's checksum, CRC-32: it tells any change of up to 32 neighbouring bits, and of others all but one in four
-!> thousand million.
+!> The checksum CRC-32 of zlib: it detects any change within 32 successive bits, and fails to detect one in four
+!> thousand million of other changes.
 module checksums
    use, intrinsic :: iso_c_binding, only: c_char, c_long, c_size_t
    use kinds, only: i8
@@ -8,7 +8,7 @@ module checksums
    public :: checksum
 
    interface
-      !> zlib: the checksum of bytes that follow others, whose checksum is `before`.
+      !> zlib: the checksum of bytes that follow other bytes with the checksum `before`.
       pure function crc32_z(before, bytes, count) bind(c) result(sum)
          import :: c_char, c_long, c_size_t
          implicit none (type, external)
@@ -21,11 +21,11 @@ module checksums
 
 contains
 
-   !> The checksum of some bytes.
+   !> The checksum of a sequence of bytes.
    pure function checksum(bytes, count) result(sum)
       !> A text, or a list of bytes
       character(kind=c_char), intent(in) :: bytes(*)
-      !> How many
+      !> Number of bytes
       integer(c_size_t), intent(in) :: count
       integer(i8) :: sum
 

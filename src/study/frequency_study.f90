@@ -1,4 +1,4 @@
-!> Tables of frequencies: every solver on every mesh that a scene asks for, beside the exact values.
+!> Tables of frequencies: each requested solver on each requested mesh, and the exact values.
 module frequency_study
    use auto_solver, only: auto_modes, lanczos_is_faster
    use beam_model, only: beam_model_t, node_dofs
@@ -27,46 +27,47 @@ contains
    subroutine frequency_table(scene, table, error)
       type(scene_t), intent(in) :: scene
       type(frequency_table_t), intent(out) :: table
-      !> Set when a mesh cannot be made, or no solver gives anything
+      !> Set if a mesh cannot be made, or if no solver finds a mode
       type(failure_t), allocatable, intent(out) :: error
 
       type(failure_t), allocatable :: trouble
       type(beam_model_t) :: model
       integer :: i, j, column, rows
 
-      associate (asked => scene%frequencies)
-         allocate (table%columns(size(asked%mesh_elements)*size(asked%solver)))
+      associate (group => scene%frequencies)
+         allocate (table%columns(size(group%mesh_elements)*size(group%solver)))
          rows = 0
          column = 0
-         do i = 1, size(asked%mesh_elements)
-            call model_of(scene, asked%mesh_elements(i), asked%mesh_ratios(i), model, error)
+         do i = 1, size(group%mesh_elements)
+            call model_of(scene, group%mesh_elements(i), group%mesh_ratios(i), model, error)
             if (allocated(error)) return
-            do j = 1, size(asked%solver)
+            do j = 1, size(group%solver)
                column = column + 1
-               call fill_column(model, asked%solver(j), merge(asked%count, default_mode_count, asked%count > 0), &
-                  merge(0.0_wp, asked%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), trouble)
+               call fill_column(model, group%solver(j), merge(group%count, default_mode_count, group%count > 0), &
+                  merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), trouble)
                rows = max(rows, size(table%columns(column)%lambda))
             end do
             if (i == 1 .and. scene%output%mode_shapes > 0) then
-               call fill_shapes(model, asked%solver(1), scene%output%mode_shapes, table, error)
+               call fill_shapes(model, group%solver(1), scene%output%mode_shapes, table, error)
                if (allocated(error)) return
             end if
          end do
          if (rows == 0 .and. allocated(trouble)) then
             call move_alloc(trouble, error)
-         else if (asked%reference == reference_exact) then
+         else if (group%reference == reference_exact) then
             call find_exact(scene, rows, table%exact, error)
          end if
       end associate
    end subroutine frequency_table
 
-   !> The exact values of a scene that has them.
+   !> Find the exact eigenvalues, if they are known for the beam.
    subroutine find_exact(scene, count, lambda, error)
       type(scene_t), intent(in) :: scene
+      !> Number of eigenvalues
       integer, intent(in) :: count
-      !> [count]
+      !> lambda_i, ascending, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set where there are none
+      !> Set if exact values are not known
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model
@@ -74,9 +75,9 @@ contains
       integer :: finest
 
       if (is_piecewise(scene)) then
-         associate (asked => scene%frequencies)
-            finest = maxloc(asked%mesh_elements, 1)
-            call model_of(scene, asked%mesh_elements(finest), asked%mesh_ratios(finest), model, error)
+         associate (group => scene%frequencies)
+            finest = maxloc(group%mesh_elements, 1)
+            call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error)
          end associate
          if (.not. allocated(error)) lambda = piecewise_lambda(count, pieces_of(model))
       else
@@ -85,7 +86,8 @@ contains
       end if
    end subroutine find_exact
 
-   !> Is it more than a cantilever with a mass at the tip?
+   !> Is the beam anything other than a uniform or tapered cantilever with a tip mass, so that its segments are
+   !> combined?
    pure function is_piecewise(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer
@@ -94,53 +96,53 @@ contains
       if (scene%beam%shape == shape_section) answer = answer .or. .not. is_uniform(scene%beam%section)
    end function is_piecewise
 
-   !> The first lambda_i of a mesh by the solver that was chosen, as many as it finds, and the mode shapes where they
-   !> are asked for.
+   !> Compute the lowest lambda_i of a mesh, as many as the solver finds, and the mode shapes if `modes` is present.
    subroutine solve_modes(model, solver, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver
-      !> Modes asked for
+      !> Number of requested modes
       integer, intent(in) :: count
       !> lambda_i, ascending
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when the solver fails
+      !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, size(lambda)]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      integer :: most
+      integer :: found
 
-      ! a rigid support takes a mode away
-      most = min(count, model%stiffness%order - sum(merge(1, 0, model%supports%stiffness <= 0.0_wp)))
+      ! each rigid support reduces the number of modes by one
+      found = min(count, model%stiffness%order - sum(merge(1, 0, model%supports%stiffness <= 0.0_wp)))
       select case (solver)
       case (solver_dsygv)
-         call dsygv_modes(model, most, lambda, error, modes)
+         call dsygv_modes(model, found, lambda, error, modes)
       case (solver_natural)
          if (size(model%supports) > 0) then
-            call supported_modes(model, most, lambda, error, modes)
+            call supported_modes(model, found, lambda, error, modes)
          else
-            call natural_modes(model, most, lambda, error, modes)
+            call natural_modes(model, found, lambda, error, modes)
          end if
       case (solver_lanczos)
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
-         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, most)) then
-            call supported_modes(model, most, lambda, error, modes)
+         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, found)) then
+            call supported_modes(model, found, lambda, error, modes)
          else
-            call auto_modes(model, most, lambda, error, modes)
+            call auto_modes(model, found, lambda, error, modes)
          end if
       end select
    end subroutine solve_modes
 
-   !> The modes without the supports, all of them, and then with one after the other: nothing cancels in a stiffness.
+   !> Compute all modes without the supports, and then constrain them by one support after the other; this avoids
+   !> cancellation in a stiffness matrix with supports.
    subroutine supported_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when the solver fails
+      !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
@@ -156,17 +158,17 @@ contains
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine supported_modes
 
-   !> One solver on one mesh. A solver that fails leaves an empty column with the reason.
+   !> Fill the column of one solver on one mesh. If the solver fails, the column is empty and has the error message.
    subroutine fill_column(model, solver, count, ratio, column, trouble)
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver
-      !> Modes asked for
+      !> Number of requested modes
       integer, intent(in) :: count
-      !> Ratio of the mesh, for the heading
+      !> Ratio of neighbouring element lengths, for the heading
       real(wp), intent(in) :: ratio
       type(frequency_column_t), intent(out) :: column
-      !> Set when the solver fails
+      !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: trouble
 
       column%solver = trim(solver_names(solver))
@@ -180,16 +182,16 @@ contains
       end if
    end subroutine fill_column
 
-   !> Mode shapes of one solver on one mesh, on the nodes.
+   !> Compute the mode shapes of one solver on one mesh at the nodes.
    subroutine fill_shapes(model, solver, count, table, error)
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver
-      !> Modes asked for
+      !> Number of requested modes
       integer, intent(in) :: count
-      !> The table; nodes and shapes are filled
+      !> The table; out: with nodes and shapes
       type(frequency_table_t), intent(inout) :: table
-      !> Set when the solver fails
+      !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(mode_quality_t) :: quality

@@ -1,5 +1,5 @@
-!> The mesh of a run: the one that the scene gives, or the coarsest that keeps to a tolerance (docs/theory.md, section
-!> 15); the beam on it, kept for the next case that has the same; and estimates of its error from finer meshes.
+!> The mesh of a run: the given mesh, or the coarsest mesh within a tolerance (docs/theory.md, section 15). Also the
+!> beam on this mesh, cached for further cases with the same beam, and estimates of the mesh's error from finer meshes.
 module mesh_choice
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use beam_model, only: beam_model_t
@@ -23,43 +23,45 @@ module mesh_choice
    public :: case_beam_t, make_case_beam, find_beam, find_case_beam, coarsest_near_least, most_elements_found, &
       estimate_cases, sample_of
 
-   !> Meshes tried, one after the other.
+   !> Numbers of elements of the meshes that are tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
    integer, parameter :: most_elements_found = meshes(size(meshes))
-   !> The coarser of two meshes is taken if they differ by no more than this share of the tolerance: the error of fourth
-   !> order is 1.25 times the difference of meshes that are 1.5 times as fine.
+   !> The coarser of two meshes is chosen if their difference is at most this fraction of the tolerance. An error of
+   !> fourth order is 1.25 times the difference to a mesh with 1.5 times as many elements.
    real(wp), parameter :: agreement = 0.4_wp
-   !> The search ends where so many meshes in turn bring no difference below this share of the least one so far: the
-   !> motion is chaotic. Tuning: how soon a search is given up that settles nowhere; what settles is taken before.
-   integer, parameter :: most_stalled = 4
+   !> The search ends if `max_stalled` successive meshes have no difference below the fraction `progress` of the minimum
+   !> difference before, because the motion is then chaotic. These values only determine how soon a search that does not
+   !> converge is ended; a mesh within the tolerance is chosen before.
+   integer, parameter :: max_stalled = 4
    real(wp), parameter :: progress = 0.7_wp
-   !> Gradings are compared on this mesh.
+   !> Number of elements of the mesh on which gradings are compared.
    integer, parameter :: graded_elements = 8
-   !> Of a taper with a thin tip the longest element is at most so many times the shortest: as many as a full wedge asks
-   !> for. Tuning: a graded mesh is taken where it is nearer to the next finer one, whatever its grading.
-   real(wp), parameter :: most_graded = 4.0_wp
+   !> Maximum ratio of the longest to the shortest element for a taper with a thin tip, a value suitable for a full
+   !> wedge. The exact value is not critical, because a graded mesh is chosen only if it differs less from the next
+   !> finer mesh.
+   real(wp), parameter :: max_grading = 4.0_wp
 
-   !> Of many cases so many are estimated.
-   integer, parameter :: most_cases = 5
+   !> Maximum number of cases whose errors are estimated.
+   integer, parameter :: max_cases = 5
 
-   !> The beam of a case, with what its runs share.
+   !> The beam of a case, and the modes that its runs share.
    type :: case_beam_t
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
-      !> How its mesh was found, if the scene asks for that
+      !> Result of the search for the mesh, if the scene has a tolerance
       type(mesh_check_t) :: check
-      !> Why it could not be made
+      !> Error; unallocated: the beam could be made
       type(failure_t), allocatable :: trouble
-      !> Values of the parameters for which it was made; unallocated: there is none
+      !> Values of the parameters for which the beam was made; unallocated: there is no beam yet
       real(wp), allocatable :: values(:)
    end type case_beam_t
 
-   !> The run of one mesh.
+   !> The run on one of the meshes that are compared.
    type :: trial_t
       integer :: elements = 0
       type(case_beam_t) :: beam
       type(response_t) :: response
-      !> Why there is none
+      !> Error; unallocated: the run succeeded
       type(failure_t), allocatable :: error
    end type trial_t
 
@@ -72,7 +74,7 @@ contains
       !> Length of an element over that of the next towards the tip
       real(wp), intent(in) :: ratio
       type(case_beam_t), intent(out) :: beam
-      !> Of its runs, where they are not the scene's
+      !> Settings of the runs if they differ from those of the scene
       type(run_settings_t), intent(in), optional :: settings
 
       call motion_model_of(scene, elements, ratio, beam%model, beam%trouble)
@@ -84,26 +86,26 @@ contains
       end if
    end subroutine make_case_beam
 
-   !> Make the beam of a case, unless it is at hand.
+   !> Make the beam of a case, unless the beam of the preceding case is the same.
    subroutine find_case_beam(scene, values, is_of_beam, beam, extremes)
-      !> With the values of the case
+      !> The scene with the values of the case
       type(scene_t), intent(in) :: scene
-      !> Of the parameters that differ from case to case, always the same ones
+      !> Values of the parameters that differ from case to case, in the same order for all cases
       real(wp), intent(in) :: values(:)
-      !> Does another value make another beam?
+      !> Does a change of the parameter change the beam?
       logical, intent(in) :: is_of_beam(:)
       type(case_beam_t), intent(inout) :: beam
-      !> The case with the least and with the greatest values of all parameters that make no other beam, [2]: a mesh
-      !> found for both serves all cases of that beam, whichever comes first. Not given: the mesh is
+      !> Cases with the minimum and with the maximum values of all parameters that do not change the beam, [2]: the mesh
+      !> found for both is used for all cases of this beam, independent of their order. Absent: the mesh is given
       type(scene_t), intent(in), optional :: extremes(:)
 
-      ! large, and threads have small stacks
+      ! allocated, because the type is large and stacks of threads are small
       type(case_beam_t), allocatable :: other
-      logical :: is_at_hand
+      logical :: is_cached
 
-      is_at_hand = allocated(beam%values)
-      if (is_at_hand) is_at_hand = all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)
-      if (.not. is_at_hand) then
+      is_cached = allocated(beam%values)
+      if (is_cached) is_cached = all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)
+      if (.not. is_cached) then
          if (present(extremes)) then
             allocate (other)
             call find_beam(extremes(1), beam)
@@ -114,11 +116,12 @@ contains
          end if
          beam%values = values
       end if
-      call fit_mass(scene, beam)
+      call update_mass(scene, beam)
    end subroutine find_case_beam
 
-   !> The mass matrix may be another one where only the stop differs from that of the case for which the beam was made.
-   subroutine fit_mass(scene, beam)
+   !> Replace the beam if its mass matrix is not the one for the stops of this case: with automatic choice, the mass
+   !> matrix depends on the stop.
+   subroutine update_mass(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(inout) :: beam
 
@@ -136,9 +139,9 @@ contains
       other%check%is_redistributed = other%model%is_redistributed
       other%values = beam%values
       beam = other
-   end subroutine fit_mass
+   end subroutine update_mass
 
-   !> The beam of a scene on the mesh that it gives or asks for.
+   !> Make the beam of a scene on the given mesh, or find the mesh within a tolerance.
    subroutine find_beam(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
@@ -149,7 +152,7 @@ contains
       if (scene%mesh%tolerance > 0.0_wp) then
          settings = run_of(scene)
          settings%response%method = method_exact
-         ! meshes are compared, not modes
+         ! differences of meshes must not include errors of modal truncation
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          allocate (first)
          call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
@@ -159,30 +162,30 @@ contains
          end if
          settings = trial_settings(settings, first%modes%lambda(1))
          settings%output%measures = .true.
-         call settle(scene, settings, beam)
+         call converge(scene, settings, beam)
          if (scene%response%method /= method_exact) beam%modes = free_modes_t()
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
       end if
    end subroutine find_beam
 
-   !> Refine until the motion settles within the tolerance. A beam that is thinner at the tip is refined with equal
-   !> elements; from `graded_elements` on with elements as long as its waves are there, if that mesh is nearer to the
-   !> next finer one.
-   subroutine settle(scene, settings, beam)
+   !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
+   !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
+   !> mesh differs less from the next finer one.
+   subroutine converge(scene, settings, beam)
       type(scene_t), intent(in) :: scene
-      !> Of the runs that are compared
+      !> Settings of the runs that are compared
       type(run_settings_t), intent(in) :: settings
       type(case_beam_t), intent(out) :: beam
 
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
-      real(wp) :: grading, least, other_grading
+      real(wp) :: grading, minimum, other_grading
       integer :: i, last, stalled
 
       allocate (coarse, fine, graded)
       call gradings_of(scene, grading, other_grading)
-      least = huge(1.0_wp)
+      minimum = huge(1.0_wp)
       stalled = 0
       call try(scene, settings, meshes(1), grading, coarse)
       i = 1
@@ -207,44 +210,44 @@ contains
             end if
          end if
          stalled = stalled + 1
-         if (check(i)%difference < progress*least) stalled = 0
-         least = min(least, check(i)%difference)
+         if (check(i)%difference < progress*minimum) stalled = 0
+         minimum = min(minimum, check(i)%difference)
          last = i
-         if (stalled == most_stalled .or. is_costly(fine)) exit
+         if (stalled == max_stalled .or. is_costly(fine)) exit
          coarse = fine
          i = i + 1
       end do
       i = coarsest_near_least(check(:last)%difference)
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
-   end subroutine settle
+   end subroutine converge
 
-   !> Nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next, by at
-   !> most twice as much.
+   !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
+   !> difference.
    pure function coarsest_near_least(difference) result(place)
-      !> Of each mesh from the next finer one, > 0
+      !> Difference of each mesh to the next finer one, > 0
       real(wp), intent(in) :: difference(:)
       integer :: place
 
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
    end function coarsest_near_least
 
-   !> Does a run take seconds? An undamped beam chatters ever more as its mesh is refined.
+   !> Does a run take seconds? Without damping, the number of impacts grows without limit as the mesh is refined.
    pure function is_costly(trial) result(answer)
       type(trial_t), intent(in) :: trial
       logical :: answer
 
-      real(wp), parameter :: most_terms = 1.0e7_wp
+      real(wp), parameter :: max_terms = 1.0e7_wp
 
-      answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > most_terms
+      answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
    end function is_costly
 
-   !> Run a scene on a mesh, as far as meshes are compared.
+   !> Run a scene on a mesh, for the interval in which meshes are compared.
    subroutine try(scene, settings, elements, grading, trial)
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(in) :: settings
       integer, intent(in) :: elements
-      !> Longest over shortest element
+      !> Ratio of the longest to the shortest element
       real(wp), intent(in) :: grading
       type(trial_t), intent(out) :: trial
 
@@ -253,7 +256,7 @@ contains
       call run_trial(settings, trial)
    end subroutine try
 
-   !> Run what has a beam.
+   !> Run a trial whose beam has been made.
    subroutine run_trial(settings, trial)
       type(run_settings_t), intent(in) :: settings
       type(trial_t), intent(inout) :: trial
@@ -265,9 +268,9 @@ contains
       call run_motion(trial%beam%model, settings, trial%response, trial%error, trial%beam%modes)
    end subroutine run_trial
 
-   !> Ratio of neighbouring elements.
+   !> Ratio of neighbouring element lengths.
    elemental function ratio_of(grading, elements) result(ratio)
-      !> Longest over shortest element
+      !> Ratio of the longest to the shortest element
       real(wp), intent(in) :: grading
       integer, intent(in) :: elements
       real(wp) :: ratio
@@ -275,13 +278,14 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The greatest difference of two runs in eta of stop and tip and in the instants of the first impact and of quiet.
+   !> The maximum difference of two runs: in eta of stop and tip, and in the instants of the first impact and of
+   !> settling.
    pure subroutine compare(duration, coarse, fine, check)
-      !> Of both
+      !> Duration of both runs, tau
       real(wp), intent(in) :: duration
       type(trial_t), intent(in) :: coarse
       type(trial_t), intent(in) :: fine
-      !> Gets difference and horizon
+      !> Out: with the difference and the horizon of the comparison
       type(mesh_check_t), intent(inout) :: check
 
       type(mode_check_t) :: found
@@ -294,25 +298,26 @@ contains
       associate (one => coarse%response%measures, other => fine%response%measures)
          if (one%has_met_stop .and. other%has_met_stop) check%difference = max(check%difference, &
             abs(one%first_impact_tau - other%first_impact_tau))
-         check%difference = max(check%difference, abs(quiet_by(one, found%horizon) - quiet_by(other, found%horizon)))
+         check%difference = max(check%difference, abs(settled(one, found%horizon) - settled(other, found%horizon)))
       end associate
    end subroutine compare
 
-   !> The instant of quiet, or the horizon if that comes first.
-   pure function quiet_by(measures, horizon) result(tau)
+   !> The settling time, or the horizon of the comparison if it is earlier.
+   pure function settled(measures, horizon) result(tau)
       type(run_measures_t), intent(in) :: measures
       real(wp), intent(in) :: horizon
       real(wp) :: tau
 
       tau = horizon
       if (measures%has_settled) tau = min(measures%settling_tau, horizon)
-   end function quiet_by
+   end function settled
 
-   !> Longest over shortest element: what the scene gives, and of a beam that is thinner at the tip what fits its waves.
+   !> Ratios of the longest to the shortest element: the one that the scene gives, and for a beam that is thinner at the
+   !> tip the one that follows the local wavelength.
    pure subroutine gradings_of(scene, grading, other)
       type(scene_t), intent(in) :: scene
       real(wp), intent(out) :: grading
-      !> The same where there is no other
+      !> Second ratio; equal to `grading` if there is only one
       real(wp), intent(out) :: other
 
       type(section_t) :: section
@@ -324,31 +329,32 @@ contains
       section = section_of(scene%beam)
       thickest = area(section, 1.0_wp)
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
-      if (thinnest < 0.7_wp*thickest) other = min(most_graded, sqrt(thickest/thinnest))
+      if (thinnest < 0.7_wp*thickest) other = min(max_grading, sqrt(thickest/thinnest))
    end subroutine gradings_of
 
-   !> Numbers of the cases to estimate, evenly from the first to the last.
+   !> Numbers of the cases whose errors are estimated, evenly spaced from the first to the last.
    pure function sample_of(cases) result(sample)
-      !> How many there are
+      !> Number of cases
       integer, intent(in) :: cases
       integer, allocatable :: sample(:)
 
       integer :: count, i
 
-      count = min(cases, most_cases)
+      count = min(cases, max_cases)
       allocate (sample(count))
       sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
    end function sample_of
 
-   !> Run scenes on their mesh, and on meshes twice and four times as fine.
+   !> Estimate the errors of measures from runs on the mesh of each scene and on meshes with two and four times as many
+   !> elements.
    subroutine estimate_cases(scenes, numbers, errors)
-      !> The scenes as they run, [cases]
+      !> Scenes with the parameters of their cases, [cases]
       type(scene_t), intent(in) :: scenes(:)
-      !> Their numbers among all cases, [cases]
+      !> Numbers of the cases, [cases]
       integer, intent(in) :: numbers(:)
       type(mesh_errors_t), intent(out) :: errors
 
-      ! large, and threads have small stacks
+      ! allocated, because the type is large and stacks of threads are small
       type(trial_t), allocatable :: trial
       type(run_settings_t) :: settings
       real(wp) :: rows(measure_count, 3), grading
@@ -387,7 +393,7 @@ contains
 
    contains
 
-      !> The measures of the trial; NaN where it failed.
+      !> Store the measures of the trial; NaN if it failed.
       subroutine take_row(place)
          integer, intent(in) :: place
 

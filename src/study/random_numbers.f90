@@ -6,6 +6,7 @@ module random_numbers
    private
    public :: random_t, start_random, next_random, next_normal, shuffle
 
+   !> State of a generator.
    type :: random_t
       private
       integer(i8) :: first = 1_i8
@@ -21,25 +22,25 @@ contains
    pure subroutine start_random(seed, stream, random)
       !> Seed, > 0
       integer, intent(in) :: seed
-      !> Another sequence of the same seed, >= 0
+      !> Number of the sequence, >= 0; each seed has many sequences
       integer, intent(in) :: stream
       type(random_t), intent(out) :: random
 
-      real(wp) :: thrown_away
+      real(wp) :: discarded
       integer :: i
 
       random%first = modulo(int(seed, i8), first_modulus - 1_i8) + 1_i8
       random%second = modulo(int(stream, i8)*104729_i8 + int(seed, i8), second_modulus - 1_i8) + 1_i8
-      ! neighbouring seeds begin alike
+      ! the first numbers are discarded, because those of neighbouring seeds are similar
       do i = 1, 32
-         call next_random(random, thrown_away)
+         call next_random(random, discarded)
       end do
    end subroutine start_random
 
-   !> A number between 0 and 1, both excluded.
+   !> Draw a uniformly distributed number between 0 and 1, both excluded.
    pure subroutine next_random(random, value)
       type(random_t), intent(inout) :: random
-      !> The number
+      !> The random number
       real(wp), intent(out) :: value
 
       integer(i8) :: mixed
@@ -51,10 +52,10 @@ contains
       value = real(mixed, wp)/real(first_modulus, wp)
    end subroutine next_random
 
-   !> A normally distributed number (Box and Muller).
+   !> Draw a normally distributed number (Box and Muller).
    pure subroutine next_normal(random, value)
       type(random_t), intent(inout) :: random
-      !> The number
+      !> The random number
       real(wp), intent(out) :: value
 
       real(wp) :: first, second
@@ -64,22 +65,22 @@ contains
       value = sqrt(-2.0_wp*log(first))*cos(2.0_wp*acos(-1.0_wp)*second)
    end subroutine next_normal
 
-   !> The numbers 1 ... n in random order (Fisher and Yates).
+   !> Put the numbers 1 ... n into random order (Fisher and Yates).
    pure subroutine shuffle(random, order)
       type(random_t), intent(inout) :: random
       !> The numbers, [n]
       integer, intent(out) :: order(:)
 
       real(wp) :: value
-      integer :: i, other, held
+      integer :: i, other, swapped
 
       order = [(i, i=1, size(order))]
       do i = size(order), 2, -1
          call next_random(random, value)
          other = min(1 + int(value*real(i, wp)), i)
-         held = order(i)
+         swapped = order(i)
          order(i) = order(other)
-         order(other) = held
+         order(other) = swapped
       end do
    end subroutine shuffle
 

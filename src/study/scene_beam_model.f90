@@ -1,4 +1,4 @@
-!> From a checked scene to the assembled beam and the settings of its run.
+!> Conversion of a resolved scene to the assembled beam and the settings of its run.
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, beam_root_t, beam_support_t, make_beam_model, point_mass_t
@@ -20,12 +20,12 @@ module scene_beam_model
    private
    public :: section_of, model_of, motion_model_of, redistributes, run_of
 
-   !> A spring of 1 in ratio, E Ibar = L = 1
+   !> Stiffness of a spring with stiffness ratio 1, for E Ibar = L = 1
    real(wp), parameter :: spring_unit = 3.0_wp
 
 contains
 
-   !> The section that a scene describes.
+   !> The section of the beam of a scene.
    pure function section_of(settings) result(section)
       type(beam_settings_t), intent(in) :: settings
       type(section_t) :: section
@@ -42,14 +42,14 @@ contains
       end select
    end function section_of
 
-   !> The beam of a scene, assembled on a mesh of its own or of the table.
+   !> Assemble the beam of a scene on a mesh, with the consistent mass matrix.
    pure subroutine model_of(scene, elements, ratio, model, error)
       type(scene_t), intent(in) :: scene
-      !> Mesh
+      !> Mesh: number of elements, and length of an element over that of the next towards the tip
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
-      !> Set when the mesh cannot be made
+      !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
@@ -60,14 +60,14 @@ contains
          supports=supports_of(scene, mesh), root=root_of(scene), point_masses=masses_of(scene, mesh))
    end subroutine model_of
 
-   !> The beam of a scene's runs.
+   !> Assemble the beam of a scene for runs in time, with the mass matrix that the scene chooses.
    pure subroutine motion_model_of(scene, elements, ratio, model, error)
       type(scene_t), intent(in) :: scene
-      !> Mesh
+      !> Mesh: number of elements, and length of an element over that of the next towards the tip
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
-      !> Set when the mesh cannot be made
+      !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
@@ -78,7 +78,7 @@ contains
          supports_of(scene, mesh), root_of(scene), masses_of(scene, mesh))
    end subroutine motion_model_of
 
-   !> Is the mass matrix of a scene's runs the one that is redistributed at the stop?
+   !> Is the mass of the node at the stop redistributed to its neighbours in the runs of a scene?
    pure function redistributes(scene, mesh) result(answer)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
@@ -93,21 +93,21 @@ contains
       allocate (masses, source=masses_of(scene, mesh))
       tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
       answer = errs_less_redistributed(section_of(scene%beam), mesh, tip_mass, run_of(scene))
-      ! a node without mass follows no beam on supports
+      ! on a beam with supports, only a node at the tip with a point mass can be redistributed
       if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
 
-   !> A mesh with nodes at the stops and, after them, at supports, masses and steps.
+   !> Make a mesh with nodes at the stops, supports, masses and steps of the section, in this order.
    pure subroutine mesh_of(scene, elements, ratio, mesh, error)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: elements
       !> Length of an element over that of the next towards the tip
       real(wp), intent(in) :: ratio
       type(mesh_t), intent(out) :: mesh
-      !> Set when it cannot be made
+      !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
-      ! what is not allocated is not present
+      ! an actual argument that is not allocated counts as absent
       real(wp), allocatable :: nodes(:), positions(:), steps(:)
       integer :: stops
 
@@ -134,11 +134,12 @@ contains
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
 
-   !> Supports that contradict each other or a stop where the mesh has put them to the tip.
+   !> Check that supports are compatible with each other and with stops if the mesh has moved them to the node at the
+   !> tip.
    pure subroutine check_supports(scene, mesh, error)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
-      !> Set where two do
+      !> Set if two are not compatible
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: conflict
@@ -183,7 +184,7 @@ contains
       end do
    end function supports_of
 
-   !> What holds its root.
+   !> The boundary conditions at the root.
    pure function root_of(scene) result(root)
       type(scene_t), intent(in) :: scene
       type(beam_root_t) :: root
@@ -214,7 +215,7 @@ contains
       end do
    end function masses_of
 
-   !> The run that a scene describes.
+   !> The settings of the run of a scene.
    pure function run_of(scene) result(settings)
       type(scene_t), intent(in) :: scene
       type(run_settings_t) :: settings
@@ -232,7 +233,7 @@ contains
          call set_period(scene, settings%poincare, settings%response)
       end if
       settings%output = scene%output
-      ! of a beam without stops there is the tip alone
+      ! a beam without stops has only histories of the tip
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
       if (scene%wants_stress) settings%stress = scene%stress
@@ -241,7 +242,7 @@ contains
       settings%release_stop = stop_released_from([scene%stop, scene%more_stops], scene%release_stop)
    end function run_of
 
-   !> What acts on the beam of a scene, and how it begins.
+   !> Set the loads on the beam and the initial conditions.
    pure subroutine take_loads(scene, settings)
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(inout) :: settings
@@ -262,7 +263,7 @@ contains
             settings%bases(moving) = scene%bases(k)%base_settings_t
          end do
          if (gravity > 0.0_wp) then
-            ! a beam that is pulled down is one whose base is accelerated up
+            ! gravity downwards is equivalent to an acceleration of the base upwards
             settings%bases(moving + 1)%course%kind = course_step
             settings%bases(moving + 1)%course%amplitude = gravity
          end if

@@ -1,4 +1,4 @@
-!> One scene, one run: its frequencies, its motion.
+!> The study of one scene without sweep or cases: table of frequencies and one run.
 module single_study
    use analyses, only: analyse, analysed_t, print_analyses, write_analyses
    use beam_model, only: beam_model_t
@@ -28,11 +28,11 @@ module single_study
 
 contains
 
-   !> Compute, write the file, print the tables.
+   !> Compute the results of a scene, write the results file, print the tables.
    subroutine run_single(scene, job, error)
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set when the run fails or its file cannot be written
+      !> Set if the run fails or the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model
@@ -50,7 +50,7 @@ contains
       end if
       call stop_progress()
       if (allocated(error)) return
-      ! what is not allocated is not present
+      ! an actual argument that is not allocated counts as absent
       call begin_results(root, expected_size(response), scene)
       if (allocated(model%mesh%position)) then
          call write_groups(root, model%mesh%position, table, response)
@@ -76,17 +76,17 @@ contains
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
-   !> Compute what a scene asks for.
+   !> Compute the results of a scene.
    subroutine compute_scene(scene, model, table, response, analysed, error)
       type(scene_t), intent(in) :: scene
-      !> Its beam; left empty where only a table of frequencies over other meshes is asked for
+      !> The beam; empty if only a table of frequencies is requested
       type(beam_model_t), intent(out) :: model
-      !> Frequencies, if asked for
+      !> Table of frequencies, if requested
       type(frequency_table_t), allocatable, intent(out) :: table
-      !> Motion, if asked for
+      !> Motion, if requested
       type(response_t), allocatable, intent(out) :: response
       type(analysed_t), allocatable, intent(out) :: analysed(:)
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam

@@ -1,19 +1,20 @@
-!> How a scene is to be done.
+!> Options of the command line for the study of a scene.
 module study_job
    implicit none (type, external)
    private
    public :: job_t
 
+   !> Options of a study.
    type :: job_t
-      !> Folder of the results, which is there; the results file in it is claimed
+   !> Folder of the results, which exists; the name of the results file in it is reserved for this run
       character(:), allocatable :: folder
-      !> Threads of a sweep; 0: as many as there are cores
+      !> Number of threads of a sweep; 0: as many as the machine has cores
       integer :: threads = 0
-      !> No tables, no progress
+      !> Print neither tables nor progress
       logical :: quiet = .false.
-      !> Where tables go
+      !> Unit to which tables are printed
       integer :: unit = 0
-      !> What the progress is called
+      !> Label of the progress line
       character(:), allocatable :: label
    end type job_t
 

@@ -1,4 +1,4 @@
-!> The best cases of a sweep, and better ones between its values.
+!> The best cases of a sweep, and their refinement by a search between the values of the sweep.
 module sweep_best
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
@@ -12,32 +12,33 @@ module sweep_best
    private
    public :: best_t, start_best, consider, refined_t, refine
 
-   !> The best cases so far, the best first.
+   !> The best of the cases that have been considered, in order, the best first.
    type :: best_t
-      !> Column they are compared by, and the sign that makes the best the least
+      !> Column of the measure by which cases are compared, and the sign with which the best value is the minimum
       integer :: column = 0
       real(wp) :: sign = 1.0_wp
       integer :: count = 0
-      !> Numbers of the cases, their parameters [axes, room] and measures [measure_count, room]
+      !> Numbers of the cases, their parameters [axes, max. count] and measures [measure_count, max. count]
       integer, allocatable :: case(:)
       real(wp), allocatable :: values(:, :)
       real(wp), allocatable :: rows(:, :)
    end type best_t
 
-   !> Better ones found by the refinement, in the order in which they were found; the first is the sweep's best case.
+   !> Improvements found by the refinement, in the order in which they were found; the first is the best case of the
+   !> sweep.
    type :: refined_t
       integer :: count = 0
-      !> Cases computed by then
+      !> Number of cases computed before each improvement, its parameters and its measures
       integer, allocatable :: evaluations(:)
       real(wp), allocatable :: values(:, :)
       real(wp), allocatable :: rows(:, :)
-      !> Cases computed in all
+      !> Number of all cases that were computed
       integer :: all_evaluations = 0
    end type refined_t
 
 contains
 
-   !> Begin a list.
+   !> Initialise the list of the best cases.
    subroutine start_best(scene, plan, best)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -50,11 +51,11 @@ contains
       end associate
    end subroutine start_best
 
-   !> What a row is worth: the less, the better.
+   !> Cost of a case, smaller for better cases; huge if the case failed or has no value.
    pure function cost_of(best, row) result(cost)
-      !> What counts
+      !> Column and sign of the measure
       type(best_t), intent(in) :: best
-      !> The row
+      !> Measures of the case
       real(wp), intent(in) :: row(:)
       real(wp) :: cost
 
@@ -64,10 +65,10 @@ contains
       cost = best%sign*row(best%column)
    end function cost_of
 
-   !> Enter a row, if it is good enough. Of equals the one with the lower number comes first.
+   !> Insert a case into the list if it is among the best. Of equal cases the one with the smaller number comes first.
    pure subroutine consider(best, case, values, row)
       type(best_t), intent(inout) :: best
-      !> Number of the case, its parameters and measures
+      !> Number of the case, its parameters and its measures
       integer, intent(in) :: case
       real(wp), intent(in) :: values(:)
       real(wp), intent(in) :: row(:)
@@ -95,34 +96,34 @@ contains
       best%rows(:, place) = row
    end subroutine consider
 
-   !> Search between the least and the greatest swept value of each parameter, from the best case.
+   !> Search for better cases between the minimum and the maximum of each parameter, from the best case.
    !>
-   !> Numbers of elements stay as they are: more of them cost, and are no other beam.
+   !> Whole-number parameters are not varied: more elements increase the cost but do not change the physical beam.
    subroutine refine(scene, plan, best, threads, refined)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Its best cases
+      !> Best cases of the sweep
       type(best_t), intent(in) :: best
       integer, intent(in) :: threads
-      !> What was found
+      !> Improvements
       type(refined_t), intent(out) :: refined
 
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), values(:, :), rows(:, :), costs(:), start(:)
       logical :: free(size(plan%axes))
-      integer, allocatable :: moved(:)
+      integer, allocatable :: varied(:)
       integer :: i, k, room, winner
 
       if (best%count == 0) return
-      free = .not. plan%axes%parameter%is_whole .and. plan%axes%most > plan%axes%least
-      moved = pack([(k, k=1, size(free))], free)
-      allocate (start(size(moved)))
-      do i = 1, size(moved)
-         start(i) = share_of(plan%axes(moved(i)), best%values(moved(i), 1))
+      free = .not. plan%axes%parameter%is_whole .and. plan%axes%maximum > plan%axes%minimum
+      varied = pack([(k, k=1, size(free))], free)
+      allocate (start(size(varied)))
+      do i = 1, size(varied)
+         start(i) = share_of(plan%axes(varied(i)), best%values(varied(i), 1))
       end do
       room = scene%best%evaluations + 1
       allocate (refined%evaluations(room), refined%values(size(plan%axes), room), refined%rows(measure_count, room))
-      call keep(0, best%values(:, 1), best%rows(:, 1))
+      call add(0, best%values(:, 1), best%rows(:, 1))
       call start_search(start, cost_of(best, best%rows(:, 1)), 0.125_wp, scene%best%precision, scene%best%evaluations, &
          scene%sweep%seed, state)
       do while (.not. state%is_over)
@@ -131,8 +132,8 @@ contains
             costs(size(points, 2)))
          do i = 1, size(points, 2)
             values(:, i) = best%values(:, 1)
-            do k = 1, size(moved)
-               values(moved(k), i) = value_at(plan%axes(moved(k)), points(k, i))
+            do k = 1, size(varied)
+               values(varied(k), i) = value_at(plan%axes(varied(k)), points(k, i))
             end do
          end do
          call run_cases(scene, plan, values, threads, rows)
@@ -140,7 +141,7 @@ contains
             costs(i) = cost_of(best, rows(:, i))
          end do
          winner = minloc(costs, dim=1)
-         if (costs(winner) < state%value) call keep(state%evaluations + size(costs), values(:, winner), rows(:, winner))
+         if (costs(winner) < state%value) call add(state%evaluations + size(costs), values(:, winner), rows(:, winner))
          call learn(state, points, costs)
          deallocate (values, rows, costs)
       end do
@@ -148,11 +149,11 @@ contains
 
    contains
 
-      !> Note a better one.
-      subroutine keep(evaluations, parameters, row)
-         !> Cases computed by then
+      !> Add an improvement to the list.
+      subroutine add(evaluations, parameters, row)
+         !> Number of cases computed before
          integer, intent(in) :: evaluations
-         !> Its parameters and measures
+         !> Parameters and measures of the case
          real(wp), intent(in) :: parameters(:)
          real(wp), intent(in) :: row(:)
 
@@ -160,36 +161,36 @@ contains
          refined%evaluations(refined%count) = evaluations
          refined%values(:, refined%count) = parameters
          refined%rows(:, refined%count) = row
-      end subroutine keep
+      end subroutine add
 
    end subroutine refine
 
-   !> Where a value lies between the bounds of its axis, 0 to 1.
+   !> Position of a value between the bounds of its axis, 0 to 1.
    pure function share_of(axis, value) result(share)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: value
       real(wp) :: share
 
       if (axis%is_logarithmic) then
-         share = log(value/axis%least)/log(axis%most/axis%least)
+         share = log(value/axis%minimum)/log(axis%maximum/axis%minimum)
       else
-         share = (value - axis%least)/(axis%most - axis%least)
+         share = (value - axis%minimum)/(axis%maximum - axis%minimum)
       end if
       share = min(max(share, 0.0_wp), 1.0_wp)
    end function share_of
 
-   !> The value there.
+   !> Value at a position between the bounds of an axis.
    pure function value_at(axis, share) result(value)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: share
       real(wp) :: value
 
       if (axis%is_logarithmic) then
-         value = axis%least*(axis%most/axis%least)**share
+         value = axis%minimum*(axis%maximum/axis%minimum)**share
       else
-         value = axis%least + share*(axis%most - axis%least)
+         value = axis%minimum + share*(axis%maximum - axis%minimum)
       end if
-      value = min(max(value, axis%least), axis%most)
+      value = min(max(value, axis%minimum), axis%maximum)
    end function value_at
 
 end module sweep_best

@@ -1,5 +1,5 @@
-!> The results file of a sweep, put together from its parts, one at a time, so that memory does not grow with the
-!> number of cases; under its own name it appears whole.
+!> The results file of a sweep. The file is assembled from the chunks one at a time, so that memory does not grow with
+!> the number of cases, and gets its final name when it is complete.
 module sweep_file
    use analyses, only: analysed_t, write_analyses
    use failures, only: fail, failure_t, status_run_failed
@@ -21,94 +21,94 @@ module sweep_file
    private
    public :: survey_t, survey_parts, write_sweep
 
-   !> So many failures are told with their reasons; the status of each is in its row.
-   integer, parameter :: most_reasons = 10000
+   !> Maximum number of failures whose reasons are stored; the status of each case is in its row.
+   integer, parameter :: max_reasons = 10000
 
-   !> What the parts hold, seen from above.
+   !> Summary of all chunks.
    type :: survey_t
       !> The best cases
       type(best_t) :: best
-      !> Cases that failed; the first of them with their reasons
+      !> Number of cases that failed, and numbers and reasons of the first of them
       integer :: failures = 0
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Of the beam of the scene itself
+      !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
    end type survey_t
 
 contains
 
-   !> Look through all parts.
+   !> Read all chunks and summarise them.
    subroutine survey_parts(path, scene, plan, text, survey, error)
-      !> Folder of the parts
+      !> Folder of the chunks
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
-      !> Its plan, and the same in words
+      !> Plan of the sweep, and the text of the plan
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> What they hold
+      !> Summary of the chunks
       type(survey_t), intent(out) :: survey
-      !> Set when a part cannot be read
+      !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(part_rows_t) :: part
+      type(part_rows_t) :: chunk
       character(reason_room), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
-      integer :: number, i, told
+      integer :: number, i, recorded
       logical :: is_good
 
       call start_best(scene, plan, survey%best)
-      allocate (failed(min(most_reasons, plan%cases)), reasons(min(most_reasons, plan%cases)))
-      told = 0
+      allocate (failed(min(max_reasons, plan%cases)), reasons(min(max_reasons, plan%cases)))
+      recorded = 0
       do number = 1, plan%parts
-         call read_part(path, plan, text, number, part, is_good)
+         call read_part(path, plan, text, number, chunk, is_good)
          if (.not. is_good) then
-            call complain(path, number, error)
+            call report_chunk(path, number, error)
             return
          end if
-         do i = 1, size(part%rows, 2)
-            call consider(survey%best, first_of_part(plan, number) + i - 1, part%values(:, i), part%rows(:, i))
+         do i = 1, size(chunk%rows, 2)
+            call consider(survey%best, first_of_part(plan, number) + i - 1, chunk%values(:, i), chunk%rows(:, i))
          end do
-         survey%failures = survey%failures + size(part%failed)
-         do i = 1, min(size(part%failed), size(failed) - told)
-            failed(told + i) = part%failed(i)
-            reasons(told + i) = part%reasons(i)
+         survey%failures = survey%failures + size(chunk%failed)
+         do i = 1, min(size(chunk%failed), size(failed) - recorded)
+            failed(recorded + i) = chunk%failed(i)
+            reasons(recorded + i) = chunk%reasons(i)
          end do
-         told = min(survey%failures, size(failed))
+         recorded = min(survey%failures, size(failed))
       end do
-      allocate (survey%failed, source=failed(:told))
-      allocate (survey%reasons(told))
-      survey%reasons(:) = reasons(:told)
+      allocate (survey%failed, source=failed(:recorded))
+      allocate (survey%reasons(recorded))
+      survey%reasons(:) = reasons(:recorded)
    end subroutine survey_parts
 
-   !> A part that is no part.
-   subroutine complain(path, number, error)
-      !> Folder of the parts
+   !> Report a chunk that cannot be read.
+   subroutine report_chunk(path, number, error)
+      !> Folder of the chunks
       character(*), intent(in) :: path
+      !> Number of the chunk
       integer, intent(in) :: number
-      !> What to say
       type(failure_t), allocatable, intent(inout) :: error
 
       call fail(error, status_run_failed, "'"//path//'/'//part_name(number)//"' was spoilt since it was written; " &
          //'give the same command again, and its cases are computed again')
-   end subroutine complain
+   end subroutine report_chunk
 
-   !> Put the results file together and its parts away.
+   !> Assemble the results file, and remove the chunks.
    subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error, errors)
-      !> Folder of the results, and of the parts
+      !> Folder of the results, and of the chunks
       character(*), intent(in) :: folder
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
-      !> Its plan, and the same in words
+      !> Plan of the sweep, and the text of the plan
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> What the parts hold
+      !> Summary of the chunks
       type(survey_t), intent(in) :: survey
-      !> Better cases between those of the sweep
+      !> Improvements between the cases of the sweep
       type(refined_t), intent(in) :: refined
-      !> Why the file could not be written
+      !> Set if the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
-      !> What the mesh does to some cases
+      !> Estimated errors of the mesh for some cases
       type(mesh_errors_t), intent(in), optional :: errors
 
       type(quantity_group_t) :: root, sweep
@@ -116,7 +116,7 @@ contains
       character(:), allocatable :: assembled
 
       assembled = path//'/'//assembled_file
-      ! what a killed run left, or a link, is not written through
+      ! an incomplete file of a killed run, or a link, is removed instead of overwritten
       call remove_entries(path, [assembled_file])
       call root%begin_on_disk(assembled)
       root%units = units_in(scene)
@@ -131,7 +131,7 @@ contains
          root%tells_symbols = .false.
          call write_mesh_errors(root%part('mesh_estimate'), errors)
       end if
-      call write_rows(sweep, path, plan, text, is_there(scene), error)
+      call write_rows(sweep, path, plan, text, has_measure(scene), error)
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
@@ -142,12 +142,12 @@ contains
       call leave_folder(path)
    end subroutine write_sweep
 
-   !> /sweep but for its columns.
+   !> Write the group /sweep except its columns.
    subroutine write_group(group, scene, plan, survey)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> What the parts hold
+      !> Summary of the chunks
       type(survey_t), intent(in) :: survey
 
       type(quantity_group_t) :: axes
@@ -161,10 +161,10 @@ contains
       call group%attribute('parameters', joined(plan%axes%parameter%name))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
          k=1, size(plan%axes))]))
-      call group%attribute('measures', joined(pack(names, is_there(scene))))
+      call group%attribute('measures', joined(pack(names, has_measure(scene))))
       call group%attribute('failures', [survey%failures])
       if (plan%is_grid .and. .not. plan%goes_back) then
-         ! a column reshaped to these extents is the grid, in C's order
+         ! a column reshaped to these extents is the grid, in the array order of C
          call group%attribute('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
          axes = group%part('axes')
          do k = 1, size(plan%axes)
@@ -182,21 +182,21 @@ contains
       call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
    end subroutine write_group
 
-   !> Measures that a scene has.
-   pure function is_there(scene) result(answer)
+   !> Which measures does a scene have?
+   pure function has_measure(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer(measure_count)
 
       answer = scene%has_group(measure_table%group)
-   end function is_there
+   end function has_measure
 
-   !> /best: the table, and what the refinement found.
+   !> Write the group /best: the best cases, and the improvements of the refinement.
    subroutine write_best(group, scene, plan, best, refined)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
       type(best_t), intent(in) :: best
-      !> Better ones
+      !> Improvements
       type(refined_t), intent(in) :: refined
 
       type(quantity_group_t) :: refinement
@@ -217,7 +217,7 @@ contains
       end if
    end subroutine write_best
 
-   !> Parameters and measures of a few cases, a dataset each.
+   !> Write the parameters and measures of a few cases, one dataset for each.
    subroutine write_columns(group, plan, values, rows, along)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
@@ -238,79 +238,79 @@ contains
       call write_measures_of_cases(group%as_they_are(plan%axes%parameter%quantity), measure_table%name, rows, along)
    end subroutine write_columns
 
-   !> The columns of /sweep, part by part, so many rows at a time.
-   subroutine write_rows(group, path, plan, text, there, error)
+   !> Write the columns of /sweep chunk by chunk, at least `max_rows` rows at a time.
+   subroutine write_rows(group, path, plan, text, has_column, error)
       type(quantity_group_t), intent(in) :: group
-      !> Folder of the parts
+      !> Folder of the chunks
       character(*), intent(in) :: path
-      !> The plan, and the same in words
+      !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
       !> Measures that have a column, [measure_count]
-      logical, intent(in) :: there(:)
-      !> Set when a part cannot be read
+      logical, intent(in) :: has_column(:)
+      !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: most_rows = 16384
+      integer, parameter :: max_rows = 16384
       type(hdf5_column_t) :: cases, parameters(size(plan%axes)), measures(measure_count)
       type(hdf5_column_t) :: direction, sections(section_values)
-      type(part_rows_t) :: part
+      type(part_rows_t) :: chunk
       real(wp), allocatable :: values(:, :), rows(:, :)
-      integer :: number, i, first, held
+      integer :: number, i, first, buffered
       logical :: is_good
 
-      call make_columns(group, plan, there, cases, parameters, measures)
+      call make_columns(group, plan, has_column, cases, parameters, measures)
       if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
          '1: on the way through the values of carry, -1: on the way back', .true., 'case')
       if (plan%sections > 0) call make_tables(group, plan, sections)
-      associate (room => max(most_rows, plan%part_cases))
+      associate (room => max(max_rows, plan%part_cases))
          allocate (values(room, size(plan%axes)), rows(room, measure_count))
       end associate
       first = 1
-      held = 0
+      buffered = 0
       do number = 1, plan%parts
-         call read_part(path, plan, text, number, part, is_good)
+         call read_part(path, plan, text, number, chunk, is_good)
          if (.not. is_good) then
-            call complain(path, number, error)
+            call report_chunk(path, number, error)
             return
          end if
-         if (held + size(part%rows, 2) > size(rows, 1)) call put_constrained()
-         do i = 1, size(part%rows, 2)
-            values(held + i, :) = part%values(:, i)
-            rows(held + i, :) = part%rows(:, i)
+         if (buffered + size(chunk%rows, 2) > size(rows, 1)) call write_buffered()
+         do i = 1, size(chunk%rows, 2)
+            values(buffered + i, :) = chunk%values(:, i)
+            rows(buffered + i, :) = chunk%rows(:, i)
          end do
          if (plan%sections > 0) then
             do i = 1, section_values
                call sections(i)%put(first_of_part(plan, number), &
-                  reshape(part%sections(i::section_values, :), [size(part%sections)/section_values]))
+                  reshape(chunk%sections(i::section_values, :), [size(chunk%sections)/section_values]))
             end do
          end if
-         held = held + size(part%rows, 2)
+         buffered = buffered + size(chunk%rows, 2)
       end do
-      call put_constrained()
+      call write_buffered()
 
    contains
 
-      !> Write the rows held back.
-      subroutine put_constrained()
+      !> Write the buffered rows.
+      subroutine write_buffered()
          integer :: n
 
-         call cases%put(first, [(real(n, wp), n=first, first + held - 1)])
+         call cases%put(first, [(real(n, wp), n=first, first + buffered - 1)])
          if (plan%goes_back) call direction%put(first, [(merge(1.0_wp, -1.0_wp, &
-            2*modulo(n - 1, plan%chain) < plan%chain), n=first, first + held - 1)])
+            2*modulo(n - 1, plan%chain) < plan%chain), n=first, first + buffered - 1)])
          do n = 1, size(parameters)
-            call parameters(n)%put(first, values(:held, n))
+            call parameters(n)%put(first, values(:buffered, n))
          end do
          do n = 1, measure_count
-            if (there(n)) call measures(n)%put(first, rows(:held, n))
+            if (has_column(n)) call measures(n)%put(first, rows(:buffered, n))
          end do
-         first = first + held
-         held = 0
-      end subroutine put_constrained
+         first = first + buffered
+         buffered = 0
+      end subroutine write_buffered
 
    end subroutine write_rows
 
-   !> The tables of sections, empty, a row a case.
+   !> Create the empty tables of sections, with one row for each case.
    subroutine make_tables(group, plan, tables)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
@@ -328,16 +328,16 @@ contains
       end do
    end subroutine make_tables
 
-   !> The columns of /sweep, empty.
-   subroutine make_columns(group, plan, there, cases, parameters, measures)
+   !> Create the empty columns of /sweep.
+   subroutine make_columns(group, plan, has_column, cases, parameters, measures)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
-      !> Measures that have one, [measure_count]
-      logical, intent(in) :: there(:)
+      !> Measures that have a column, [measure_count]
+      logical, intent(in) :: has_column(:)
       type(hdf5_column_t), intent(out) :: cases
-      !> In the order of the axes
+      !> Columns of the parameters, in the order of the axes
       type(hdf5_column_t), intent(out) :: parameters(:)
-      !> In the order of their table
+      !> Columns of the measures, in the order of `measure_table`
       type(hdf5_column_t), intent(out) :: measures(:)
 
       integer :: k
@@ -351,7 +351,7 @@ contains
          end associate
       end do
       do k = 1, measure_count
-         if (.not. there(k)) cycle
+         if (.not. has_column(k)) cycle
          associate (measure => measure_table(k))
             measures(k) = group%put_column(trim(measure%name), plan%cases, measure%quantity, measure%meaning, &
                measure%is_whole, 'case')

@@ -1,5 +1,6 @@
-!> The parts of a sweep on disk while it runs: files of some hundred rows each, written aside and renamed into place,
-!> so that whatever ends the run each of them is whole or absent. Beside them lies the plan they belong to.
+!> The chunks of a sweep: files of some hundred rows each, in which a running sweep stores its results. Each file is
+!> written under a temporary name and then renamed, so that it is complete or absent, however the run ends. The folder
+!> of the chunks also has the text of their plan.
 module sweep_parts
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -19,30 +20,31 @@ module sweep_parts
    public :: part_rows_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
    public :: joined, reason_room, assembled_file
 
-   !> Reasons of failure are cut to this.
+   !> Maximum length of the reason of a failure; longer texts are cut.
    integer, parameter :: reason_room = 200
    character(*), parameter :: plan_file = 'plan.txt'
-   !> Room for what stands behind the last byte of a part.
+   !> Length of the seal that follows the last byte of a chunk.
    integer, parameter :: seal_length = 33
-   !> The results file while it is put together.
+   !> Name of the results file while it is assembled.
    character(*), parameter :: assembled_file = 'assembled.h5'
 
-   !> Some rows.
+   !> The cases of a chunk.
    type :: part_rows_t
       !> Parameters, [axes, cases]
       real(wp), allocatable :: values(:, :)
       !> Measures, [measure_count, cases]
       real(wp), allocatable :: rows(:, :)
-      !> Cases that failed, and why
+      !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Sections as results have them, the last of a case last, NaN where there is none, [values, cases]
+      !> Sections in the units of the results, [values, cases]; those of a case are at the end of its column, preceded
+      !> by NaN if there are fewer than requested
       real(wp), allocatable :: sections(:, :)
    end type part_rows_t
 
 contains
 
-   !> Where the parts of a sweep are.
+   !> The folder of the chunks of a sweep.
    pure function parts_folder(folder, name) result(path)
       !> Folder of the results
       character(*), intent(in) :: folder
@@ -53,13 +55,13 @@ contains
       path = folder//'/'//name//'.parts'
    end function parts_folder
 
-   !> Make the folder of the parts, or go on with one that a run of the same plan left. Nobody else has it: the
-   !> results file, which it stands for, is claimed.
+   !> Create the folder of the chunks, or continue with the folder that a run of the same plan has left. No other run
+   !> uses the folder, because the name of the results file is reserved for this run.
    subroutine enter_folder(path, text, error)
       character(*), intent(in) :: path
-      !> The plan in words
+      !> Text of the plan
       character(*), intent(in) :: text
-      !> Set when the parts there belong to another plan, or what is there is not the program's
+      !> Set if the chunks in the folder belong to another plan, or if another program has written the folder
       type(failure_t), allocatable, intent(out) :: error
 
       character(*), parameter :: wanted = 'a folder of parts'
@@ -73,7 +75,8 @@ contains
          call make_new_folder(path, error)
       case (kind_folder)
          if (kind_of(path//'/'//plan_file) == kind_nothing) then
-            ! the plan is there before any part and goes after all: without it a killed run left nothing but it half
+            ! the plan is written before the first and removed after the last chunk, so that without a plan the folder
+            ! can contain only an incomplete plan of a killed run
             call folder_entries(path, entries)
             do i = 1, size(entries)
                if (final_name(trim(entries(i))) /= plan_file) call refuse_foreign(path, wanted, error)
@@ -101,7 +104,7 @@ contains
       call replace_file(path, plan_file, bytes, error)
    end subroutine enter_folder
 
-   !> Remove the parts, and the folder unless the user put something into it.
+   !> Remove the chunks, and the folder unless it has files of the user.
    subroutine leave_folder(path)
       character(*), intent(in) :: path
 
@@ -110,7 +113,7 @@ contains
       integer :: i
 
       call folder_entries(path, entries)
-      entries = pack(entries, [(is_own(trim(entries(i))), i=1, size(entries))])
+      entries = pack(entries, [(is_own_file(trim(entries(i))), i=1, size(entries))])
       call remove_entries(path, pack(entries, entries /= plan_file))
       call remove_entries(path, [plan_file])
       call remove_empty_folder(path, is_gone)
@@ -118,8 +121,8 @@ contains
          "impactbeam: '"//path//"' stays: it holds what impactbeam did not write"
    end subroutine leave_folder
 
-   !> Is a file in the folder of the parts the program's, by its name?
-   pure function is_own(name) result(answer)
+   !> Is the name of a file in the folder of the chunks one that the program uses?
+   pure function is_own_file(name) result(answer)
       character(*), intent(in) :: name
       logical :: answer
 
@@ -130,30 +133,30 @@ contains
       if (len(final) >= len(part_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) then
          answer = answer .or. verify(final(:len(final) - 3), '0123456789') == 0
       end if
-   end function is_own
+   end function is_own_file
 
-   !> The first line in which two texts differ.
-   pure function difference(there, here) result(words)
-      !> The text on disk
-      character(*), intent(in) :: there
-      !> The text of this run
-      character(*), intent(in) :: here
+   !> Both versions of the first line in which two texts differ, for messages.
+   pure function difference(stored_text, current_text) result(words)
+      !> Text on disk
+      character(*), intent(in) :: stored_text
+      !> Text of this run
+      character(*), intent(in) :: current_text
       character(:), allocatable :: words
 
       integer :: i, start
 
       start = 1
-      do i = 1, min(len(there), len(here))
-         if (there(i:i) /= here(i:i)) exit
-         if (there(i:i) == new_line('a')) start = i + 1
+      do i = 1, min(len(stored_text), len(current_text))
+         if (stored_text(i:i) /= current_text(i:i)) exit
+         if (stored_text(i:i) == new_line('a')) start = i + 1
       end do
-      words = "'"//line_at(there, start)//"', here '"//line_at(here, start)//"'"
+      words = "'"//line_at(stored_text, start)//"', here '"//line_at(current_text, start)//"'"
    end function difference
 
-   !> The line that begins at a place.
+   !> The line of a text that begins at a given position.
    pure function line_at(text, start) result(line)
       character(*), intent(in) :: text
-      !> The place
+      !> Position of the first character
       integer, intent(in) :: start
       character(:), allocatable :: line
 
@@ -164,37 +167,37 @@ contains
       if (length > 0) line = line(:length - 1)
    end function line_at
 
-   !> The name of a part's file.
-   pure function part_name(part) result(name)
-      !> The part, from 1
-      integer, intent(in) :: part
+   !> The name of the file of a chunk.
+   pure function part_name(chunk) result(name)
+      !> Number of the chunk, from 1
+      integer, intent(in) :: chunk
       character(:), allocatable :: name
 
       character(16) :: digits
 
-      write (digits, '(i0.6)') part
+      write (digits, '(i0.6)') chunk
       name = trim(digits)//'.h5'
    end function part_name
 
-   !> Is a part on disk? It is there whole or not at all, but a disk may have spoilt it.
-   function part_is_done(path, part) result(done)
+   !> Is a chunk on disk? The file is complete, but the disk may have corrupted it.
+   function part_is_done(path, chunk) result(done)
       character(*), intent(in) :: path
-      integer, intent(in) :: part
+      integer, intent(in) :: chunk
       logical :: done
 
-      done = kind_of(path//'/'//part_name(part)) /= kind_nothing
+      done = kind_of(path//'/'//part_name(chunk)) /= kind_nothing
    end function part_is_done
 
-   !> Write a part.
-   subroutine write_part(path, plan, text, number, part, error)
+   !> Write a chunk.
+   subroutine write_part(path, plan, text, number, chunk, error)
       character(*), intent(in) :: path
-      !> The plan, and the same in words
+      !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Number of the part
+      !> Number of the chunk
       integer, intent(in) :: number
-      type(part_rows_t), intent(in) :: part
-      !> Why it could not be written
+      type(part_rows_t), intent(in) :: chunk
+      !> Set if the chunk cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: overhead = 32768_c_size_t
@@ -203,8 +206,8 @@ contains
       character(seal_length, kind=c_char) :: mark
       integer :: i
 
-      call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t) &
-         + int(section_values*plan%sections, c_size_t)*size(part%rows, 2, kind=c_size_t)) + overhead)
+      call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
+         + int(section_values*plan%sections, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
          'number of the case', is_scale=.true.)
@@ -212,30 +215,31 @@ contains
       call root%attribute('names', joined(measure_table%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
       call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
-      call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
-      call root%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
+      call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
+      call root%add('rows', chunk%rows, 'mixed', 'measures of each case', ['column', 'case  '])
       if (plan%sections > 0) then
-         call root%add('section_value', [(i, i=1, size(part%sections, 1))], '1', 'values of sections', is_scale=.true.)
-         call root%add('sections', part%sections, 'mixed', 'sections of each case', ['section_value', 'case         '])
+         call root%add('section_value', [(i, i=1, size(chunk%sections, 1))], '1', 'values of sections', is_scale=.true.)
+         call root%add('sections', chunk%sections, 'mixed', 'sections of each case', ['section_value', 'case         '])
       end if
-      call root%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
-      call root%add('reason', part%reasons, 'none', 'why', along='failed')
+      call root%add('failed', chunk%failed, '1', 'cases that failed', is_scale=.true.)
+      call root%add('reason', chunk%reasons, 'none', 'why', along='failed')
       call root%finish(bytes, error)
       if (allocated(error)) return
       mark = seal(checksum(bytes, size(bytes, kind=c_size_t)))
       call replace_file(path, part_name(number), [bytes, transfer(mark, bytes)], error)
    end subroutine write_part
 
-   !> What stands behind the last byte of a part, where HDF5 does not look.
+   !> The seal of a chunk, a text with a checksum that follows the last byte of the HDF5 file and that HDF5 does not
+   !> read.
    pure function seal(sum) result(words)
-      !> Checksum of the bytes before
+      !> Checksum of the bytes of the HDF5 file
       integer(i8), intent(in) :: sum
       character(seal_length) :: words
 
       write (words, '(a, z8.8, a)') new_line('a')//'impactbeam part CRC-32 ', sum, new_line('a')
    end function seal
 
-   !> Names with commas between them.
+   !> Names separated by commas.
    pure function joined(names) result(text)
       character(*), intent(in) :: names(:)
       character(:), allocatable :: text
@@ -248,16 +252,16 @@ contains
       end do
    end function joined
 
-   !> Read a part back.
-   subroutine read_part(path, plan, text, number, part, is_good)
+   !> Read a chunk.
+   subroutine read_part(path, plan, text, number, chunk, is_good)
       character(*), intent(in) :: path
-      !> The plan, and the same in words
+      !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Number of the part
+      !> Number of the chunk
       integer, intent(in) :: number
-      type(part_rows_t), intent(out) :: part
-      !> False: it cannot be read, or belongs to another plan
+      type(part_rows_t), intent(out) :: chunk
+      !> .false.: the chunk cannot be read, or belongs to another plan
       logical, intent(out) :: is_good
 
       type(hdf5_source_t) :: source
@@ -269,34 +273,34 @@ contains
 
       first = first_of_part(plan, number)
       cases = last_of_part(plan, number) - first + 1
-      allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), case(cases))
-      allocate (part%sections(section_values*plan%sections, cases))
+      allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), case(cases))
+      allocate (chunk%sections(section_values*plan%sections, cases))
       call load_file(path//'/'//part_name(number), bytes, error)
       is_good = .not. allocated(error)
       if (is_good) is_good = is_sealed(bytes)
       if (.not. is_good) return
-      ! what HDF5 reads is what was checked
+      ! HDF5 reads the same bytes that were checked, not the file again
       call source%open_bytes(bytes(:size(bytes) - seal_length))
       call source%load('plan', found)
       call source%load('case', case)
-      call source%load('parameters', part%values)
-      call source%load('rows', part%rows)
-      if (plan%sections > 0) call source%load('sections', part%sections)
+      call source%load('parameters', chunk%values)
+      call source%load('rows', chunk%rows)
+      if (plan%sections > 0) call source%load('sections', chunk%sections)
       is_good = source%is_sound()
       if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &
          .and. case(1) == first .and. case(cases) == first + cases - 1
       failures = 0
-      if (is_good) failures = count(part%rows(measure_status, :) > 0.0_wp)
-      allocate (part%failed(failures), part%reasons(failures))
-      call source%load('failed', part%failed)
-      call source%load('reason', part%reasons)
+      if (is_good) failures = count(chunk%rows(measure_status, :) > 0.0_wp)
+      allocate (chunk%failed(failures), chunk%reasons(failures))
+      call source%load('failed', chunk%failed)
+      call source%load('reason', chunk%reasons)
       is_good = is_good .and. source%is_sound()
       call source%close_source()
    end subroutine read_part
 
-   !> Does the seal of a part fit its bytes?
+   !> Is the checksum in the seal of a chunk that of its bytes?
    function is_sealed(bytes) result(fits)
-      !> The file and its seal
+      !> Bytes of the file, with the seal
       character(kind=c_char), contiguous, intent(in) :: bytes(:)
       logical :: fits
 

@@ -1,4 +1,4 @@
-!> The cases of a sweep: how many, their parameters, the parts in which they reach the disk.
+!> The plan of a sweep: number of cases, their parameters, and the chunks in which they are written to disk.
 module sweep_plan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use checksums, only: checksum
@@ -16,45 +16,48 @@ module sweep_plan
    public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part
    public :: plan_text
 
-   !> Kept of a section: displacement and velocity of the stop from which the beam is released, and of the tip.
+   !> Number of values recorded in a section: displacement and velocity at the stop from which the beam is released, and
+   !> of the tip.
    integer, parameter :: section_values = 4
 
-   !> The values of one parameter.
+   !> A parameter of the sweep and its values.
    type :: axis_t
       type(parameter_t) :: parameter
-      !> Grid: its values. Otherwise one value a case
+      !> Values: in a grid those of the axis, otherwise one value for each case
       real(wp), allocatable :: values(:)
-      !> Least and greatest value, and whether they were divided in the logarithm
-      real(wp) :: least = 0.0_wp
-      real(wp) :: most = 0.0_wp
+      !> Minimum and maximum value, and whether the values between them are evenly spaced in the logarithm
+      real(wp) :: minimum = 0.0_wp
+      real(wp) :: maximum = 0.0_wp
       logical :: is_logarithmic = .false.
    end type axis_t
 
+   !> The plan of a sweep.
    type :: plan_t
       !> Number of cases
       integer :: cases = 0
-      !> Every combination of values, the last axis varying fastest
+      !> The cases are all combinations of the values, and the last axis varies fastest
       logical :: is_grid = .false.
-      !> What is varied
+      !> Parameters that are varied
       type(axis_t), allocatable :: axes(:)
-      !> Cases to a part, and parts
+      !> Number of cases in a chunk, and number of chunks
       integer :: part_cases = 0
       integer :: parts = 0
-      !> So many cases go on one from the other, whole chains to a part; 0: each is by itself
+      !> Number of cases in a chain, in which a case starts from the final state of the preceding case; a chunk has
+      !> whole chains. 0: cases are independent
       integer :: chain = 0
-      !> The second half of a chain goes back through its values
+      !> The second half of a chain has the values of the first half in reverse order
       logical :: goes_back = .false.
-      !> Sections kept of each case; 0: none
+      !> Number of sections recorded for each case; 0: none
       integer :: sections = 0
    end type plan_t
 
 contains
 
-   !> Lay out the cases of a checked scene.
+   !> Make the plan of a resolved scene.
    subroutine make_plan(scene, plan)
-      !> The scene; it has &sweep
+      !> A scene with &sweep
       type(scene_t), intent(in) :: scene
-      !> Its cases
+      !> The plan
       type(plan_t), intent(out) :: plan
 
       type(axis_t), allocatable :: axes(:)
@@ -76,8 +79,8 @@ contains
             else
                call divide(sweep%swept(k), axes(count)%values)
             end if
-            axes(count)%least = minval(values_given(sweep%swept(k)))
-            axes(count)%most = maxval(values_given(sweep%swept(k)))
+            axes(count)%minimum = minval(values_given(sweep%swept(k)))
+            axes(count)%maximum = maxval(values_given(sweep%swept(k)))
             if (plan%is_grid) then
                plan%cases = plan%cases*size(axes(count)%values)
             else
@@ -86,7 +89,7 @@ contains
          end do
          allocate (plan%axes(count))
          do i = 1, count
-            ! many cases have many values: they are moved
+            ! the values are moved instead of copied, because they can be many
             call move_alloc(axes(i)%values, values)
             plan%axes(i) = axes(i)
             call move_alloc(values, plan%axes(i)%values)
@@ -98,41 +101,43 @@ contains
       end associate
    end subroutine make_plan
 
-   !> Cases of a part: as many as are asked for, or fewer the more sections each has; whole chains.
+   !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more sections; always
+   !> whole chains.
    pure function cases_of_part(scene, cases, chain) result(number)
       type(scene_t), intent(in) :: scene
-      !> All of them
+      !> Number of all cases
       integer, intent(in) :: cases
-      !> Cases of a chain; 0: each is by itself
+      !> Number of cases in a chain; 0: cases are independent
       integer, intent(in) :: chain
       integer :: number
 
-      integer, parameter :: parts_aimed_at = 400, most_part = 16384
-      integer :: least, room, sections
+      integer, parameter :: target_chunks = 400, max_chunk_size = 16384
+      integer :: minimum, max_cases, sections
 
       number = scene%sweep%part_cases
       if (number == 0) then
          sections = 0
          if (scene%wants_poincare) sections = scene%poincare%keep
-         number = (cases - 1)/parts_aimed_at + 1
-         room = most_part/max(1, sections*section_values/measure_count)
-         least = least_part(scene, cases)
-         if (chain == 0) number = min(max(number, least), max(room, least))
+         number = (cases - 1)/target_chunks + 1
+         max_cases = max_chunk_size/max(1, sections*section_values/measure_count)
+         minimum = min_chunk_size(scene, cases)
+         if (chain == 0) number = min(max(number, minimum), max(max_cases, minimum))
       end if
       if (chain > 0) number = chain*((number - 1)/chain + 1)
    end function cases_of_part
 
-   !> A part costs as much to write as some cheap cases, so few parts take many of these; dear ones reach the disk soon.
-   !> How dear they are goes with the length of a run, the number of modes or of steps, and of surfaces.
-   pure function least_part(scene, cases) result(least)
+   !> Minimum number of cases in a chunk. Writing a chunk costs as much time as some cheap cases, so cheap cases have
+   !> large chunks; expensive cases have small chunks, so that they are written to disk soon. The cost of a case is
+   !> estimated from the duration of the run and the numbers of modes, steps and stops.
+   pure function min_chunk_size(scene, cases) result(minimum)
       type(scene_t), intent(in) :: scene
-      !> Of which there are parts for many threads
+      !> Number of all cases, which must give enough chunks for many threads
       integer, intent(in) :: cases
-      integer :: least
+      integer :: minimum
 
-      integer, parameter :: fewest = 10, most = 500, parts_of_few = 20
-      ! of a run of 20 tau and 16 degrees of freedom, a fraction of a millisecond
-      real(wp), parameter :: cheap = 320.0_wp
+      integer, parameter :: min_size = 10, max_size = 500, min_chunks = 20
+      ! cost of a run of 20 tau with 16 degrees of freedom, a fraction of a millisecond
+      real(wp), parameter :: reference_cost = 320.0_wp
       real(wp) :: cost
 
       associate (run => scene%response)
@@ -140,10 +145,11 @@ contains
          if (run%method == method_newmark) cost = cost*max(0.01_wp/run%step, 1.0_wp)
       end associate
       if (allocated(scene%more_stops)) cost = cost*real(1 + size(scene%more_stops), wp)**2
-      least = max(fewest, min(nint(real(most, wp)*min(1.0_wp, cheap/cost)), cases/parts_of_few))
-   end function least_part
+      minimum = max(min_size, min(nint(real(max_size, wp)*min(1.0_wp, reference_cost/cost)), cases/min_chunks))
+   end function min_chunk_size
 
-   !> Cases that go on one from the other stand one after the other: the parameter along which they do varies fastest.
+   !> Make the chains of a sweep: the parameter `carry` becomes the axis that varies fastest, so that the cases of a
+   !> chain are successive.
    subroutine make_chains(sweep, plan)
       type(sweep_settings_t), intent(in) :: sweep
       type(plan_t), intent(inout) :: plan
@@ -168,10 +174,10 @@ contains
       plan%chain = size(plan%axes(size(plan%axes))%values)
    end subroutine make_chains
 
-   !> The values of a list or a divided range; the ends are exact.
+   !> Values of a list, or evenly spaced values of a range, whose ends are exact.
    pure subroutine divide(swept, values)
       type(swept_t), intent(in) :: swept
-      !> Its values
+      !> Values of the parameter
       real(wp), allocatable, intent(out) :: values(:)
 
       integer :: i, n
@@ -188,13 +194,13 @@ contains
       values(n) = between(swept, 1.0_wp)
    end subroutine divide
 
-   !> One value in each of as many strata as cases, in random order.
+   !> Draw one value in each of as many strata as there are cases, in random order.
    subroutine draw(swept, cases, seed, values)
       type(swept_t), intent(in) :: swept
       !> Number of cases
       integer, intent(in) :: cases
       integer, intent(in) :: seed
-      !> Its values
+      !> Values of the parameter
       real(wp), allocatable, intent(out) :: values(:)
 
       type(random_t) :: random
@@ -211,22 +217,22 @@ contains
       end do
    end subroutine draw
 
-   !> A share of the way from the least to the greatest value.
+   !> The value at a fraction of the range from minimum to maximum.
    pure function between(swept, share) result(value)
       type(swept_t), intent(in) :: swept
-      !> 0 to 1
+      !> Fraction of the range, 0 to 1; of its logarithm for a logarithmic range
       real(wp), intent(in) :: share
       real(wp) :: value
 
       if (allocated(swept%log_range)) then
-         associate (least => swept%log_range(1), most => swept%log_range(2))
-            value = min(max(least*(most/least)**share, least), most)
-            if (share >= 1.0_wp) value = most
+         associate (minimum => swept%log_range(1), maximum => swept%log_range(2))
+            value = min(max(minimum*(maximum/minimum)**share, minimum), maximum)
+            if (share >= 1.0_wp) value = maximum
          end associate
       else
-         associate (least => swept%range(1), most => swept%range(2))
-            value = min(max(least + (most - least)*share, least), most)
-            if (share >= 1.0_wp) value = most
+         associate (minimum => swept%range(1), maximum => swept%range(2))
+            value = min(max(minimum + (maximum - minimum)*share, minimum), maximum)
+            if (share >= 1.0_wp) value = maximum
          end associate
       end if
    end function between
@@ -234,9 +240,9 @@ contains
    !> The parameters of a case, in the order of the axes.
    pure subroutine case_values(plan, case, values)
       type(plan_t), intent(in) :: plan
-      !> The case, from 1
+      !> Number of the case, from 1
       integer, intent(in) :: case
-      !> Its parameters, [axes]
+      !> Values of the parameters, [axes]
       real(wp), intent(out) :: values(:)
 
       integer :: k, rest
@@ -254,27 +260,28 @@ contains
       end do
    end subroutine case_values
 
-   !> The first case of a part.
-   pure function first_of_part(plan, part) result(case)
+   !> The first case of a chunk.
+   pure function first_of_part(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
-      !> The part, from 1
-      integer, intent(in) :: part
+      !> Number of the chunk, from 1
+      integer, intent(in) :: chunk
       integer :: case
 
-      case = (part - 1)*plan%part_cases + 1
+      case = (chunk - 1)*plan%part_cases + 1
    end function first_of_part
 
-   !> The last case of a part.
-   pure function last_of_part(plan, part) result(case)
+   !> The last case of a chunk.
+   pure function last_of_part(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
-      !> The part, from 1
-      integer, intent(in) :: part
+      !> Number of the chunk, from 1
+      integer, intent(in) :: chunk
       integer :: case
 
-      case = int(min(int(part, i8)*int(plan%part_cases, i8), int(plan%cases, i8)))
+      case = int(min(int(chunk, i8)*int(plan%part_cases, i8), int(plan%cases, i8)))
    end function last_of_part
 
-   !> All that the rows depend on, a line a name, in words that read back to the same numbers.
+   !> The text of a plan: all settings on which the rows depend, one name in each line, with numbers that are exact when
+   !> read again.
    subroutine plan_text(scene, plan, text)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -304,16 +311,16 @@ contains
       end do
    end subroutine plan_text
 
-   !> Numbers in words; a long list by its ends and its checksum.
+   !> Numbers as text; a long list is represented by its first and last number and its checksum.
    function listed(numbers) result(text)
       real(wp), intent(in) :: numbers(:)
       character(:), allocatable :: text
 
-      integer, parameter :: most_listed = 100
+      integer, parameter :: max_listed = 100
       character(kind=c_char), allocatable :: bytes(:)
       integer :: i
 
-      if (size(numbers) <= most_listed) then
+      if (size(numbers) <= max_listed) then
          text = ''
          do i = 1, size(numbers)
             text = text//' '//to_text(numbers(i))

@@ -1,4 +1,5 @@
-!> How far a sweep is: cases done, rate and time left; on a terminal one line that is rewritten, else a line a minute.
+!> Progress of a sweep: cases done, cases per second and remaining time; on a terminal in one line that is updated,
+!> otherwise in one line each minute.
 module sweep_progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use file_system, only: is_terminal, standard_error_descriptor
@@ -9,41 +10,43 @@ module sweep_progress
    private
    public :: progress_t, start_rate, show_rate, end_rate, progress_words
 
+   !> State of the progress output.
    type :: progress_t
-      !> Nothing is said without it
+   !> Progress is printed
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
-      !> Where it is said, and seconds between two lines
+      !> Unit for output, and minimum interval between two lines, seconds
       integer :: unit = error_unit
       real(wp) :: pause = 0.0_wp
       character(:), allocatable :: label
-      !> Cases in all, and of them those done before this run
+      !> Number of all cases, and number of those done by previous runs
       integer :: cases = 0
       integer :: before = 0
-      !> Clock at the start, at the last line, and its rate
+      !> Clock at the start and at the last line, and clock ticks per second
       integer(i8) :: start = 0_i8
       integer(i8) :: last = 0_i8
       integer(i8) :: rate = 1_i8
+      !> A line has been printed
       logical :: has_line = .false.
    end type progress_t
 
 contains
 
-   !> Begin.
+   !> Initialise the progress output.
    subroutine start_rate(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
-      !> Say anything
+      !> Print progress
       logical, intent(in) :: is_wanted
-      !> What runs
+      !> Name of the sweep
       character(*), intent(in) :: label
-      !> Cases in all, and of them those done before this run
+      !> Number of all cases, and number of those done by previous runs
       integer, intent(in) :: cases
       integer, intent(in) :: before
-      !> Ready
+      !> Initialised state
       type(progress_t), intent(out) :: progress
-      !> Where to say it, and whether that is a terminal; absent: standard error
+      !> Unit for output, and whether it is a terminal; absent: standard error
       integer, intent(in), optional :: unit
       logical, intent(in), optional :: on_terminal
-      !> Seconds between two lines; absent: 1 on a terminal, else 60
+      !> Minimum interval between two lines, seconds; absent: 1 on a terminal, otherwise 60
       real(wp), intent(in), optional :: pause
 
       progress%is_wanted = is_wanted
@@ -59,10 +62,10 @@ contains
       progress%last = progress%start
    end subroutine start_rate
 
-   !> Say how far it is, if that is due.
+   !> Print the progress, if the interval since the last line has passed.
    subroutine show_rate(progress, done)
       type(progress_t), intent(inout) :: progress
-      !> Cases done by now, by all runs
+      !> Number of cases done by this and previous runs
       integer, intent(in) :: done
 
       character(:), allocatable :: words
@@ -78,7 +81,7 @@ contains
       words = progress_words(progress%label, progress%cases, done, done - progress%before, &
          real(now - progress%start, wp)/real(progress%rate, wp))
       if (progress%on_terminal) then
-         ! a line that wraps could not be written over
+         ! a line that wraps around could not be overwritten
          width = min(len(words), terminal_width(standard_error_descriptor) - 1)
          write (progress%unit, '(a)', advance='no', iostat=status) achar(13)//words(:width)//achar(27)//'[K'
          flush (progress%unit, iostat=status)
@@ -87,7 +90,7 @@ contains
       end if
    end subroutine show_rate
 
-   !> Wipe the line out.
+   !> Erase the line on the terminal.
    subroutine end_rate(progress)
       type(progress_t), intent(inout) :: progress
 
@@ -100,23 +103,23 @@ contains
       progress%has_line = .false.
    end subroutine end_rate
 
-   !> Such as 'name: 5000 of 100000 cases, 6100 a second, 16 s left'.
-   pure function progress_words(label, cases, done, fresh, seconds) result(words)
-      !> What runs
+   !> The progress in words, such as 'name: 5000 of 100000 cases, 6100 a second, 16 s left'.
+   pure function progress_words(label, cases, done, computed, seconds) result(words)
+      !> Name of the sweep
       character(*), intent(in) :: label
-      !> Cases in all, done by now, and of them done in this run
+      !> Number of all cases, of cases done, and of cases done in this run
       integer, intent(in) :: cases
       integer, intent(in) :: done
-      integer, intent(in) :: fresh
-      !> Seconds of this run
+      integer, intent(in) :: computed
+      !> Duration of this run in seconds
       real(wp), intent(in) :: seconds
       character(:), allocatable :: words
 
       real(wp) :: rate, left
 
       words = label//': '//to_text(done)//' of '//to_text(cases)//' cases'
-      if (fresh == 0 .or. .not. seconds > 0.0_wp) return
-      rate = real(fresh, wp)/seconds
+      if (computed == 0 .or. .not. seconds > 0.0_wp) return
+      rate = real(computed, wp)/seconds
       left = real(cases - done, wp)/rate
       if (rate >= 10.0_wp) then
          words = words//', '//to_text(nint(rate))//' a second, '

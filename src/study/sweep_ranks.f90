@@ -1,5 +1,5 @@
-!> The processes that share a sweep, by MPI; without it there is one. The first one hands out the parts, between its own
-!> cases; the others ask.
+!> The MPI processes that share a sweep; without MPI there is one process. The first process assigns the chunks, between
+!> the cases that it runs itself; the others request chunks from it.
 module sweep_ranks
    use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: failure_t
@@ -10,29 +10,30 @@ module sweep_ranks
    public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
       next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
 
-   !> Number of this process, and of all; set once at the start.
+   !> Number of this process, and number of processes; set once at the start.
    integer, protected :: this_rank = 0
    integer, protected :: all_ranks = 1
 
-   !> How to talk to the others; not associated: there are none.
-   procedure(rank_call_t), pointer :: ask => null(), is_asked => null(), answer => null(), meet => null(), &
-      greatest => null(), leave => null()
+   !> Calls of MPI; not associated: there is only this process.
+   procedure(rank_call_t), pointer :: request => null(), has_request => null(), answer => null(), barrier => null(), &
+      maximum => null(), stop_mpi => null()
 
-   !> Hands out the numbers of a list, each once.
+   !> A list of numbers, each of which is assigned once.
    type :: deal_t
+   !> The numbers, and how many of them have been assigned
       integer, allocatable :: list(:)
-      integer :: given = 0
-      !> Other processes that have not been told yet that there are no more
-      integer :: asking = 0
-      !> This process has been told
+      integer :: assigned = 0
+   !> Number of other processes that do not know yet that all numbers are assigned
+      integer :: uninformed = 0
+   !> This process knows that all numbers are assigned
       logical :: is_over = .false.
    end type deal_t
 
 contains
 
-   !> Begin, if the program was started by MPI's launcher.
+   !> Initialise MPI, if the program was started by the MPI launcher.
    subroutine start_ranks(error)
-      !> Set where the others cannot be talked to
+      !> Set if the other processes cannot be reached
       type(failure_t), allocatable, intent(inout) :: error
 
       procedure(rank_call_t), pointer :: start, number, count
@@ -43,12 +44,12 @@ contains
       start => rank_call('start')
       number => rank_call('number')
       count => rank_call('count')
-      ask => rank_call('ask')
-      is_asked => rank_call('is_asked')
+      request => rank_call('ask')
+      has_request => rank_call('is_asked')
       answer => rank_call('answer')
-      meet => rank_call('meet')
-      greatest => rank_call('greatest')
-      leave => rank_call('stop')
+      barrier => rank_call('meet')
+      maximum => rank_call('greatest')
+      stop_mpi => rank_call('stop')
       take_turns = start(0) == 1
       this_rank = number(0)
       all_ranks = count(0)
@@ -56,11 +57,11 @@ contains
          '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
    end subroutine start_ranks
 
-   !> End.
+   !> Finalise MPI.
    subroutine stop_ranks()
       integer :: nothing
 
-      if (associated(leave)) nothing = leave(0)
+      if (associated(stop_mpi)) nothing = stop_mpi(0)
    end subroutine stop_ranks
 
    !> Number of this process, from 0.
@@ -73,12 +74,12 @@ contains
       rank_count = all_ranks
    end function rank_count
 
-   !> Is this the one that reads, writes and prints?
+   !> Is this the process that reads, writes and prints?
    logical function is_first_rank()
       is_first_rank = this_rank == 0
    end function is_first_rank
 
-   !> Such as '2 processes'; empty for one.
+   !> Number of processes in words, such as '2 processes'; empty for one.
    function ranks_in_words() result(words)
       character(:), allocatable :: words
 
@@ -86,29 +87,29 @@ contains
       if (all_ranks > 1) words = to_text(all_ranks)//' processes'
    end function ranks_in_words
 
-   !> The greatest value that any process has.
+   !> Maximum of a value over all processes.
    integer function greatest_of_all(value)
-      !> The value of this one
+      !> Value of this process
       integer, intent(in) :: value
 
       greatest_of_all = value
-      if (all_ranks > 1) greatest_of_all = greatest(value)
+      if (all_ranks > 1) greatest_of_all = maximum(value)
    end function greatest_of_all
 
-   !> Begin to hand out.
+   !> Initialise the assignment of a list.
    subroutine start_deal(list, deal)
-      !> What is handed out; only the first process's counts
+      !> Numbers to assign; only the list of the first process is used
       integer, intent(in) :: list(:)
       type(deal_t), intent(out) :: deal
 
       allocate (deal%list, source=list)
-      deal%asking = all_ranks - 1
+      deal%uninformed = all_ranks - 1
    end subroutine start_deal
 
-   !> Take one; 0: there are no more. One thread at a time.
+   !> Get the next number of the list. Only one thread may call this procedure at a time.
    subroutine next_of_deal(deal, number)
       type(deal_t), intent(inout) :: deal
-      !> What was taken
+      !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
       number = 0
@@ -117,60 +118,60 @@ contains
          call serve_deal(deal)
          call take(deal, number)
       else
-         number = ask(0)
+         number = request(0)
       end if
       deal%is_over = number == 0
    end subroutine next_of_deal
 
-   !> The next number of the list.
+   !> Assign the next number of the list.
    pure subroutine take(deal, number)
       type(deal_t), intent(inout) :: deal
-      !> The number; 0: there are no more
+      !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
       number = 0
-      if (deal%given >= size(deal%list)) return
-      deal%given = deal%given + 1
-      number = deal%list(deal%given)
+      if (deal%assigned >= size(deal%list)) return
+      deal%assigned = deal%assigned + 1
+      number = deal%list(deal%assigned)
    end subroutine take
 
-   !> Answer the other processes, if any has asked. One thread at a time.
+   !> Answer the pending requests of the other processes. Only one thread may call this procedure at a time.
    subroutine serve_deal(deal)
       type(deal_t), intent(inout) :: deal
 
       if (this_rank /= 0) return
-      do while (deal%asking > 0)
-         if (is_asked(0) == 0) exit
+      do while (deal%uninformed > 0)
+         if (has_request(0) == 0) exit
          call answer_one(deal)
       end do
    end subroutine serve_deal
 
-   !> Hand out no more, if this is the first process.
+   !> End the assignment early: the remaining numbers of the list are not assigned.
    pure subroutine abandon_deal(deal)
       type(deal_t), intent(inout) :: deal
 
-      deal%given = size(deal%list)
+      deal%assigned = size(deal%list)
    end subroutine abandon_deal
 
-   !> Wait until all processes have nothing more to do.
+   !> Wait until no process has any more work.
    subroutine finish_deal(deal)
       type(deal_t), intent(inout) :: deal
 
       integer :: number
 
-      ! a process that stops early takes the rest of what it is given without doing it
+      ! a process that stopped early receives further numbers but does not process them
       do while (this_rank /= 0 .and. .not. deal%is_over)
          call next_of_deal(deal, number)
       end do
-      do while (this_rank == 0 .and. deal%asking > 0)
-         number = is_asked(1)
+      do while (this_rank == 0 .and. deal%uninformed > 0)
+         number = has_request(1)
          call answer_one(deal)
       end do
-      if (all_ranks > 1) number = meet(0)
+      if (all_ranks > 1) number = barrier(0)
       deal%is_over = .true.
    end subroutine finish_deal
 
-   !> Answer one question.
+   !> Answer one request.
    subroutine answer_one(deal)
       type(deal_t), intent(inout) :: deal
 
@@ -178,7 +179,7 @@ contains
 
       call take(deal, number)
       nothing = answer(number)
-      if (number == 0) deal%asking = deal%asking - 1
+      if (number == 0) deal%uninformed = deal%uninformed - 1
    end subroutine answer_one
 
 end module sweep_ranks

@@ -1,5 +1,6 @@
-!> All cases of a sweep: threads and processes take parts until there are no more. Each case depends on its own
-!> parameters alone, so who runs it, and beside what, leaves no trace in its row.
+!> Computation of the cases of a sweep: threads and processes take chunks until all are done. Each case depends only on
+!> its own parameters (each chain only on its own cases), so the results do not depend on the distribution of the
+!> chunks.
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -29,34 +30,34 @@ module sweep_run
    private
    public :: run_parts, run_cases, start_plan, run_case, scene_of_case
 
-   !> What the threads share.
+   !> Data that the threads share.
    type :: shared_t
       type(deal_t) :: deal
       type(progress_t) :: progress
-      !> Cases found on disk, and run here
+      !> Number of cases found on disk, and of cases run by this process
       integer :: before = 0
       integer :: done = 0
-      !> The first failure; no thread goes on after it
+      !> The first failure, after which all threads stop
       type(failure_t), allocatable :: error
    end type shared_t
 
 contains
 
-   !> Run the parts that are not on disk.
-   subroutine run_parts(scene, plan, text, path, threads, label, is_silent, fresh, error)
+   !> Run the chunks that are not on disk.
+   subroutine run_parts(scene, plan, text, path, threads, label, is_silent, computed, error)
       type(scene_t), intent(in) :: scene
-      !> Its plan, and the same in words
+      !> Plan of the sweep, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Folder of the parts
+      !> Folder of the chunks
       character(*), intent(in) :: path
       integer, intent(in) :: threads
-      !> What the progress is called, and whether none is shown
+      !> Label of the progress line, and whether none is printed
       character(*), intent(in) :: label
       logical, intent(in) :: is_silent
-      !> Cases that were not on disk
-      integer, intent(out) :: fresh
-      !> Set when a part cannot be written
+      !> Number of cases that were not on disk
+      integer, intent(out) :: computed
+      !> Set if a chunk cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(shared_t) :: shared
@@ -64,15 +65,15 @@ contains
       integer :: i
 
       call find_missing(plan, text, path, label, missing)
-      fresh = 0
+      computed = 0
       do i = 1, size(missing)
-         fresh = fresh + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
+         computed = computed + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
       end do
-      shared%before = plan%cases - fresh
+      shared%before = plan%cases - computed
       call start_deal(missing, shared%deal)
       call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
       !$omp parallel num_threads(threads) default(shared)
-      call take_parts(scene, plan, text, path, shared)
+      call work_on_chunks(scene, plan, text, path, shared)
       !$omp end parallel
       if (allocated(shared%error)) call abandon_deal(shared%deal)
       call finish_deal(shared%deal)
@@ -85,19 +86,19 @@ contains
       end if
    end subroutine run_parts
 
-   !> The parts that are to be computed; the first process knows.
+   !> Find the chunks that are missing on disk; only the first process searches.
    subroutine find_missing(plan, text, path, label, missing)
-      !> The plan, and the same in words
+      !> Plan of the sweep, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Folder of the parts
+      !> Folder of the chunks
       character(*), intent(in) :: path
-      !> What the sweep is called
+      !> Name of the sweep
       character(*), intent(in) :: label
-      !> Their numbers
+      !> Numbers of the missing chunks
       integer, allocatable, intent(out) :: missing(:)
 
-      type(part_rows_t) :: part
+      type(part_rows_t) :: chunk
       logical, allocatable :: is_missing(:)
       logical :: is_good
       integer :: i
@@ -107,7 +108,7 @@ contains
          do i = 1, plan%parts
             is_missing(i) = .not. part_is_done(path, i)
             if (is_missing(i)) cycle
-            call read_part(path, plan, text, i, part, is_good)
+            call read_part(path, plan, text, i, chunk, is_good)
             is_missing(i) = .not. is_good
             if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//part_name(i)// &
                "' was spoilt since it was written; its cases are computed again"
@@ -116,22 +117,22 @@ contains
       missing = pack([(i, i=1, plan%parts)], is_missing)
    end subroutine find_missing
 
-   !> What one thread does: a part after another, until there are no more.
-   subroutine take_parts(scene, plan, text, path, shared)
+   !> Work of one thread: run one chunk after the other until all are taken.
+   subroutine work_on_chunks(scene, plan, text, path, shared)
       type(scene_t), intent(in) :: scene
-      !> Its plan, and the same in words
+      !> Plan of the sweep, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Folder of the parts
+      !> Folder of the chunks
       character(*), intent(in) :: path
-      !> What the threads share; each takes its turn
+      !> Data that the threads share; a thread accesses the data in critical sections
       type(shared_t), intent(inout) :: shared
 
       type(runner_t) :: runner
-      ! apart from the runner, whose other components a compiler forgets where one is finalized
+      ! not a component of the runner, because a compiler loses its other components when one component is finalised
       type(set_store_t), target :: sets
-      type(part_rows_t) :: part
-      type(failure_t), allocatable :: trouble
+      type(part_rows_t) :: chunk
+      type(failure_t), allocatable :: failure
       integer :: number
 
       call start_plan(scene, plan, runner)
@@ -141,53 +142,53 @@ contains
          if (.not. allocated(shared%error)) call next_of_deal(shared%deal, number)
          !$omp end critical (sweep_deal)
          if (number == 0) exit
-         call run_part(runner, sets, plan, number, part, shared)
+         call run_chunk(runner, sets, plan, number, chunk, shared)
          !$omp critical (sweep_disk)
-         call write_part(path, plan, text, number, part, trouble)
+         call write_part(path, plan, text, number, chunk, failure)
          !$omp end critical (sweep_disk)
-         if (allocated(trouble)) then
+         if (allocated(failure)) then
             !$omp critical (sweep_deal)
-            call fail(shared%error, trouble%status, trouble%message)
+            call fail(shared%error, failure%status, failure%message)
             !$omp end critical (sweep_deal)
          end if
       end do
-   end subroutine take_parts
+   end subroutine work_on_chunks
 
-   !> The rows of one part.
-   subroutine run_part(runner, sets, plan, number, part, shared)
-      !> The thread's runner, and what its runs among several stops share
+   !> Run the cases of one chunk.
+   subroutine run_chunk(runner, sets, plan, number, chunk, shared)
+      !> Runner of the thread, and contact sets (the beam with given closed contacts) that its runs share
       type(runner_t), intent(inout) :: runner
       type(set_store_t), target, intent(inout) :: sets
       type(plan_t), intent(in) :: plan
       integer, intent(in) :: number
-      type(part_rows_t), intent(out) :: part
-      !> What the threads share
+      type(part_rows_t), intent(out) :: chunk
+      !> Data that the threads share
       type(shared_t), intent(inout) :: shared
 
       character(:), allocatable :: reason
       character(reason_room), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
-      integer :: broken, case, cases, failures, first, shown
+      integer :: failed_case, case, cases, failures, first, shown
 
       first = first_of_part(plan, number)
       cases = last_of_part(plan, number) - first + 1
-      allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), failed(cases), reasons(cases))
-      allocate (part%sections(section_values*plan%sections, cases))
+      allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), failed(cases), reasons(cases))
+      allocate (chunk%sections(section_values*plan%sections, cases))
       failures = 0
-      broken = 0
+      failed_case = 0
       do case = 1, cases
-         call case_values(plan, first + case - 1, part%values(:, case))
+         call case_values(plan, first + case - 1, chunk%values(:, case))
          if (plan%chain > 0) then
             if (modulo(case - 1, plan%chain) == 0) then
-               broken = 0
+               failed_case = 0
                if (allocated(runner%carried)) deallocate (runner%carried)
                allocate (runner%carried)
             end if
          end if
-         call run_case(runner, part%values(:, case), part%rows(:, case), reason, sets, part%sections(:, case), &
-            broken)
+         call run_case(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%sections(:, case), &
+            failed_case)
          if (allocated(reason)) then
-            if (plan%chain > 0 .and. broken == 0) broken = first + case - 1
+            if (plan%chain > 0 .and. failed_case == 0) failed_case = first + case - 1
             failures = failures + 1
             failed(failures) = first + case - 1
             reasons(failures) = reason
@@ -195,58 +196,58 @@ contains
          !$omp critical (sweep_deal)
          shared%done = shared%done + 1
          shown = shared%before + shared%done
-         ! of other processes only is known what they were given
-         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%deal%given*plan%part_cases)
+         ! for other processes, only the number of assigned chunks is known
+         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%deal%assigned*plan%part_cases)
          call serve_deal(shared%deal)
          call show_rate(shared%progress, shown)
          !$omp end critical (sweep_deal)
       end do
-      allocate (part%failed, source=failed(:failures))
-      allocate (part%reasons(failures))
-      part%reasons(:) = reasons(:failures)
-   end subroutine run_part
+      allocate (chunk%failed, source=failed(:failures))
+      allocate (chunk%reasons(failures))
+      chunk%reasons(:) = reasons(:failures)
+   end subroutine run_chunk
 
-   !> The scene with the parameters of a case.
-   subroutine scene_of_case(scene, plan, number, one)
+   !> Make the scene with the parameters of a case.
+   subroutine scene_of_case(scene, plan, number, case_scene)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> The case, from 1
+      !> Number of the case, from 1
       integer, intent(in) :: number
-      type(scene_t), intent(out) :: one
+      type(scene_t), intent(out) :: case_scene
 
       character(:), allocatable :: problem
       real(wp) :: values(size(plan%axes))
 
-      one = scene
+      case_scene = scene
       call case_values(plan, number, values)
-      call set_parameters(one, plan%axes%parameter, values, problem)
+      call set_parameters(case_scene, plan%axes%parameter, values, problem)
    end subroutine scene_of_case
 
-   !> Prepare a runner of the cases of a plan; it keeps measures only.
+   !> Prepare a runner for the cases of a plan; it records only measures.
    subroutine start_plan(scene, plan, runner)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
       type(runner_t), intent(out) :: runner
 
       call start_runner(scene, output_settings_t(history=.false., measures=.true., most_peaks=peak_count), &
-         plan%axes%parameter, plan%axes%least, plan%axes%most, runner)
+         plan%axes%parameter, plan%axes%minimum, plan%axes%maximum, runner)
    end subroutine start_plan
 
    !> Run a case.
-   subroutine run_case(runner, values, row, reason, sets, sections, broken)
+   subroutine run_case(runner, values, row, reason, sets, sections, failed_case)
       type(runner_t), intent(inout) :: runner
       !> Parameters of the case, in the order of the axes
       real(wp), intent(in) :: values(:)
-      !> Its measures, [measure_count]
+      !> Measures of the case, [measure_count]
       real(wp), intent(out) :: row(:)
-      !> Why it failed; unallocated: it did not
+      !> Reason of the failure; unallocated: the case succeeded
       character(:), allocatable, intent(out) :: reason
-      !> What runs among several stops share; absent: nothing
+      !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
-      !> Its sections; absent: not asked for
+      !> Sections of the case; absent: not recorded
       real(wp), intent(inout), optional :: sections(:)
-      !> The case that ended the chain; 0 or absent: none did
-      integer, intent(in), optional :: broken
+      !> Number of the earlier case of the chain that failed; 0 or absent: none
+      integer, intent(in), optional :: failed_case
 
       type(response_t) :: response
       type(analysed_t), allocatable :: analysed(:)
@@ -255,10 +256,10 @@ contains
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
       if (present(sections)) sections = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (present(broken)) then
-         if (broken > 0) then
+      if (present(failed_case)) then
+         if (failed_case > 0) then
             !$omp critical (case_scenes)
-            reason = 'its chain ended as case '//to_text(broken)//' failed'
+            reason = 'its chain ended as case '//to_text(failed_case)//' failed'
             !$omp end critical (case_scenes)
             return
          end if
@@ -271,15 +272,15 @@ contains
       row = row_of(response%measures)
       call fill_row(analysed, row)
       row = row_in(units_in(runner%scene), row)
-      if (present(sections) .and. allocated(response%sections)) call keep_sections(response%sections, &
+      if (present(sections) .and. allocated(response%sections)) call record_sections(response%sections, &
          units_in(runner%scene), sections)
    end subroutine run_case
 
-   !> Sections of a case as results have them.
-   pure subroutine keep_sections(kept, units, values)
-      type(run_sections_t), intent(in) :: kept
+   !> Convert the sections of a case to the units of the results.
+   pure subroutine record_sections(recorded, units, values)
+      type(run_sections_t), intent(in) :: recorded
       type(units_t), intent(in) :: units
-      !> All values of each, section after section, the last at the end
+      !> Values of all sections, one section after the other, the last at the end
       real(wp), intent(inout) :: values(:)
 
       real(wp) :: factor(2)
@@ -288,24 +289,24 @@ contains
       factor = 1.0_wp
       if (units%are_of_scene) factor = [units%factor(quantity_named('displacement')), &
          units%factor(quantity_named('velocity'))]
-      first = size(values)/section_values - kept%count
-      do k = 1, kept%count
+      first = size(values)/section_values - recorded%count
+      do k = 1, recorded%count
          associate (section => values(section_values*(first + k - 1) + 1:section_values*(first + k)))
-            if (kept%release_contact > 0) section(1:2) = factor*kept%stop(:, kept%release_contact, k)
-            section(3:4) = factor*kept%tip(:, k)
+            if (recorded%release_contact > 0) section(1:2) = factor*recorded%stop(:, recorded%release_contact, k)
+            section(3:4) = factor*recorded%tip(:, k)
          end associate
       end do
-   end subroutine keep_sections
+   end subroutine record_sections
 
-   !> Run some cases that belong to no part, each by any thread.
+   !> Run cases that do not belong to a chunk, in parallel.
    subroutine run_cases(scene, plan, values, threads, rows)
       type(scene_t), intent(in) :: scene
-      !> Its plan, for the parameters
+      !> Plan of the sweep, for the parameters
       type(plan_t), intent(in) :: plan
       !> Parameters of each case, [axes, cases]
       real(wp), intent(in) :: values(:, :)
       integer, intent(in) :: threads
-      !> Their measures, [measure_count, cases]
+      !> Measures of each case, [measure_count, cases]
       real(wp), intent(out) :: rows(:, :)
 
       !$omp parallel num_threads(threads) default(shared)
@@ -313,14 +314,14 @@ contains
       !$omp end parallel
    end subroutine run_cases
 
-   !> What one thread does.
+   !> Work of one thread.
    subroutine take_cases(scene, plan, values, rows)
       type(scene_t), intent(in) :: scene
-      !> Its plan, for the parameters
+      !> Plan of the sweep, for the parameters
       type(plan_t), intent(in) :: plan
       !> Parameters of each case, [axes, cases]
       real(wp), intent(in) :: values(:, :)
-      !> Their measures, [measure_count, cases]
+      !> Measures of each case, [measure_count, cases]
       real(wp), intent(inout) :: rows(:, :)
 
       type(runner_t) :: runner

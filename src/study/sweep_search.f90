@@ -1,9 +1,10 @@
-!> The least value of a function that jumps, without derivatives, between bounds: poll along random orthogonal
-!> directions, longer steps after a success, shorter ones after none (Audet and Dennis, SIAM J. Optim. 17 (2006) 188;
-!> directions by a reflection as in Abramson, Audet, Dennis and Le Digabel, ibid. 20 (2009) 948). With them go as many
-!> points drawn from a wider box around the best one, for what lies beyond a jump.
+!> Minimisation of a discontinuous function between bounds without derivatives: mesh adaptive direct search. Each poll
+!> has points in random orthogonal directions around the best point; the step is lengthened after a success and
+!> shortened after failures (Audet and Dennis, SIAM J. Optim. 17 (2006) 188; directions by a reflection as in Abramson,
+!> Audet, Dennis and Le Digabel, ibid. 20 (2009) 948). Each poll also has as many random points in a wider box around
+!> the best point, to find better points beyond a discontinuity.
 !>
-!> All points of a poll are known before any is computed, so they can be computed at once.
+!> All points of a poll are known before the first is computed, so they can be computed in parallel.
 module sweep_search
    use kinds, only: wp
    use random_numbers, only: next_normal, next_random, random_t, start_random
@@ -11,44 +12,45 @@ module sweep_search
    private
    public :: search_state_t, start_search, next_poll, learn
 
-   !> Coordinates are shares of the way between the bounds.
+   !> State of a search. Coordinates are 0 at the lower and 1 at the upper bound.
    type :: search_state_t
-      !> The best point, [dimensions], and its value
+      !> Best point, [dimensions], and its value
       real(wp), allocatable :: best(:)
       real(wp) :: value = huge(1.0_wp)
-      !> Length of the steps, and where the search ends
+      !> Length of the steps, and length below which the search ends
       real(wp) :: step = 0.125_wp
       real(wp) :: precision = 1.0e-4_wp
-      !> Points computed, and allowed
+      !> Number of points computed, and maximum number
       integer :: evaluations = 0
       integer :: most_evaluations = 0
-      !> Polls without success at this length
+      !> Number of successive polls without success at this length of the step
       integer :: misses = 0
       logical :: is_over = .false.
       type(random_t) :: random
    end type search_state_t
 
-   !> A jump can hide a better point beside one set of directions: so many sets before the step is halved.
+   !> Number of unsuccessful polls before the step is halved; several sets of directions are tried, because beside a
+   !> discontinuity a better point can lie between the directions of one set.
    integer, parameter :: patience = 3
-   !> Half the width of the box, in steps.
+   !> Half the width of the box of random points, in steps.
    real(wp), parameter :: box = 4.0_wp
 
 contains
 
-   !> Begin at a point.
+   !> Initialise a search at a point.
    pure subroutine start_search(start, value, step, precision, most_evaluations, seed, state)
-      !> The point, each coordinate 0 to 1
+      !> First point, each coordinate 0 to 1
       real(wp), intent(in) :: start(:)
-      !> Its value
+      !> Value of the function at the first point
       real(wp), intent(in) :: value
-      !> First length of the steps, and where the search ends
+      !> First length of the steps, and length below which the search ends
       real(wp), intent(in) :: step
       real(wp), intent(in) :: precision
-      !> Most points to compute
+      !> Maximum number of points to compute
       integer, intent(in) :: most_evaluations
-      !> Start of the random numbers
+      !> Seed of the random numbers
       integer, intent(in) :: seed
-      !> Ready
+      !> Initialised search
       type(search_state_t), intent(out) :: state
 
       allocate (state%best, source=start)
@@ -60,26 +62,26 @@ contains
       call start_random(seed, 1000, state%random)
    end subroutine start_search
 
-   !> Points around the best one: two in each of as many orthogonal directions as there are dimensions, then as many
-   !> drawn from the box.
+   !> The points of the next poll: two in each of n orthogonal directions around the best point, with n the number of
+   !> dimensions, then 2 n random points in the box.
    pure subroutine next_poll(state, points)
       type(search_state_t), intent(inout) :: state
-      !> The points, [dimensions, points]
+      !> Points of the poll, [dimensions, points]
       real(wp), allocatable, intent(out) :: points(:, :)
 
       real(wp), dimension(size(state%best)) :: normal, direction
-      real(wp) :: place
-      integer :: i, k, n, room
+      real(wp) :: number
+      integer :: i, k, n, size_of_poll
 
       n = size(state%best)
       do i = 1, n
          call next_normal(state%random, normal(i))
       end do
       normal = normal/norm2(normal)
-      room = min(4*n, state%most_evaluations - state%evaluations)
-      allocate (points(n, max(room, 0)))
+      size_of_poll = min(4*n, state%most_evaluations - state%evaluations)
+      allocate (points(n, max(size_of_poll, 0)))
       do i = 1, min(2*n, size(points, 2))
-         ! column of the reflection 1 - 2 n n^T
+         ! column of the reflection 1 - 2 n n^T with the unit vector n, `normal`
          direction = -2.0_wp*normal((i + 1)/2)*normal
          direction((i + 1)/2) = direction((i + 1)/2) + 1.0_wp
          if (modulo(i, 2) == 0) direction = -direction
@@ -87,31 +89,31 @@ contains
       end do
       do i = 2*n + 1, size(points, 2)
          do k = 1, n
-            call next_random(state%random, place)
-            points(k, i) = min(max(state%best(k) + box*state%step*(2.0_wp*place - 1.0_wp), 0.0_wp), 1.0_wp)
+            call next_random(state%random, number)
+            points(k, i) = min(max(state%best(k) + box*state%step*(2.0_wp*number - 1.0_wp), 0.0_wp), 1.0_wp)
          end do
       end do
    end subroutine next_poll
 
-   !> Take note of a poll's values.
+   !> Update the search with the values of a poll.
    pure subroutine learn(state, points, values)
       type(search_state_t), intent(inout) :: state
-      !> The points of the poll
+      !> Points of the poll
       real(wp), intent(in) :: points(:, :)
-      !> Their values; huge: none
+      !> Values at the points; huge: no value
       real(wp), intent(in) :: values(:)
 
-      integer :: winner
+      integer :: best_of_poll
 
       state%evaluations = state%evaluations + size(values)
-      winner = 0
-      if (size(values) > 0) winner = minloc(values, dim=1)
-      if (winner > 0) then
-         if (.not. values(winner) < state%value) winner = 0
+      best_of_poll = 0
+      if (size(values) > 0) best_of_poll = minloc(values, dim=1)
+      if (best_of_poll > 0) then
+         if (.not. values(best_of_poll) < state%value) best_of_poll = 0
       end if
-      if (winner > 0) then
-         state%value = values(winner)
-         state%best = points(:, winner)
+      if (best_of_poll > 0) then
+         state%value = values(best_of_poll)
+         state%best = points(:, best_of_poll)
          state%step = min(2.0_wp*state%step, 0.5_wp)
          state%misses = 0
       else

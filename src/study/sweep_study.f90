@@ -1,4 +1,4 @@
-!> A sweep from its scene to its file and tables.
+!> The study of &sweep: computation of all cases, results file and tables.
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
    use analyses, only: analyse, asks_for, of_beam
@@ -28,12 +28,12 @@ module sweep_study
 
 contains
 
-   !> Run the sweep of a scene, or the rest of it.
+   !> Run the sweep of a scene; chunks that a previous run has completed are not computed again.
    subroutine run_sweep(scene, job, error)
-      !> It has &sweep
+      !> A scene with &sweep
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Why there are no results; the parts that are done stay
+      !> Set if there are no results; the completed chunks remain on disk
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
@@ -41,7 +41,7 @@ contains
       type(refined_t) :: refined
       type(mesh_errors_t), allocatable :: errors
       character(:), allocatable :: path, text
-      integer :: workers, fresh, trouble
+      integer :: workers, computed, trouble
       integer(i8) :: start, finish, rate
 
       workers = threads_for(job%threads, scene%sweep)
@@ -57,7 +57,7 @@ contains
          return
       end if
       call system_clock(start, rate)
-      call run_parts(scene, plan, text, path, workers, scene%name, job%quiet, fresh, error)
+      call run_parts(scene, plan, text, path, workers, scene%name, job%quiet, computed, error)
       call system_clock(finish)
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_parts(path, scene, plan, text, survey, error)
@@ -71,16 +71,16 @@ contains
       end if
       call write_sweep(job%folder, path, scene, plan, text, survey, refined, error, errors)
       if (allocated(error) .or. job%quiet) return
-      call print_sweep(job%unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
+      call print_sweep(job%unit, scene, plan, survey, refined, computed, real(finish - start, wp)/real(rate, wp), &
          in_words(workers, ranks_in_words()))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
-   !> What is asked of the beam of the scene itself.
+   !> Compute the analyses of the beam of the scene, independent of the cases.
    subroutine analyse_beam(scene, survey, error)
       type(scene_t), intent(in) :: scene
       type(survey_t), intent(inout) :: survey
-      !> Set when the beam cannot be made
+      !> Set if the beam cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
@@ -96,7 +96,7 @@ contains
       call analyse(scene, beam%model, run_of(scene), none, survey%analysed, error, of_beam)
    end subroutine analyse_beam
 
-   !> What the mesh does to some of the cases.
+   !> Estimate the errors of the mesh for some of the cases.
    subroutine estimate_sample(scene, plan, errors)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -114,24 +114,24 @@ contains
       call estimate_cases(scenes, sample, errors)
    end subroutine estimate_sample
 
-   !> Threads that a sweep takes: as many as asked for, but no more than it has cases or chains of them, than four a
-   !> core, and than there is address space for.
-   function threads_for(asked, sweep) result(threads)
-      !> Number asked for; 0: OpenMP's, one a core unless OMP_NUM_THREADS says otherwise
-      integer, intent(in) :: asked
+   !> Number of threads of a sweep: the requested number, but at most the number of cases or chains, four for each core,
+   !> and the number for which there is address space.
+   function threads_for(requested, sweep) result(threads)
+      !> Requested number; 0: the default of OpenMP, one for each core unless OMP_NUM_THREADS is set
+      integer, intent(in) :: requested
       type(sweep_settings_t), intent(in) :: sweep
       integer :: threads
 
-      ! a thread's stack, and what the C library reserves for its memory, bytes
+      ! stack of a thread, and address space that the C library reserves for the memory of a thread, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
-      real(wp) :: alone, room
+      real(wp) :: independent, room
 
-      alone = cases_of(sweep)
-      if (sweep%carry > 0) alone = alone/real(values_of(sweep, sweep%carry), wp)
-      threads = max(asked, 1)
+      independent = cases_of(sweep)
+      if (sweep%carry > 0) independent = independent/real(values_of(sweep, sweep%carry), wp)
+      threads = max(requested, 1)
 !$    if (asked == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
-      threads = int(min(real(threads, wp), max(alone, 1.0_wp)))
+      threads = int(min(real(threads, wp), max(independent, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
       threads = int(min(real(threads, wp), 1.0_wp + room))
    end function threads_for
@@ -152,7 +152,8 @@ contains
       end do
    end function cases_of
 
-   !> Of one parameter, there and back.
+   !> Number of values of one parameter; the parameter `carry` has each value twice if the cases go forwards and
+   !> backwards.
    pure function values_of(sweep, place) result(values)
       type(sweep_settings_t), intent(in) :: sweep
       integer, intent(in) :: place
@@ -163,10 +164,10 @@ contains
       if (place == sweep%carry .and. sweep%carries_back) values = 2*values
    end function values_of
 
-   !> Such as '2 threads' and '2 threads in each of 4 processes'.
+   !> Threads and processes in words, such as '2 threads' and '2 threads in each of 4 processes'.
    pure function in_words(threads, processes) result(words)
       integer, intent(in) :: threads
-      !> Processes in words; empty: one
+      !> Number of processes in words; empty: one process
       character(*), intent(in) :: processes
       character(:), allocatable :: words
 

@@ -1,4 +1,4 @@
-!> What a sweep says on standard output: its size, how it went, its best cases.
+!> The output of a sweep on the console: numbers of cases, run time, failures, best cases.
 module sweep_tables
    use kinds, only: wp
    use measure_list, only: measure_table
@@ -18,17 +18,17 @@ module sweep_tables
 
 contains
 
-   !> The tables of a finished sweep.
-   subroutine print_sweep(unit, scene, plan, survey, refined, fresh, seconds, workers)
+   !> Print the tables of a finished sweep.
+   subroutine print_sweep(unit, scene, plan, survey, refined, computed, seconds, workers)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> What its parts hold
+      !> Summary of the chunks
       type(survey_t), intent(in) :: survey
-      !> Better cases
+      !> Improvements found by the refinement
       type(refined_t), intent(in) :: refined
-      !> Cases that were not on disk already, and the seconds they took
-      integer, intent(in) :: fresh
+      !> Number of cases that were computed in this run, and time of the computation in seconds
+      integer, intent(in) :: computed
       real(wp), intent(in) :: seconds
       !> Threads and processes in words
       character(*), intent(in) :: workers
@@ -41,8 +41,8 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
-            words = reading(axis%least, unit_given(units, axis%parameter%quantity))//' to ' &
-               //reading(axis%most, unit_given(units, axis%parameter%quantity))
+            words = reading(axis%minimum, unit_given(units, axis%parameter%quantity))//' to ' &
+               //reading(axis%maximum, unit_given(units, axis%parameter%quantity))
             if (plan%is_grid) words = words//', '//to_text(size(axis%values))//' values'
             if (axis%is_logarithmic) words = words//' evenly in the logarithm'
             call print_line(unit, trim(axis%parameter%name), words)
@@ -51,9 +51,9 @@ contains
       words = to_text(plan%cases)
       if (survey%failures > 0) words = words//', of which '//to_text(survey%failures)//' failed'
       call print_line(unit, 'cases', words)
-      if (fresh < plan%cases) call print_line(unit, '', to_text(plan%cases - fresh)//' of them were found done')
-      if (fresh > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
-         //to_text(nint(real(fresh, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
+      if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed)//' of them were found done')
+      if (computed > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
+         //to_text(nint(real(computed, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
       do k = 1, min(size(survey%failed), 3)
          call print_line(unit, '', 'case '//to_text(survey%failed(k))//' failed: '//trim(survey%reasons(k)), width=0)
       end do
@@ -62,7 +62,7 @@ contains
       if (refined%count > 0) call print_refined(unit, scene, plan, refined)
    end subroutine print_sweep
 
-   !> The best cases, one a line.
+   !> Print the best cases, one in each line.
    subroutine print_best(unit, scene, plan, best)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
@@ -84,12 +84,12 @@ contains
       end associate
    end subroutine print_best
 
-   !> The best case of the sweep and the best that the refinement found.
+   !> Print the measure of the best case of the sweep, and the best case that the refinement found.
    subroutine print_refined(unit, scene, plan, refined)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> What was found
+      !> Improvements found by the refinement
       type(refined_t), intent(in) :: refined
 
       type(table_t) :: table
@@ -106,12 +106,12 @@ contains
       end associate
    end subroutine print_refined
 
-   !> Columns of the parameters and of the measure by which cases are compared.
+   !> Add the columns of the parameters and of the measure by which cases are compared.
    subroutine add_case_columns(table, scene, plan, values, measured)
       type(table_t), intent(inout) :: table
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Of the parameters, [axes, lines], and the measure, [lines]
+      !> Values of the parameters, [axes, lines], and of the measure, [lines]
       real(wp), intent(in) :: values(:, :)
       real(wp), intent(in) :: measured(:)
 
@@ -130,7 +130,7 @@ contains
       end associate
    end subroutine add_case_columns
 
-   !> Such as '0.32 s' and '12 s'.
+   !> A time in words, such as '0.32 s' and '12 s'.
    function seconds_in_words(seconds) result(words)
       real(wp), intent(in) :: seconds
       character(:), allocatable :: words
