@@ -85,17 +85,17 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: start(:)
-      logical :: is_alone
+      logical :: has_single_contact
 
-      is_alone = has_one_contact(settings, size(model%supports))
-      if (settings%has_stop .and. .not. is_alone) then
+      has_single_contact = has_one_contact(settings, size(model%supports))
+      if (settings%has_stop .and. .not. has_single_contact) then
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
          if (.not. allocated(error) .and. settings%start%kind == start_release) then
             call find_static_start(model, contacts_of(settings), start, error)
          end if
          if (allocated(error)) return
       end if
-      if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. is_alone .and. &
+      if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. has_single_contact .and. &
          is_rigid(settings%stop))) then
          call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: " &
             //"that needs method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; " &

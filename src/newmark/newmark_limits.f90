@@ -125,22 +125,22 @@ contains
 
    !> Fail if the energy balance is violated by more than a share of the energy, because rounding has then disturbed the
    !> motion.
-   pure subroutine check_ledger(tau, miss, whole, error)
+   pure subroutine check_ledger(tau, energy_error, total_energy, error)
       !> Instant, tau
       real(wp), intent(in) :: tau
       !> Error of the energy balance
-      real(wp), intent(in) :: miss
+      real(wp), intent(in) :: energy_error
       !> Energy at the start plus the energy created and the work of loads in magnitude
-      real(wp), intent(in) :: whole
+      real(wp), intent(in) :: total_energy
       !> Set if the error is too large
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: tolerance = 1.0e-6_wp
 
-      if (miss <= tolerance*whole) return
+      if (energy_error <= tolerance*total_energy) return
       call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//to_text(tau)// &
-         ' the energy is off by '//to_text(miss/whole)//' of that at the start, and at most '//to_text(tolerance)// &
-         " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
+         ' the energy is off by '//to_text(energy_error/total_energy)// &
+         ' of that at the start, and at most '//to_text(tolerance)//" is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
    end subroutine check_ledger
 
 end module newmark_limits

@@ -42,8 +42,8 @@ contains
       real(wp) :: damping
 
       damping = zeta*frequency*(gamma - 0.5_wp)
-      associate (short => 0.5_wp*gamma - beta)
-         step = (damping + sqrt(short + damping**2))/(short*frequency)
+      associate (excess => 0.5_wp*gamma - beta)
+         step = (damping + sqrt(excess + damping**2))/(excess*frequency)
       end associate
    end function critical_step
 
@@ -60,7 +60,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: accuracy = 2.0e-6_wp
-      integer, parameter :: doublings = 2000
+      integer, parameter :: max_doublings = 2000
       type(bracket_t) :: bracket
       real(wp) :: below, above
       integer :: i
@@ -69,12 +69,12 @@ contains
       ! the Rayleigh quotient of each unit vector is a lower bound of the highest eigenvalue
       below = maxval(stiffness%values(stiffness%diagonal)/mass%values(mass%diagonal))
       above = 2.0_wp*below
-      do i = 1, doublings
+      do i = 1, max_doublings
          if (all_below(stiffness, mass, above)) exit
          below = above
          above = 2.0_wp*above
       end do
-      if (i > doublings) then
+      if (i > max_doublings) then
          call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
          return
       end if

@@ -58,7 +58,7 @@ module newmark_stepper
       !> - 5) and L(order, order - 4)
       real(wp) :: lower_left(2) = 0.0_wp
       !> Skyline factors, used instead of these bands if damping is not proportional to the stiffness
-      type(skyline_t) :: whole
+      type(skyline_t) :: skyline_factors
    end type newmark_factors_t
 
    type :: newmark_stepper_t
@@ -173,7 +173,7 @@ contains
       stepper%factorisations = stepper%factorisations + 1
       associate (factors => stepper%factors(level), n => stepper%order)
          factors%step = h
-         if (stepper%is_general) factors%whole = matrix
+         if (stepper%is_general) factors%skyline_factors = matrix
          allocate (factors%lower(n + band, band), source=0.0_wp)
          allocate (factors%reciprocal_pivot(n))
          do column = 1, n
@@ -215,7 +215,7 @@ contains
       real(wp), intent(inout) :: x(1 - band:)
 
       if (stepper%is_general) then
-         call solve_factorised(factors%whole, x(1:stepper%order))
+         call solve_factorised(factors%skyline_factors, x(1:stepper%order))
       else
          call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, x)
       end if

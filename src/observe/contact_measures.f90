@@ -131,33 +131,33 @@ contains
 
       type(peak_t) :: peak
       real(wp) :: threshold
-      integer :: counted
+      integer :: rebound_count
       logical :: is_recorded
 
       if (flights /= measurer%flight) measurer%has_risen = .false.
       measurer%flight = flights
       if (.not. (measurer%has_risen .or. interval%reach(k) > settling_level)) return
       associate (measures => measurer%measures, has_risen => measurer%has_risen)
-         counted = measures%rebounds + merge(0, 1, has_risen)
-         is_recorded = counted <= most_peaks
+         rebound_count = measures%rebounds + merge(0, 1, has_risen)
+         is_recorded = rebound_count <= most_peaks
          if (flights == 0 .or. .not. (is_recorded .or. interval%is_last)) then
             if (has_risen) return
             has_risen = interval%exceeds(row_t(k), settling_level)
             if (.not. has_risen) return
-            if (flights > 0) measures%rebounds = counted
+            if (flights > 0) measures%rebounds = rebound_count
             call end_episode(measurer%accumulator)
             return
          end if
          threshold = settling_level
-         if (has_risen .and. is_recorded) threshold = measures%peak_eta(counted)
+         if (has_risen .and. is_recorded) threshold = measures%peak_eta(rebound_count)
          call interval%seek_peak(row_t(k), [0.0_wp, interval%length], threshold, peak)
          measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%looks%tolerance)
          if (.not. peak%is_found) return
          if (.not. has_risen) call end_episode(measurer%accumulator)
          has_risen = .true.
-         measures%rebounds = counted
+         measures%rebounds = rebound_count
          if (interval%is_last .and. peak%still_rises) then
-            measures%rebounds = counted - 1
+            measures%rebounds = rebound_count - 1
          else if (is_recorded) then
             call put_peak(measures, interval%start + peak%time, peak%value)
          end if
@@ -193,21 +193,21 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(bracket_t) :: bracket
-      real(wp) :: at_end, excess
+      real(wp) :: final_excess, excess
 
       associate (accumulator => measurer%accumulator)
          if (.not. (interval%is_last .or. interval%may_gain)) then
             if (accumulator%has_spent .or. .not. comes_to_rest(accumulator)) return
          end if
          measurer%measures%final_energy = interval%energy(interval%length)
-         at_end = excess_of(accumulator, measurer%measures%final_energy)
+         final_excess = excess_of(accumulator, measurer%measures%final_energy)
          ! most intervals end before the energy has decayed
-         if (.not. accumulator%has_spent .and. at_end > 0.0_wp) return
+         if (.not. accumulator%has_spent .and. final_excess > 0.0_wp) return
          excess = excess_of(accumulator, interval%energy(0.0_wp))
          if (excess > 0.0_wp .and. accumulator%has_spent) call record_decay(accumulator, .false., interval%start)
-         if (accumulator%has_spent .or. at_end > 0.0_wp) return
+         if (accumulator%has_spent .or. final_excess > 0.0_wp) return
          ! the tolerance is the rounding error of the remaining energy
-         bracket = bracket_t(high=interval%length, value_low=excess, value_high=at_end, &
+         bracket = bracket_t(high=interval%length, value_low=excess, value_high=final_excess, &
             least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
          ! an impact before the interval may have dissipated the energy
          bracket%is_found = excess <= 0.0_wp

@@ -303,10 +303,10 @@ contains
    end subroutine append_event
 
    !> Maximum error of the energy balance at the samples of a run.
-   pure function miss_of_energies(response) result(miss)
+   pure function miss_of_energies(response) result(max_error)
       !> The run, with its energies
       type(response_t), intent(in) :: response
-      real(wp) :: miss
+      real(wp) :: max_error
 
       real(wp) :: excess(size(response%energy%kinetic))
 
@@ -315,7 +315,7 @@ contains
             - e%created - response%initial_energy
          if (allocated(e%work)) excess = excess - e%work
       end associate
-      miss = maxval(abs(excess))
+      max_error = maxval(abs(excess))
    end function miss_of_energies
 
    !> Does an event of this kind begin a closed contact?

@@ -263,15 +263,15 @@ contains
 
       integer :: contacts, i
       logical :: in_contact
-      real(wp), allocatable :: limits(:, :)
+      real(wp), allocatable :: contact_times(:, :)
 
-      allocate (limits(2, response%event_count + 1))
+      allocate (contact_times(2, response%event_count + 1))
       contacts = 0
       in_contact = .false.
       if (present(contact) .and. allocated(response%starts_closed)) in_contact = response%starts_closed(contact)
       if (in_contact) then
          contacts = 1
-         limits(:, 1) = [0.0_wp, measures%duration]
+         contact_times(:, 1) = [0.0_wp, measures%duration]
       end if
       do i = 1, response%event_count
          if (present(contact)) then
@@ -287,17 +287,17 @@ contains
             if (is_contact_start(event%kind) .and. .not. in_contact) then
                in_contact = .true.
                contacts = contacts + 1
-               limits(:, contacts) = [event%tau, measures%duration]
+               contact_times(:, contacts) = [event%tau, measures%duration]
             else if (is_contact_end(event%kind) .and. in_contact) then
                in_contact = .false.
-               limits(2, contacts) = event%tau
+               contact_times(2, contacts) = event%tau
                ! a contact that opens at once is not a closed contact
-               if (.not. event%tau > limits(1, contacts)) contacts = contacts - 1
+               if (.not. event%tau > contact_times(1, contacts)) contacts = contacts - 1
             end if
          end associate
       end do
-      measures%contact_start = limits(1, :contacts)
-      measures%contact_end = limits(2, :contacts)
+      measures%contact_start = contact_times(1, :contacts)
+      measures%contact_end = contact_times(2, :contacts)
       measures%total_contact = sum(measures%contact_end - measures%contact_start)
       if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
    end subroutine measure_events

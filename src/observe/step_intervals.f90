@@ -240,19 +240,19 @@ contains
       logical, intent(out) :: is_at_end
 
       type(cubic_t) :: cubic
-      real(wp) :: mark(4)
+      real(wp) :: points(4)
       integer :: k, turn_count
 
       cubic = cubic_of(self%ends(1:2), self%length*self%ends(3:4))
-      call find_turns(cubic, turn_count, mark(2:3))
-      mark(1) = 0.0_wp
-      mark(turn_count + 2) = 1.0_wp
+      call find_turns(cubic, turn_count, points(2:3))
+      points(1) = 0.0_wp
+      points(turn_count + 2) = 1.0_wp
       is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
       do k = 1, turn_count + 1
-         if (abs(value_at(cubic, mark(k))) > level) time = self%length*crossing(cubic, level, mark(k), &
-            mark(k + 1))
+         if (abs(value_at(cubic, points(k))) > level) time = self%length*crossing(cubic, level, points(k), &
+            points(k + 1))
       end do
    end subroutine last_beyond
 
