@@ -140,7 +140,8 @@ contains
       if (energy_error <= tolerance*total_energy) return
       call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//to_text(tau)// &
          ' the energy is off by '//to_text(energy_error/total_energy)// &
-         ' of that at the start, and at most '//to_text(tolerance)//" is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
+         ' of that at the start, and at most '//to_text(tolerance)// &
+         " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
    end subroutine check_ledger
 
 end module newmark_limits
