@@ -213,7 +213,8 @@ contains
          row = 0.0_wp
          column(places) = remainder(:, j)/norm2(remainder(:, j))
          row(places) = matmul(column(places), projection)
-         remainder = remainder - spread(column(places), 2, size(places))*spread(matmul(column(places), remainder), 1, size(places))
+         remainder = remainder - spread(column(places), 2, size(places)) &
+            *spread(matmul(column(places), remainder), 1, size(places))
          equivalent%alone = reshape([equivalent%alone, column], [size(column), size(equivalent%rate) + 1])
          equivalent%of_memory = reshape([equivalent%of_memory, row], [size(row), size(equivalent%rate) + 1])
          equivalent%rate = [equivalent%rate, spring(1)%relaxation_rate]
