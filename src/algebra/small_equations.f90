@@ -37,7 +37,7 @@ contains
       do i = 1, n
          max_size = tiny(1.0_wp)
          do j = 1, n
-            max_size = max(max_size, size_of(a(i, j)))
+            max_size = max(max_size, abs1(a(i, j)))
          end do
          a(i, :) = a(i, :)/max_size
          solution(i, :) = solution(i, :)/max_size
@@ -45,7 +45,7 @@ contains
       do k = 1, n
          pivot = k
          do i = k + 1, n
-            if (size_of(a(i, k)) > size_of(a(pivot, k))) pivot = i
+            if (abs1(a(i, k)) > abs1(a(pivot, k))) pivot = i
          end do
          if (pivot /= k) then
             do j = 1, n
@@ -59,7 +59,7 @@ contains
                solution(pivot, j) = swap
             end do
          end if
-         if (size_of(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)
+         if (abs1(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)
          do i = k + 1, n
             factor = a(i, k)/a(k, k)
             a(i, k + 1:) = a(i, k + 1:) - factor*a(k, k + 1:)
@@ -76,11 +76,11 @@ contains
    end subroutine eliminate
 
    !> |Re z| + |Im z|.
-   elemental function size_of(z) result(value)
+   elemental function abs1(z) result(value)
       complex(wp), intent(in) :: z
       real(wp) :: value
 
       value = abs(real(z, wp)) + abs(aimag(z))
-   end function size_of
+   end function abs1
 
 end module small_equations

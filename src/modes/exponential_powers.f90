@@ -90,8 +90,8 @@ contains
       end do
    end subroutine powers_less_one
 
-   !> Terms A exp(s t). The arithmetic is that of `powers_less_one` whatever else a run evaluates, so that options of a
-   !> run do not change its motion.
+   !> Terms A exp(s t). The arithmetic is always that of `powers_less_one`, so that what a run
+   !> evaluates besides its motion does not change the motion.
    pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, fall)
       !> Amplitudes A, [count]
       complex(wp), intent(in) :: amplitude(:)

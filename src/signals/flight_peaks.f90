@@ -23,12 +23,12 @@ contains
       integer, parameter :: max_evaluations = 8
       real(wp) :: level
       type(bounds_t) :: here
-      integer :: i, added
+      integer :: i, evaluations
 
       call find_local_maximum(signal, history, is_certain, peak, time)
       if (.not. is_certain) return
       level = peak*(1.0_wp + peak_tolerance)
-      added = 0
+      evaluations = 0
       i = 1
       do while (i < history%count)
          if (stays_below(level, history%time(i + 1) - history%time(i), history%find_bounds(i), history%find_bounds(i &
@@ -36,8 +36,8 @@ contains
             i = i + 1
             cycle
          end if
-         added = added + 1
-         is_certain = added <= max_evaluations .and. history%count < history_size
+         evaluations = evaluations + 1
+         is_certain = evaluations <= max_evaluations .and. history%count < history_size
          if (.not. is_certain) return
          associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
             call signal%find_bounds_without_step(t, 0, here)

@@ -163,7 +163,7 @@ contains
    end subroutine find_zero
 
    !> The end of a short flight, in which the signal rises from zero, by `find_short_flight`.
-   subroutine find_short(self, limit, search, slope, turning, frequency)
+   subroutine find_short(self, limit, search, slope, harmonics, frequency)
       class(modal_signal_t), intent(in) :: self
       !> End of the search
       real(wp), intent(in) :: limit
@@ -171,12 +171,12 @@ contains
       type(search_t), intent(inout) :: search
       !> Terms besides the modes, as in `find_short_flight`
       real(wp), intent(in), optional :: slope
-      complex(wp), intent(inout), optional :: turning(:)
+      complex(wp), intent(inout), optional :: harmonics(:)
       real(wp), intent(in), optional :: frequency(:)
 
       search%outcome = found_none
       if (abs(self%contact) > 0.0_wp) return
-      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, turning, &
+      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, harmonics, &
          frequency)
    end subroutine find_short
 
@@ -233,7 +233,7 @@ contains
          blocks = size(weight)/lanes
          last = padded(oscillators%blended)
          separates = oscillators%blended < n
-         call state_of_lanes(self, t, z, v, slow, fast)
+         call state_in_vectors(self, t, z, v, slow, fast)
          call sum_terms(blocks, weight, t, z, v, signal, slope, magnitude)
          here%signal = self%offset + signal
          here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
@@ -331,13 +331,13 @@ contains
 
       real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
 
-      call state_of_lanes(self, t, lane_z, lane_v, slow, fast)
+      call state_in_vectors(self, t, lane_z, lane_v, slow, fast)
       z = lane_z(:size(z))
       v = lane_v(:size(v))
    end subroutine state_of_exponentials
 
    !> `state_of_exponentials` in whole SIMD vectors.
-   pure subroutine state_of_lanes(self, t, z, v, slow, fast)
+   pure subroutine state_in_vectors(self, t, z, v, slow, fast)
       type(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
@@ -363,7 +363,7 @@ contains
             slow, fast)
          call add_exponentials(oscillators, slow, fast, z, v)
       end associate
-   end subroutine state_of_lanes
+   end subroutine state_in_vectors
 
    !> Amplitude up to which fast exponentials are left out. After a start at rest high derivatives decide, and in these
    !> an exponential that is lost in the rounding error of the sum would be nothing but error.

@@ -43,7 +43,7 @@ module row_search
 contains
 
    !> Advance until the first signal vanishes, or to the limit.
-   subroutine search_rows(basis, limit, signals, path, ended, time)
+   subroutine search_rows(basis, limit, signals, path, first_signal, time)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
       !> Signals that are no longer `is_sure` on return are to be searched one by one
@@ -51,7 +51,7 @@ contains
       !> In: node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
       !> The signal that vanishes first; 0: none
-      integer, intent(out) :: ended
+      integer, intent(out) :: first_signal
       !> Instant of the zero, or the limit
       real(wp), intent(out) :: time
 
@@ -60,7 +60,7 @@ contains
 
       allocate (step%at_start(0:2, size(signals)), step%at_end(0:2, size(signals)), step%bound(size(signals)), &
          step%floor(size(signals)), step%noise(size(signals)), step%answer(size(signals)))
-      ended = 0
+      first_signal = 0
       node = 0
       path%time(0) = 0.0_wp
       path%is_complete = .true.
@@ -87,13 +87,13 @@ contains
          node = step%next
          step%from = path%time(node)
          if (any(signals%is_sure .and. step%answer == has_one_zero)) then
-            call find_crossing(basis, signals, step, path, node, ended)
+            call find_crossing(basis, signals, step, path, node, first_signal)
             exit
          end if
       end do
       path%count = node
-      time = merge(path%time(node), limit, ended > 0)
-      if (ended > 0 .or. .not. step%from < limit) return
+      time = merge(path%time(node), limit, first_signal > 0)
+      if (first_signal > 0 .or. .not. step%from < limit) return
       path%is_complete = .false.
       signals%ceiling = huge(1.0_wp)
    end subroutine search_rows
@@ -237,14 +237,14 @@ contains
    end function answer_of
 
    !> The earliest zero in a step in which some signals fall through zero, each exactly once.
-   subroutine find_crossing(basis, signals, step, path, node, ended)
+   subroutine find_crossing(basis, signals, step, path, node, first_signal)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signals(:)
       type(step_t), intent(in) :: step
       type(row_path_t), intent(inout) :: path
       !> Node at the end of the step, which is moved to the zero; the step starts at the node before
       integer, intent(in) :: node
-      integer, intent(out) :: ended
+      integer, intent(out) :: first_signal
 
       ! roots of the polynomials that differ by more are in the same order as the zeros
       real(wp), parameter :: min_apart = 0.05_wp
@@ -257,17 +257,18 @@ contains
             step%length))
       end do
       best = huge(1.0_wp)
-      ended = 0
+      first_signal = 0
       do n = 1, size(signals)
          if (root(n) > minval(root) + min_apart) cycle
          zero = step%length*root(n)
          call refine(basis, signals(n), path, node, step%length, zero)
          if (zero > best) cycle
          best = zero
-         ended = n
+         first_signal = n
       end do
       ! the node may be at the zero of another signal that was refined after the earliest
-      if (count(root <= minval(root) + min_apart) > 1) call refine(basis, signals(ended), path, node, step%length, best)
+      if (count(root <= minval(root) + min_apart) > 1) call refine(basis, signals(first_signal), path, node, &
+         step%length, best)
    end subroutine find_crossing
 
    !> Zero of a falling polynomial in Bernstein's form, as a share of the step.
