@@ -146,25 +146,25 @@ contains
       complex(wp), contiguous, intent(in) :: distance(:)
       type(joint_vectors_t), intent(inout) :: vectors
 
-      complex(wp) :: product, h, h_slope
+      complex(wp) :: inverse, h, h_slope
       integer :: i, j, k, pair
 
       ! 1/D_i, and minus its derivative
       do i = 1, problem%modes
          ! multiply two inverses, because the square of D_i would overflow on strongly graded meshes
-         product = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
-         vectors%term(i, 1) = real(product, wp)
-         vectors%term(i, 2) = aimag(product)
-         product = product*(distance(2*i - 1) + distance(2*i))
-         vectors%term(i, 3) = real(product, wp)
-         vectors%term(i, 4) = aimag(product)
+         inverse = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
+         vectors%term(i, 1) = real(inverse, wp)
+         vectors%term(i, 2) = aimag(inverse)
+         inverse = inverse*(distance(2*i - 1) + distance(2*i))
+         vectors%term(i, 3) = real(inverse, wp)
+         vectors%term(i, 4) = aimag(inverse)
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
       vectors%of_poles = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
       do i = 1, problem%modes
-         product = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
-         vectors%term(i, 3) = real(product, wp)
-         vectors%term(i, 4) = aimag(product)
+         inverse = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
+         vectors%term(i, 3) = real(inverse, wp)
+         vectors%term(i, 4) = aimag(inverse)
       end do
       pair = 0
       do k = 1, size(problem%spring)

@@ -113,19 +113,20 @@ contains
    end function rates_of_modes
 
    !> Select the lowest modes, ordered by their damping, and reorder the settings of single modes alike.
-   subroutine take_modes(selected, modes, settings)
+   subroutine take_modes(mode_count, modes, settings)
       !> Number of modes
-      integer, intent(in) :: selected
+      integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
 
       real(wp), allocatable :: ratio(:)
-      integer :: i, order(selected)
+      integer :: i, order(mode_count)
 
-      order = damping_order(modes%square(:selected), settings%zeta, rates_of_modes(settings, modes%square(:selected)))
-      if (selected < size(modes%square) .and. allocated(settings%stress)) then
-         allocate (modes%left_square, source=modes%square(selected + 1:))
-         allocate (modes%left_mode, source=modes%mode(:, selected + 1:))
+      order = damping_order(modes%square(:mode_count), settings%zeta, &
+         rates_of_modes(settings, modes%square(:mode_count)))
+      if (mode_count < size(modes%square) .and. allocated(settings%stress)) then
+         allocate (modes%left_square, source=modes%square(mode_count + 1:))
+         allocate (modes%left_mode, source=modes%mode(:, mode_count + 1:))
       end if
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
@@ -134,7 +135,7 @@ contains
       if (.not. allocated(settings%mode_ratios)) return
       allocate (ratio, source=settings%mode_ratios)
       deallocate (settings%mode_ratios)
-      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, selected)])
+      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, mode_count)])
    end subroutine take_modes
 
 end module mode_choice

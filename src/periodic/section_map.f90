@@ -153,14 +153,14 @@ contains
       end associate
    end function quantity_of
 
-   pure function index_of_load(map) result(index)
+   pure function index_of_load(map) result(load_index)
       type(section_map_t), intent(in) :: map
-      integer :: index
+      integer :: load_index
 
       integer, allocatable :: places(:)
 
       allocate (places, source=harmonic_loads(map%settings))
-      index = places(map%load)
+      load_index = places(map%load)
    end function index_of_load
 
    !> Settings with another value of the parameter, for a run that starts at the section.
