@@ -19,7 +19,8 @@ module block_statistics
    !> How a statistic follows from the sums of a contact.
    type :: form_t
       character(24) :: name
-      !> Index of the sum; for a quotient, that of its numerator and of its denominator (0: not a quotient)
+      !> Index of the sum, or of the numerator of a quotient, and index of the denominator; 0: the statistic is not a
+      !> quotient
       integer :: numerator
       integer :: denominator = 0
       !> The statistic is the square root of the quotient
@@ -187,9 +188,9 @@ contains
       blocks%seen = response%event_count
    end subroutine take_events
 
-   !> Begin a contact. It begins a new impact if the beam has risen above the hop tolerance since the last impact, and
-   !> if more time than `rest` has passed since then. If the run starts in contact, the impact counts only if its
-   !> velocity exceeds the hop tolerance.
+   !> Begin a contact. The contact begins a new impact if the beam has risen above the hop tolerance since the last
+   !> impact, and if more time than `rest` has passed since that impact ended. If the run starts in contact, the impact
+   !> counts only if its velocity exceeds the hop tolerance.
    pure subroutine begin_contact(blocks, contact, tau, velocity, is_within)
       type(block_sums_t), intent(in) :: blocks
       !> Sums of the contact, a component of `blocks`
@@ -243,7 +244,7 @@ contains
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> Index of the block; 0: none
+      !> Index of the block; 0: the contact lies outside the blocks, or its integrals are added separately
       integer, intent(in) :: block
       !> Integrals of the force and of its square
       real(wp), intent(in) :: integrals(2)

@@ -28,7 +28,7 @@ module contact_measures
    end type measurer_t
 
    type :: measures_t
-      !> False: nothing is measured
+      !> Measures are requested
       logical :: is_wanted = .false.
       !> Maximum number of rebounds whose peaks are recorded
       integer :: most_peaks = 0
@@ -118,9 +118,9 @@ contains
       end associate
    end subroutine measure_closed
 
-   !> Determine whether a flight is a rebound: it is one if it rises above the settling level, unless the run starts
-   !> with it, or ends while it still rises to its maximum. Record the peak of the rebound; if an earlier interval
-   !> belongs to the same flight, only a higher peak replaces the recorded one.
+   !> Count a flight as a rebound if it rises above the settling level, unless the run starts with the flight, or ends
+   !> while the flight still rises. Record the peak of the rebound; if an earlier interval belongs to the same flight,
+   !> only a higher peak replaces the recorded one.
    subroutine measure_flight(interval, k, flights, most_peaks, measurer)
       class(interval_t), intent(inout) :: interval
       integer, intent(in) :: k

@@ -1,5 +1,6 @@
 !> Contribution of an interval to the statistics of a run, block by block: integrals of forces, of displacements and of
-!> their squares, and extremes (docs/theory.md, section 20).
+!> their squares, and extremes (docs/theory.md, section 20). Gaps, displacements and forces are numbered as rows of the
+!> interval (module `motion_intervals`).
 module interval_statistics
    use block_statistics, only: blocks_begun, take_contact, take_flight
    use kinds, only: wp
@@ -36,7 +37,7 @@ contains
             contact = interval%contact(k)
             associate (contact_sums => blocks%contact(contact%number))
                if (contact%is_closed) then
-                  ! extends the impact in progress, even outside the blocks
+                  ! extends the impact in progress, outside the blocks too
                   call take_contact(contact_sums, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
                else if (contact%is_active .and. .not. contact_sums%has_flown) then
                   call check_flight(interval, k, blocks%hop_tolerance, contact_sums)

@@ -73,7 +73,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Number of samples after the one at the start
       integer, intent(in) :: samples
-      !> Its other histories are allocated
+      !> The response, whose other histories are allocated
       type(response_t), intent(inout) :: response
 
       integer :: i, p
@@ -86,7 +86,7 @@ contains
             associate (moment => response%moments(p), fibre => outer_fibre(model%section, 1.0_wp - x(p)), &
                section_inertia => inertia(model%section, 1.0_wp - x(p)))
                moment%has_stress = fibre > 0.0_wp .or. section_inertia <= 0.0_wp
-               ! at a pointed end the moment vanishes faster than the inertia
+               ! at a pointed end the stress is 0, because the moment vanishes faster than the section modulus
                if (section_inertia > 0.0_wp) moment%stress_ratio = lambda1_power4*fibre/section_inertia
                if (settings%stress%history) allocate (moment%moment(samples + 1), source=0.0_wp)
             end associate

@@ -22,7 +22,7 @@ contains
       integer, intent(in) :: samples
       !> Time between samples, tau
       real(wp), intent(in) :: step
-      !> Its histories are allocated, [samples + 1], and its shapes
+      !> The response; receives arrays for histories, [samples + 1], and shapes
       type(response_t), intent(inout) :: response
       !> Loads act on the beam, whose work is recorded; default false
       logical, intent(in), optional :: is_driven

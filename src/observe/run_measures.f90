@@ -21,7 +21,7 @@ module run_measures
    !> Time from the beginning of an episode over which the force of a rigid stop is averaged, tau.
    real(wp), parameter :: force_window = 0.1_wp
 
-   !> Energy at rest of a beam that does not come to rest because loads act on it.
+   !> Stands for the energy at rest if loads or rigid-body motion prevent static equilibrium.
    real(wp), parameter :: no_rest = -huge(1.0_wp)
 
    !> Accumulated sums. Numbers only, so that a copy restores them when a run returns to an earlier state.
@@ -342,7 +342,7 @@ contains
       end associate
    end subroutine gather_measures
 
-   !> The measures in the order of `measure_table`; NaN for an event that did not occur.
+   !> The measures in the order of `measure_table`; NaN for a measure that is not defined.
    pure function row_of(measures) result(row)
       !> Measures of the run
       type(run_measures_t), intent(in) :: measures

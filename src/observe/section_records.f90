@@ -84,7 +84,7 @@ contains
       end do
    end subroutine take_sections
 
-   !> Compute the measures of the sections at the end of the run.
+   !> Compute the measures of the sections at the end of the run, and store the sections in the response.
    pure subroutine finish_sections(sections, response)
       type(run_sections_t), allocatable, intent(inout) :: sections
       !> The run, with its events and, if requested, its measures; receives the sections

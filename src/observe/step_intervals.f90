@@ -1,6 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
 !> velocities at both ends, so that the whole of a rebound is observed and a velocity that jumps at an impact has both
-!> its values; forces, moments and energy are linear.
+!> its values; forces, moments and energy are linear. Gaps, displacements, forces and moments are numbered as rows of
+!> the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: wp
@@ -97,7 +98,7 @@ contains
       end associate
    end function reach
 
-   !> Zero, because rounding errors do not affect the comparison of steps.
+   !> Zero, because a step is accurate to its discretisation error only, not to rounding.
    pure function rounding(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
