@@ -1,8 +1,8 @@
-!> Modified Bessel functions, scaled against overflow. (J and Y are intrinsics, in every precision.)
+!> Modified Bessel functions, scaled against overflow. (J and Y are Fortran intrinsics in every precision.)
 !>
 !> `bessel_i_scaled`, `bessel_k_scaled`: double precision.
-!> `bessel_i_scaled_quad`, `bessel_k_scaled_quad`: quadruple precision, for the few places where a
-!> determinant cancels more digits than a double has; slower.
+!> `bessel_i_scaled_quad`, `bessel_k_scaled_quad`: quadruple precision, slower, for the few cases in which the
+!> cancellation in a determinant exceeds double precision.
 module bessel_functions
    use, intrinsic :: iso_fortran_env, only: real128
    use kinds, only: i8, wp
@@ -12,17 +12,17 @@ module bessel_functions
 
    !> Quadruple precision.
    integer, parameter :: qp = real128
-   !> Written out: not every compiler computes acos in quadruple precision.
+   !> Value of pi, given as a literal because not every compiler computes acos in quadruple precision.
    real(qp), parameter :: pi_quad = 3.1415926535897932384626433832795029_qp
 
-   !> exp(-40) is below the rounding of double precision.
+   !> Exponent below which terms are negligible in double precision: exp(-40) is below its rounding.
    real(wp), parameter :: negligible_double = -40.0_wp
-   !> exp(-80) is below the rounding of quadruple precision.
-   real(qp), parameter :: negligible_exponent = -85.0_qp
+   !> Exponent below which terms are negligible in quadruple precision: exp(-80) is below its rounding.
+   real(qp), parameter :: negligible_quad = -85.0_qp
 
 contains
 
-   !> exp(-x) I_n(x)
+   !> The function exp(-x) I_n(x).
    pure function bessel_i_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
@@ -37,7 +37,7 @@ contains
       end if
    end function bessel_i_scaled
 
-   !> exp(x) K_n(x). The recurrence adds positive terms.
+   !> The function exp(x) K_n(x), by a recurrence that adds positive terms.
    pure function bessel_k_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
@@ -52,7 +52,8 @@ contains
       end if
    end function bessel_k_scaled
 
-   !> The series of I_n has few terms there; beyond, its integral loses no digit, as I_n is above I_0/2.
+   !> Whether the power series of I_n has few terms. Otherwise I_n exceeds I_0/2, so that its integral has no
+   !> cancellation.
    pure function is_short_series(n, x) result(is_short)
       !> Order, >= 0
       integer, intent(in) :: n
@@ -86,11 +87,11 @@ contains
       end do
    end function bessel_i_series
 
-   !> The integral of `bessel_i_scaled_quad` in double precision.
+   !> The integral of `bessel_i_scaled_quad`, evaluated in double precision.
    pure function bessel_i_integral(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
-      !> Argument, >= 5 and n^2
+      !> Argument, >= max(5, n^2)
       real(wp), intent(in) :: x
       real(wp) :: value
 
@@ -109,7 +110,7 @@ contains
       value = value/real(intervals, wp)
    end function bessel_i_integral
 
-   !> The integral of `bessel_k_scaled_quad` in double precision.
+   !> The integral of `bessel_k_scaled_quad`, evaluated in double precision.
    pure function bessel_k_integral(n, x) result(value)
       !> Order
       integer, intent(in) :: n
@@ -133,7 +134,7 @@ contains
       value = value*step
    end function bessel_k_integral
 
-   !> K_n(x) from K_0 and K_1.
+   !> K_n(x) from K_0(x) and K_1(x) by forward recurrence.
    pure function recurrence(n, x, zeroth, first) result(value)
       !> Order, >= 1
       integer, intent(in) :: n
@@ -142,14 +143,14 @@ contains
       real(wp), intent(in) :: first
       real(wp) :: value
 
-      real(wp) :: before, next
+      real(wp) :: previous, next
       integer :: order
 
-      before = zeroth
+      previous = zeroth
       value = first
       do order = 1, n - 1
-         next = before + 2.0_wp*real(order, wp)/x*value
-         before = value
+         next = previous + 2.0_wp*real(order, wp)/x*value
+         previous = value
          value = next
       end do
    end function recurrence
@@ -175,7 +176,7 @@ contains
       do k = 1_i8, intervals
          ! cos t - 1 without cancellation
          exponent = -2.0_qp*x*sin(0.5_qp*pi_quad*real(k, qp)/real(intervals, qp))**2
-         if (exponent < negligible_exponent) exit
+         if (exponent < negligible_quad) exit
          weight = merge(0.5_qp, 1.0_qp, k == intervals)
          value = value + weight*exp(exponent)*cos(pi_quad*real(int(n, i8)*k, qp)/real(intervals, qp))
       end do
@@ -183,7 +184,7 @@ contains
    end function bessel_i_scaled_quad
 
    !> exp(x) K_n(x) = int_0^infinity exp(-x (cosh t - 1)) cosh(n t) dt (DLMF 10.32.9) by the
-   !> trapezoidal rule, which converges exponentially: the integrand is even and dies out twice
+   !> trapezoidal rule, which converges exponentially: the integrand is even and decays double
    !> exponentially.
    pure function bessel_k_scaled_quad(n, x) result(value)
       !> Order, >= 0
@@ -202,7 +203,7 @@ contains
          k = k + 1
          t = step*real(k, qp)
          exponent = -2.0_qp*x*sinh(0.5_qp*t)**2
-         if (exponent + real(n, qp)*t < negligible_exponent) exit
+         if (exponent + real(n, qp)*t < negligible_quad) exit
          value = value + 0.5_qp*(exp(exponent + real(n, qp)*t) + exp(exponent - real(n, qp)*t))
       end do
       value = value*step

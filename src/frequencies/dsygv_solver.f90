@@ -1,7 +1,7 @@
-!> Frequencies by LAPACK's DSYGV on dense copies of (K, M), as Irie, Yamada and Asano (1977) have it.
+!> Frequencies by LAPACK's DSYGV on dense copies of (K, M), the eigenproblem of Irie, Yamada and Asano (1977).
 !>
-!> K is formed by cancellation and the small eigenvalues are the ones wanted, so digits are lost as
-!> the mesh is refined: for what a mesh can give, see `natural_solver`.
+!> The smallest eigenvalues of K are wanted, and the assembly of K has cancellation, so that refining the mesh loses
+!> digits. The solver `natural_solver` has the full accuracy of a mesh.
 module dsygv_solver
    use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
@@ -14,21 +14,21 @@ module dsygv_solver
    private
    public :: dsygv_modes
 
-   !> Relative error of lambda_1 from which on the eigenvalues are refused.
-   real(wp), parameter :: tolerated = 0.01_wp
+   !> Maximum relative error of lambda_1; eigenvalues with a larger error are refused.
+   real(wp), parameter :: max_error = 0.01_wp
 
 contains
 
-   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   !> The first lambda_i of the mesh, ascending, and the mode shapes if requested.
    subroutine dsygv_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most as many as there are
+      !> Number of modes, at most the number of degrees of freedom
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when DSYGV fails or its eigenvalues have lost all digits
+      !> Set if DSYGV fails or its eigenvalues have lost all digits
       type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, unit modal mass, positive tip, [2 n, count]
+      !> Mode shapes as columns, unit modal mass, positive displacement of the tip, [2 n, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       real(wp), allocatable :: eigenvalue(:), mass(:, :), vectors(:, :), work(:)
@@ -56,11 +56,11 @@ contains
       end if
       first = 1
       if (has_rigid_mode(model) .and. size(model%supports) == 0) then
-         ! of the rotation about the root it has rounding alone
+         ! the eigenvalue of the rigid-body rotation about the root is 0, but DSYGV returns rounding errors
          first = 2
          eigenvalue(1) = 0.0_wp
       end if
-      ! all comparisons are written so that a NaN is refused too
+      ! the comparisons are written so that NaN is refused
       if (.not. all(eigenvalue(first:count) > 0.0_wp .and. eigenvalue(first:count) <= huge(1.0_wp))) then
          call fail(error, status_run_failed, &
             'DSYGV: an eigenvalue of this mesh came out zero, negative or not finite; '// &
@@ -75,7 +75,7 @@ contains
       end if
       allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
       if (count >= first) then
-         if (.not. is_sure(model, eigenvalue(first:))) then
+         if (.not. is_accurate(model, eigenvalue(first:))) then
             deallocate (lambda)
             call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
                'rounding, use another solver')
@@ -83,13 +83,13 @@ contains
          end if
       end if
       if (.not. present(modes)) return
-      ! DSYGV's vectors have x^T M x = 1 already
+      ! the vectors of DSYGV satisfy x^T M x = 1
       allocate (modes(model%stiffness%order, count), source=0.0_wp)
       modes(free, :) = vectors(:, :count)
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine dsygv_modes
 
-   !> The degrees of freedom that no rigid support holds.
+   !> Degrees of freedom that are not constrained by a rigid support.
    pure function free_dofs(model) result(free)
       type(beam_model_t), intent(in) :: model
       integer, allocatable :: free(:)
@@ -100,32 +100,32 @@ contains
          [(all(model%supports%dof /= i .or. model%supports%stiffness > 0.0_wp), i=1, model%stiffness%order)])
    end function free_dofs
 
-   !> Some rows and columns of a matrix.
-   pure function rows_and_columns(matrix, kept) result(dense)
+   !> Selected rows and columns of a matrix.
+   pure function rows_and_columns(matrix, selected) result(dense)
       type(skyline_t), intent(in) :: matrix
-      integer, intent(in) :: kept(:)
+      integer, intent(in) :: selected(:)
       real(wp), allocatable :: dense(:, :)
 
       allocate (dense, source=to_dense(matrix))
-      if (size(kept) < matrix%order) dense = dense(kept, kept)
+      if (size(selected) < matrix%order) dense = dense(selected, selected)
    end function rows_and_columns
 
-   !> Has the first eigenvalue kept a few digits? With supports or a root that turns freely only its error, of rounding
-   !> in the greatest, is known.
-   pure function is_sure(model, eigenvalue) result(answer)
+   !> Whether the first eigenvalue has a few correct digits. With supports or a pinned root the error is estimated by
+   !> the rounding of the largest eigenvalue; otherwise the eigenvalue is compared with `lowest_lambda`.
+   pure function is_accurate(model, eigenvalue) result(answer)
       type(beam_model_t), intent(in) :: model
-      !> lambda_i^4, all of them but that of a rotation about the root
+      !> All lambda_i^4 except that of a rigid-body rotation about the root
       real(wp), intent(in) :: eigenvalue(:)
       logical :: answer
 
       if (size(model%supports) > 0 .or. has_rigid_mode(model)) then
-         answer = epsilon(1.0_wp)*eigenvalue(size(eigenvalue)) <= 4.0_wp*tolerated*eigenvalue(1)
+         answer = epsilon(1.0_wp)*eigenvalue(size(eigenvalue)) <= 4.0_wp*max_error*eigenvalue(1)
       else
-         answer = abs(sqrt(sqrt(eigenvalue(1)))/lowest_lambda(model) - 1.0_wp) <= tolerated
+         answer = abs(sqrt(sqrt(eigenvalue(1)))/lowest_lambda(model) - 1.0_wp) <= max_error
       end if
-   end function is_sure
+   end function is_accurate
 
-   !> lambda_1 to a few digits by power iteration in element curvatures, where nothing cancels.
+   !> Estimate of lambda_1 with a few digits by power iteration in element curvatures, which has no cancellation.
    pure function lowest_lambda(model) result(lambda)
       type(beam_model_t), intent(in) :: model
       real(wp) :: lambda

@@ -4,11 +4,11 @@
 !> h/hbar = 1 + s (1 - 2 x/L); with z = lambda sqrt(h/hbar)/(2 s) the shapes are h^(-1/2) times J_1,
 !> Y_1, I_1, K_1 of 2 z (docs/theory.md, section 4).
 !>
-!> Precision. Determinants are formed in quadruple precision: with a slight taper the arguments
-!> lambda/s are large and J and Y would lose their phase, with a heavy tip mass the first root is
-!> small and the determinant cancels like lambda^-4, and near a full wedge Y and K cancel at the tip.
-!> I and K have no phase to lose and come from the library in double, except where one of the latter
-!> two cancellations counts. So every root is right to 3e-16 for 0 <= s < 1 and masses up to 1e9.
+!> Precision. Determinants are formed in quadruple precision for three reasons: for a slight taper the arguments
+!> lambda/s are large and J and Y would lose their phase; for a heavy tip mass the first root is small and the
+!> determinant has a cancellation like lambda^-4; and near a full wedge Y and K cancel at the tip. I and K have no
+!> phase, so the library computes them in double precision unless one of the latter two cancellations matters. The error
+!> of every root is at most 3e-16 for 0 <= s < 1 and masses up to 1e9.
 module exact_frequencies
    use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, pi_quad, qp
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
@@ -17,21 +17,21 @@ module exact_frequencies
    private
    public :: exact_lambda
 
-   !> Below this taper the beam is uniform to working precision.
-   real(wp), parameter :: least_taper = 1.0e-17_wp
-   !> Below this lambda, or this argument, I and K are needed in quadruple precision.
+   !> Minimum taper; with a smaller taper the beam is uniform in double precision.
+   real(wp), parameter :: min_taper = 1.0e-17_wp
+   !> Values of lambda and of the argument below which I and K are computed in quadruple precision.
    real(qp), parameter :: small_lambda = 1.5_qp
    real(qp), parameter :: small_argument = 2.0_qp
-   !> Steps of the search in the asymptotic distance of two roots.
+   !> Number of search steps per asymptotic distance of two roots.
    integer, parameter :: steps_per_root = 6
 
-   !> What the determinant belongs to.
+   !> The boundary value problem of a determinant.
    type :: characteristic_t
       !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
       real(wp) :: taper = 0.0_wp
-      !> m/(rho Abar L)
+      !> Tip mass m/(rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> The tip is held at y = 0 (the limit of a heavy tip mass)
+      !> Whether the tip is constrained to y = 0, the limit of a heavy tip mass
       logical :: constrained_tip = .false.
    end type characteristic_t
 
@@ -39,19 +39,19 @@ contains
 
    !> The first `count` lambda_i, ascending; omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)).
    !>
-   !> No root is missed: without tip mass, roots are searched with steps well below their distance
-   !> and must then follow each other regularly; with one, root i lies alone between root i - 1 of
-   !> the beam held at the tip and root i of the beam without tip mass.
+   !> No root is missed: without tip mass, roots are searched with steps well below their distance, and the distances of
+   !> the roots found are checked. With tip mass, root i is the only root between root i - 1 of the beam with
+   !> constrained tip and root i of the beam without tip mass.
    subroutine exact_lambda(count, taper, tip_mass_ratio, lambda, error)
       !> Number of roots, >= 0
       integer, intent(in) :: count
       !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
       real(wp), intent(in) :: taper
-      !> m/(rho Abar L), >= 0; a full wedge has none
+      !> Tip mass m/(rho Abar L), >= 0; 0 for a full wedge
       real(wp), intent(in) :: tip_mass_ratio
-      !> The roots, [count]
+      !> Roots lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Unallocated: done
+      !> Set if the roots do not exist or are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(qp) :: free_roots(count), constrained_roots(count), lower, root
@@ -91,7 +91,7 @@ contains
                'exact frequencies: the roots with free and with held tip do not interlace')
             return
          end if
-         ! A vanishing or very heavy mass puts the root on an end of the bracket.
+         ! For a vanishing or very heavy mass the root is an end of the bracket.
          call find_root(characteristic_t(taper, tip_mass_ratio, .false.), lower*(1.0_qp - 1.0e-14_qp), &
             free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
          if (allocated(error)) return
@@ -100,18 +100,18 @@ contains
       end do
    end subroutine exact_lambda
 
-   !> The first roots without tip mass or with held tip, by steps.
+   !> The first roots without tip mass or with constrained tip, found by a search in steps.
    subroutine search_roots(problem, roots, error)
       type(characteristic_t), intent(in) :: problem
-      !> The roots, ascending
+      !> Roots, ascending
       real(qp), intent(out) :: roots(:)
-      !> Unallocated: done
+      !> Set if the roots do not exist or are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(qp) :: distance, left, right, step, value_left, value_right
       integer :: found
 
-      if (abs(problem%taper) < least_taper) then
+      if (abs(problem%taper) < min_taper) then
          call find_uniform_roots(problem, roots, error)
          return
       end if
@@ -119,7 +119,7 @@ contains
       step = distance/real(steps_per_root, qp)
       roots = 0.0_qp
       found = 0
-      ! Nowhere is the beam more compliant than at its tip, so lambda_1^-4 is at most this compliance.
+      ! The compliance is largest at the tip, so lambda_1^-4 is at most the compliance of the tip.
       left = 0.99_qp
       if (problem%taper < 1.0_wp) left = 0.99_qp/tip_compliance(problem%taper)**0.25_qp
       value_left = characteristic_value(problem, left)
@@ -131,7 +131,7 @@ contains
             call find_root(problem, left, right, roots(found), error)
             if (allocated(error)) return
             if (found > 1) then
-               ! A pair of roots that the steps had jumped over would leave a gap of three distances.
+               ! If the steps had skipped a pair of roots, the gap would be three distances.
                if (roots(found) - roots(found - 1) > 2.0_qp*distance) then
                   call fail(error, status_run_failed, 'exact frequencies: the distance of two roots is out of order')
                   return
@@ -146,39 +146,39 @@ contains
       end do
    end subroutine search_roots
 
-   !> The first roots of a uniform beam: cos k = -1/cosh k, or tan k = tanh k where the tip is held, so root i alone is
-   !> near to (i - 1/2) pi, or to (i + 1/4) pi.
+   !> The first roots of a uniform beam, of cos k = -1/cosh k, or tan k = tanh k with constrained tip. Only root i is
+   !> near (i - 1/2) pi, or near (i + 1/4) pi with constrained tip.
    subroutine find_uniform_roots(problem, roots, error)
       type(characteristic_t), intent(in) :: problem
-      !> The roots, ascending
+      !> Roots, ascending
       real(qp), intent(out) :: roots(:)
-      !> Unallocated: done
+      !> Set if the roots do not exist or are not found
       type(failure_t), allocatable, intent(out) :: error
 
-      real(qp) :: place, reach
+      real(qp) :: estimate, radius
       integer :: i
 
       roots = 0.0_qp
       do i = 1, size(roots)
-         place = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%constrained_tip))
-         reach = max(2.2_qp*exp(-place), 1.0e-18_qp*place)
-         call find_root(problem, place - reach, place + reach, roots(i), error)
+         estimate = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%constrained_tip))
+         radius = max(2.2_qp*exp(-estimate), 1.0e-18_qp*estimate)
+         call find_root(problem, estimate - radius, estimate + radius, roots(i), error)
          if (allocated(error)) return
       end do
    end subroutine find_uniform_roots
 
-   !> Distance of neighbouring roots in the limit: pi/int_0^1 (h/hbar)^(-1/2) dx.
+   !> Asymptotic distance of neighbouring roots: pi/int_0^1 (h/hbar)^(-1/2) dx.
    pure function asymptotic_distance(taper) result(distance)
-      !> s
+      !> Taper s
       real(wp), intent(in) :: taper
       real(qp) :: distance
 
       distance = 0.5_qp*pi_quad*(sqrt(1.0_qp + real(taper, qp)) + sqrt(1.0_qp - real(taper, qp)))
    end function asymptotic_distance
 
-   !> Deflection of the tip under a unit force there, int_0^1 (1-x)^2/(h/hbar)^3 dx, or slightly more.
+   !> Deflection of the tip under a unit force at the tip, int_0^1 (1-x)^2/(h/hbar)^3 dx, or a close upper bound of it.
    pure function tip_compliance(taper) result(compliance)
-      !> s, below 1
+      !> Taper s, below 1
       real(wp), intent(in) :: taper
       real(qp) :: compliance
 
@@ -193,14 +193,15 @@ contains
       end if
    end function tip_compliance
 
-   !> The determinant at lambda, with every exponential scaled: its sign and its roots are meant.
+   !> The determinant at lambda, scaled by exponentials and other positive factors. Only its sign and its roots are
+   !> used.
    function characteristic_value(problem, lambda) result(value)
       type(characteristic_t), intent(in) :: problem
-      !> lambda > 0
+      !> Argument lambda > 0
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
-      if (abs(problem%taper) < least_taper) then
+      if (abs(problem%taper) < min_taper) then
          value = uniform_value(real(problem%tip_mass_ratio, qp), problem%constrained_tip, lambda)
       else if (problem%taper >= 1.0_wp) then
          value = wedge_value(lambda)
@@ -209,13 +210,14 @@ contains
       end if
    end function characteristic_value
 
-   !> exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k)); with held tip the factor of mu k.
+   !> The determinant exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k)) of a uniform beam; with
+   !> constrained tip the factor of mu k.
    pure function uniform_value(tip_mass_ratio, constrained_tip, lambda) result(value)
-      !> m/(rho Abar L)
+      !> Tip mass m/(rho Abar L)
       real(qp), intent(in) :: tip_mass_ratio
-      !> The tip is held
+      !> Whether the tip is constrained to y = 0
       logical, intent(in) :: constrained_tip
-      !> lambda > 0
+      !> Argument lambda > 0
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
@@ -230,9 +232,9 @@ contains
       end if
    end function uniform_value
 
-   !> J_1 I_2 + I_1 J_2 at lambda sqrt(2): the full wedge without tip mass.
+   !> The determinant of the full wedge without tip mass, J_1 I_2 + I_1 J_2 at lambda sqrt(2).
    function wedge_value(lambda) result(value)
-      !> lambda > 0
+      !> Argument lambda > 0
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
@@ -243,28 +245,29 @@ contains
          bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
    end function wedge_value
 
-   !> The 4 x 4 determinant of a taper: rows clamp, clamp, moment, shear (or held tip); columns J, Y, I, K.
+   !> The 4 x 4 determinant of a taper. Rows: displacement and slope at the clamp, moment at the tip, shear at the tip
+   !> (or displacement of a constrained tip); columns: J, Y, I, K.
    function taper_value(problem, lambda) result(value)
       type(characteristic_t), intent(in) :: problem
-      !> lambda > 0
+      !> Argument lambda > 0
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
       real(qp) :: matrix(4, 4), clamp(4, 2), tip(4, 3), scale_root, scale_tip, shear, taper, x_root, x_tip
-      logical :: all_digits
+      logical :: in_quad
       integer :: n
 
       taper = real(problem%taper, qp)
       x_root = lambda*sqrt(1.0_qp + taper)/abs(taper)
       x_tip = lambda*sqrt(1.0_qp - taper)/abs(taper)
-      all_digits = lambda < small_lambda .or. min(x_root, x_tip) < small_argument
+      in_quad = lambda < small_lambda .or. min(x_root, x_tip) < small_argument
       do n = 1, 2
-         clamp(:, n) = four_functions(n, x_root, all_digits)
+         clamp(:, n) = four_functions(n, x_root, in_quad)
       end do
       do n = 1, 3
-         tip(:, n) = four_functions(n, x_tip, all_digits)
+         tip(:, n) = four_functions(n, x_tip, in_quad)
       end do
-      ! One scale a column: I by the larger of its two exponentials, K by the smaller of its arguments.
+      ! Each column has one scale factor: the larger of its two exponentials for I, the smaller of its arguments for K.
       scale_root = exp(x_root - max(x_root, x_tip))
       scale_tip = exp(x_tip - max(x_root, x_tip))
       clamp(3, :) = clamp(3, :)*scale_root
@@ -286,19 +289,19 @@ contains
       value = determinant(matrix)
    end function taper_value
 
-   !> J_n, Y_n, exp(-x) I_n, exp(x) K_n
-   function four_functions(n, x, all_digits) result(values)
+   !> The functions J_n, Y_n, exp(-x) I_n, exp(x) K_n.
+   function four_functions(n, x, in_quad) result(values)
       !> Order
       integer, intent(in) :: n
       !> Argument, > 0
       real(qp), intent(in) :: x
-      !> I and K in quadruple precision
-      logical, intent(in) :: all_digits
+      !> Compute I and K in quadruple precision
+      logical, intent(in) :: in_quad
       real(qp) :: values(4)
 
       values(1) = bessel_jn(n, x)
       values(2) = bessel_yn(n, x)
-      if (all_digits) then
+      if (in_quad) then
          values(3) = bessel_i_scaled_quad(n, x)
          values(4) = bessel_k_scaled_quad(n, x)
       else
@@ -307,7 +310,7 @@ contains
       end if
    end function four_functions
 
-   !> Determinant by the 2 x 2 minors of the upper and lower pair of rows (Laplace).
+   !> Determinant by Laplace expansion in 2 x 2 minors of the upper and lower pair of rows.
    pure function determinant(matrix) result(value)
       !> [4, 4]
       real(qp), intent(in) :: matrix(4, 4)
@@ -319,7 +322,7 @@ contains
    contains
 
       pure function minor(row, i, j) result(difference)
-         !> Upper row of the pair
+         !> Upper row of the pair of rows
          integer, intent(in) :: row
          !> Left column
          integer, intent(in) :: i
@@ -332,24 +335,24 @@ contains
 
    end function determinant
 
-   !> The root in a bracket by Chandrupatla's rule: inverse quadratic interpolation where three points
-   !> make it safe, bisection elsewhere (Adv. Eng. Software 28 (1997) 145-149).
+   !> The root in a bracket by Chandrupatla's method: inverse quadratic interpolation if three points make it safe, else
+   !> bisection (Adv. Eng. Software 28 (1997) 145-149).
    subroutine find_root(problem, lower, upper, root, error)
       type(characteristic_t), intent(in) :: problem
-      !> Lower end
+      !> Lower end of the bracket
       real(qp), intent(in) :: lower
-      !> Upper end
+      !> Upper end of the bracket
       real(qp), intent(in) :: upper
       real(qp), intent(out) :: root
-      !> Unallocated: done
+      !> Set if the roots do not exist or are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(qp), parameter :: tolerance = 1.0e-19_qp
       integer, parameter :: limit = 300
-      real(qp) :: x(3), f(3), point, value, share, ratio_x, ratio_f
+      real(qp) :: x(3), f(3), point, value, fraction, ratio_x, ratio_f
       integer :: iteration
 
-      ! x(1) is the newest point, x(2) the other end of the bracket, x(3) the point before.
+      ! x(1) is the newest point, x(2) the other end of the bracket, x(3) the previous point.
       x = [upper, lower, lower]
       f(1) = characteristic_value(problem, x(1))
       f(2) = characteristic_value(problem, x(2))
@@ -360,9 +363,9 @@ contains
             'exact frequencies: the determinant does not change sign where a root must be')
          return
       end if
-      share = 0.5_qp
+      fraction = 0.5_qp
       do iteration = 1, limit
-         point = x(1) + share*(x(2) - x(1))
+         point = x(1) + fraction*(x(2) - x(1))
          value = characteristic_value(problem, point)
          if ((value < 0.0_qp) .eqv. (f(1) < 0.0_qp)) then
             x(3) = x(1)
@@ -377,16 +380,16 @@ contains
          f(1) = value
          root = merge(x(1), x(2), abs(f(1)) < abs(f(2)))
          if (.not. (abs(f(1)) > 0.0_qp .and. abs(x(2) - x(1)) > tolerance*abs(root))) return
-         share = 0.5_qp
+         fraction = 0.5_qp
          ratio_x = (x(1) - x(2))/(x(3) - x(2))
          ratio_f = (f(1) - f(2))/(f(3) - f(2))
          if (ratio_f**2 < ratio_x .and. (1.0_qp - ratio_f)**2 < 1.0_qp - ratio_x) then
-            share = f(1)/(f(2) - f(1))*f(3)/(f(2) - f(3)) &
+            fraction = f(1)/(f(2) - f(1))*f(3)/(f(2) - f(3)) &
                + (x(3) - x(1))/(x(2) - x(1))*f(1)/(f(3) - f(1))*f(2)/(f(3) - f(2))
          end if
-         ! Step past the root rather than creep towards it from one side.
-         share = min(max(share, 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1))), 1.0_qp)
-         if (share > 0.5_qp) share = min(share, 1.0_qp - 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1)))
+         ! A minimum step passes the root, so that the iteration does not converge from one side only.
+         fraction = min(max(fraction, 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1))), 1.0_qp)
+         if (fraction > 0.5_qp) fraction = min(fraction, 1.0_qp - 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1)))
       end do
       call fail(error, status_run_failed, 'exact frequencies: the search for a root did not end')
    end subroutine find_root

@@ -1,4 +1,4 @@
-!> A table of frequencies: one column a solver and mesh, one row a mode.
+!> A table of frequencies, with a column for each solver and mesh and a row for each mode.
 module frequency_types
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -9,34 +9,36 @@ module frequency_types
    type :: frequency_column_t
       !> Name of the solver as users write it
       character(:), allocatable :: solver
-      !> Elements and ratio of the mesh; 0: its nodes are given
+      !> Number of elements of the mesh
       integer :: elements = 0
+      !> Length ratio of the mesh; 0: the nodes are given
       real(wp) :: ratio = 1.0_wp
       !> lambda_i, [modes found]
       real(wp), allocatable :: lambda(:)
-      !> Why the solver gave no values; unallocated: it did
+      !> Reason why the solver failed; unallocated: the solver succeeded
       character(:), allocatable :: failure
    end type frequency_column_t
 
    type :: frequency_table_t
       !> Computed columns
       type(frequency_column_t), allocatable :: columns(:)
-      !> Exact lambda_i, [rows]; unallocated: not asked for
+      !> Exact lambda_i, [rows]; unallocated: not requested
       real(wp), allocatable :: exact(:)
-      !> Positions x/L of the nodes of the first column's mesh, [0:n], and mode shapes on them,
-      !> [0:n, modes]: unit modal mass, positive tip; unallocated: not asked for
+      !> Positions x/L of the nodes in the mesh of the first column, [0:n]; unallocated: shapes are not requested
       real(wp), allocatable :: node(:)
+      !> Displacements and slopes of the mode shapes at the nodes, unit modal mass, positive displacement of the tip,
+      !> [0:n, modes]; unallocated: not requested
       real(wp), allocatable :: shape(:, :)
       real(wp), allocatable :: shape_slope(:, :)
-      !> How good these are: largest |phi_i^T M phi_j - delta_ij|, and the same in K relative to
-      !> lambda_i^2 lambda_j^2, which the cancellation within the assembled K bounds from below
+      !> Orthogonality errors of the mode shapes: maximum |phi_i^T M phi_j - delta_ij|, and the same for K relative to
+      !> lambda_i^2 lambda_j^2, which cannot be below the cancellation within the assembled K
       real(wp) :: mass_orthogonality = 0.0_wp
       real(wp) :: stiffness_orthogonality = 0.0_wp
    end type frequency_table_t
 
 contains
 
-   !> Error of a lambda in percent; NaN: the beam moves without strain.
+   !> Error of lambda in percent; NaN for a rigid-body mode.
    elemental function error_in_percent(lambda, exact) result(error)
       real(wp), intent(in) :: lambda
       real(wp), intent(in) :: exact

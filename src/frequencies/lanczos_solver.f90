@@ -1,16 +1,15 @@
-!> The few lowest frequencies and modes of a large mesh in O(n): Lanczos iteration on K^-1 M in
-!> element curvatures, where it is B^T B (`support_coordinates`): two sums along the beam a step,
-!> no factorisation and no cancellation.
+!> The few lowest frequencies and modes of a large mesh in O(n), by Lanczos iteration on K^-1 M in element curvatures.
+!> In these coordinates K^-1 M is B^T B (`support_coordinates`): a step takes two sums along the beam, without
+!> factorisation and without cancellation.
 !>
-!> Every vector is orthogonalised against all before it. The tridiagonal matrix gives its small
-!> values only to the rounding of the largest. So modes whose value is too small beside the first
-!> are left to another iteration, orthogonal to those found; and frequencies are Rayleigh quotients
-!> of modes that have been orthogonalised in the mass product from low to high.
+!> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
+!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore left to
+!> another iteration, which is orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have
+!> been orthogonalised in the mass product in ascending order.
 !>
-!> Each mode must pass a residual test, and none may be missed: mode i changes its sign i - 1 times
-!> along the beam, if it is turned over at each point that is held (Gantmacher and Krein, Oscillation
-!> Matrices); where a coarse mesh or other supports do not show that, K - sigma M must have the right
-!> number of negative pivots (`mode_count`).
+!> Each mode must pass a residual test, and no mode may be missed: mode i has i - 1 sign changes along the beam, if its
+!> sign is reversed at each rigid support (Gantmacher and Krein, Oscillation Matrices). If a coarse mesh or other
+!> supports do not show these sign changes, K - sigma M must have the right number of negative pivots (`mode_count`).
 module lanczos_solver
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
@@ -25,33 +24,34 @@ module lanczos_solver
    private
    public :: lanczos_modes, lanczos_vectors, lambda_of, orthogonalise
 
-   !> Relative residual at which a mode has converged, by the estimate from the tridiagonal matrix.
+   !> Relative residual at which a mode has converged, estimated from the tridiagonal matrix.
    real(wp), parameter :: convergence = 1.0e-11_wp
-   !> Smallest value, beside the first, that one iteration is trusted to resolve.
+   !> Minimum eigenvalue relative to the first that one iteration resolves.
    real(wp), parameter :: resolution = 1.0e-6_wp
-   !> Relative residual of B^T B v = lambda^-4 v that a mode may have at the end: lambda then is wrong
-   !> by its square.
+   !> Maximum relative residual of B^T B v = lambda^-4 v of a final mode. The relative error of lambda is of the order
+   !> of its square.
    real(wp), parameter :: residual_limit = 1.0e-8_wp
-   !> Steps after which the tridiagonal matrix is looked at, at the latest.
-   integer, parameter :: least_steps = 36
-   !> Relative distance below the highest mode found at which modes are counted: more than rounding, and one that is
-   !> nearer to it is as good as that mode.
+   !> Maximum number of steps before the first convergence test.
+   integer, parameter :: max_first_test = 36
+   !> Relative distance below the highest mode found at which modes are counted. The distance exceeds rounding, and a
+   !> missed mode within this distance would have practically the same frequency.
    real(wp), parameter :: count_margin = 1.0e-9_wp
-   !> Up to so many elements the dense solver takes minutes at most.
-   integer, parameter :: largest_dense = 2048
+   !> Maximum number of elements for which the dense solver takes minutes at most.
+   integer, parameter :: max_dense_elements = 2048
 
 contains
 
-   !> The first lambda_i of the mesh on its supports, ascending, and the mode shapes where they are asked for.
+   !> The first lambda_i of the mesh on its supports, ascending, and the mode shapes if requested.
    subroutine lanczos_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most n
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when a mode does not converge, or one is missed
+      !> Set if a mode does not converge or is missed
       type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [degrees of freedom, count]
+      !> Mode shapes as columns, y and dy/dx of the nodes, unit modal mass, positive displacement of the tip, [degrees
+      !> of freedom, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(supported_beam_t) :: beam
@@ -84,13 +84,13 @@ contains
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine lanczos_modes
 
-   !> What a user who asks for frequencies can do where they are not found.
+   !> Advice to a user whose frequencies are not found.
    pure function remedy(model) result(words)
       type(beam_model_t), intent(in) :: model
       character(:), allocatable :: words
 
       words = '; '
-      if (model%mesh%elements <= largest_dense) words = "; solver = 'natural' finds all; or "
+      if (model%mesh%elements <= max_dense_elements) words = "; solver = 'natural' finds all; or "
       words = words//'ask for fewer (count), or '
       associate (length => model%mesh%length)
          if (maxval(length) > (1.0_wp + count_margin)*minval(length)) then
@@ -101,18 +101,18 @@ contains
       end associate
    end function remedy
 
-   !> The modes with strain in the coordinates of the beam, the lowest first.
+   !> The modes with strain energy in the coordinates of the beam, in ascending order.
    subroutine lanczos_vectors(model, beam, count, vectors, deflection, error)
       type(beam_model_t), intent(in) :: model
-      !> The same beam in its coordinates
+      !> The beam in element curvatures
       type(supported_beam_t), intent(in) :: beam
       !> Number of modes
       integer, intent(in) :: count
-      !> Of unit modal mass, [order, count]
+      !> Modes of unit modal mass, [order, count]
       real(wp), allocatable, intent(out) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), allocatable, intent(out) :: deflection(:, :)
-      !> Set when a mode does not converge, or one is missed
+      !> Set if a mode does not converge or is missed
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: lambda(count)
@@ -133,9 +133,9 @@ contains
       call check_none_missed(model, beam, lambda, deflection, error)
    end subroutine lanczos_vectors
 
-   !> lambda of vectors, from their strain and kinetic energy.
+   !> Values lambda of vectors by Rayleigh quotients of strain energy and kinetic energy.
    pure function lambda_of(vectors, deflection) result(lambda)
-      !> [order, count]
+      !> Vectors, [order, count]
       real(wp), intent(in) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
@@ -148,47 +148,47 @@ contains
       end do
    end function lambda_of
 
-   !> Lanczos steps on B^T B, orthogonal to the vectors found, until the next ones have converged.
+   !> Find further modes by Lanczos steps on B^T B orthogonal to the vectors found.
    subroutine find_more(beam, found, vectors, error)
       type(supported_beam_t), intent(in) :: beam
-      !> Number of vectors found, the lowest frequencies; more on return
+      !> Number of vectors found; larger on return
       integer, intent(inout) :: found
-      !> Vectors as columns, the lowest frequency first, [order, wanted]
+      !> Vectors as columns, in ascending order of frequency, [order, wanted]
       real(wp), intent(inout) :: vectors(:, :)
-      !> Set when no further one converges
+      !> Set if no further vector converges
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: basis(:, :), deflection(:), diagonal(:), off_diagonal(:), small(:, :)
-      real(wp) :: before
-      integer :: limit, next_look, order, place, ready, step, wanted
-      logical :: finished, look
+      real(wp) :: previous
+      integer :: limit, next_test, order, column, ready, step, wanted
+      logical :: finished, all_ready
 
       order = size(vectors, 1)
       wanted = size(vectors, 2) - found
       limit = min(beam%free - found, 6*wanted + 60)
       allocate (basis(order, found + limit + 1), deflection(beam%rows))
       allocate (diagonal(limit), off_diagonal(limit), small(limit, wanted))
-      do place = 1, found
-         basis(:, place) = vectors(:, place)/norm2(vectors(:, place))
+      do column = 1, found
+         basis(:, column) = vectors(:, column)/norm2(vectors(:, column))
       end do
       call start_vector(beam, deflection, basis(:, :found + 1))
 
-      before = 0.0_wp
+      previous = 0.0_wp
       ready = 0
-      next_look = min(2*wanted, least_steps)
+      next_test = min(2*wanted, max_first_test)
       do step = 1, limit
-         place = found + step
-         associate (next => basis(:, place + 1))
-            call bend(beam, basis(:, place), deflection)
+         column = found + step
+         associate (next => basis(:, column + 1))
+            call bend(beam, basis(:, column), deflection)
             call bend_transposed(beam, deflection, next)
-            call project_out(basis(:, :place), before, next, diagonal(step), off_diagonal(step))
-            before = off_diagonal(step)
+            call project_out(basis(:, :column), previous, next, diagonal(step), off_diagonal(step))
+            previous = off_diagonal(step)
             finished = step == limit .or. off_diagonal(step) <= epsilon(1.0_wp)*maxval(diagonal(:step))
-            if (step == next_look .or. finished) then
-               call look_at_tridiagonal(diagonal(:step), off_diagonal(:step), small(:step, :), ready, look, error)
+            if (step == next_test .or. finished) then
+               call test_convergence(diagonal(:step), off_diagonal(:step), small(:step, :), ready, all_ready, error)
                if (allocated(error)) return
-               if (look .or. finished) exit
-               next_look = step + max(4, step/16)
+               if (all_ready .or. finished) exit
+               next_test = step + max(4, step/16)
             end if
          end associate
       end do
@@ -197,24 +197,24 @@ contains
             to_text(found)//' converge: the others are lost in rounding')
          return
       end if
-      step = place - found
-      call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:place), order, small, limit, &
+      step = column - found
+      call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:column), order, small, limit, &
          0.0_wp, vectors(:, found + 1:found + ready), order)
       found = found + ready
    end subroutine find_more
 
-   !> w less its components along the columns of Q. The two last ones hold nearly all of these; with
-   !> them taken out first, one pass over all columns leaves nothing but rounding.
-   subroutine project_out(basis, before, vector, diagonal, off_diagonal)
+   !> Subtract from w its components along the columns of Q. The components along the last two columns are by far the
+   !> largest; if they are subtracted first, one pass over all columns leaves only rounding errors.
+   subroutine project_out(basis, previous, vector, diagonal, off_diagonal)
       !> Q, orthonormal columns, [order, m]
       real(wp), contiguous, intent(in) :: basis(:, :)
-      !> The off-diagonal before
-      real(wp), intent(in) :: before
-      !> w; what is orthogonal to Q, of unit length, on return, [2 n]
+      !> Previous off-diagonal entry
+      real(wp), intent(in) :: previous
+      !> w on entry; its part orthogonal to Q, normalised, on return, [order]
       real(wp), intent(inout) :: vector(:)
       !> Component along the last column
       real(wp), intent(out) :: diagonal
-      !> Length of what remained
+      !> Length of the orthogonal part
       real(wp), intent(out) :: off_diagonal
 
       real(wp) :: coefficient(size(basis, 2))
@@ -224,25 +224,25 @@ contains
       m = size(basis, 2)
       diagonal = dot_product(basis(:, m), vector)
       vector = vector - diagonal*basis(:, m)
-      if (m > 1) vector = vector - before*basis(:, m - 1)
+      if (m > 1) vector = vector - previous*basis(:, m - 1)
       call dgemv('T', order, m, 1.0_wp, basis, order, vector, 1, 0.0_wp, coefficient, 1)
       call dgemv('N', order, m, -1.0_wp, basis, order, coefficient, 1, 1.0_wp, vector, 1)
       off_diagonal = norm2(vector)
       if (off_diagonal > 0.0_wp) vector = vector/off_diagonal
    end subroutine project_out
 
-   !> A smooth vector in which no mode is missing: the curvatures under point forces of all signs.
+   !> Start vector with components along all modes: the curvatures under point forces of varying sign, which are smooth.
    subroutine start_vector(beam, forces, basis)
       type(supported_beam_t), intent(in) :: beam
-      !> Work space, [rows]
+      !> Workspace, [rows]
       real(wp), intent(inout) :: forces(:)
-      !> Vectors to which it shall be orthogonal, then the vector, of unit length, [order, found + 1]
+      !> Vectors found, then the start vector, which is orthogonal to them and normalised, [order, found + 1]
       real(wp), intent(inout) :: basis(:, :)
 
       real(wp), parameter :: golden = 0.61803398874989485_wp
       integer :: i, row
 
-      ! multiples of the golden ratio, modulo 1: the same irregular numbers in every run
+      ! multiples of the golden ratio modulo 1 are irregular numbers that are the same in every run
       do row = 1, size(forces)
          forces(row) = modulo(golden*real(row, wp), 1.0_wp) - 0.3_wp
       end do
@@ -256,57 +256,57 @@ contains
       end associate
    end subroutine start_vector
 
-   !> How many of the largest values of the tridiagonal matrix have converged? The residual of a Ritz
-   !> vector is the last off-diagonal times the last entry of the small vector.
-   subroutine look_at_tridiagonal(diagonal, off_diagonal, small, ready, finished, error)
+   !> Number of the largest eigenvalues of the tridiagonal matrix that have converged. The residual of a Ritz vector is
+   !> the last off-diagonal entry times the last entry of the eigenvector of the tridiagonal matrix.
+   subroutine test_convergence(diagonal, off_diagonal, small, ready, finished, error)
       !> Diagonal, [m]
       real(wp), intent(in) :: diagonal(:)
-      !> Off-diagonal, the last entry the next one, [m]
+      !> Off-diagonal, whose last entry belongs to the next step, [m]
       real(wp), intent(in) :: off_diagonal(:)
-      !> Vectors of the largest values, descending, [m, wanted]
+      !> Eigenvectors of the largest eigenvalues, descending, [m, wanted]
       real(wp), intent(inout) :: small(:, :)
-      !> Number of converged ones, without a gap from the largest
+      !> Number of converged eigenvalues, counted from the largest without a gap
       integer, intent(out) :: ready
-      !> All have converged, or the next one is too small to be resolved
+      !> Whether all eigenvalues have converged or the next one is too small to be resolved
       logical, intent(out) :: finished
-      !> Set when DSTEVD fails
+      !> Set if DSTEVD fails
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: all_vectors(:, :), beside(:), value(:), work(:)
+      real(wp), allocatable :: all_vectors(:, :), off_copy(:), value(:), work(:)
       integer, allocatable :: integer_work(:)
-      integer :: info, m, place
+      integer :: info, m, column
 
       m = size(diagonal)
       ready = 0
       finished = .false.
       allocate (value, source=diagonal)
-      allocate (beside, source=off_diagonal)
+      allocate (off_copy, source=off_diagonal)
       allocate (all_vectors(m, m), work(1 + 4*m + m**2), integer_work(3 + 5*m))
-      call dstevd('V', m, value, beside, all_vectors, m, work, size(work), integer_work, size(integer_work), info)
+      call dstevd('V', m, value, off_copy, all_vectors, m, work, size(work), integer_work, size(integer_work), info)
       if (info /= 0) then
          call fail(error, status_run_failed, lapack_message('DSTEVD', info, m))
          return
       end if
       do while (ready < min(size(small, 2), m))
-         place = m - ready
-         finished = value(place) < resolution*value(m)
+         column = m - ready
+         finished = value(column) < resolution*value(m)
          if (finished) return
-         if (.not. abs(off_diagonal(m)*all_vectors(m, place)) <= convergence*value(place)) return
+         if (.not. abs(off_diagonal(m)*all_vectors(m, column)) <= convergence*value(column)) return
          ready = ready + 1
-         small(:, ready) = all_vectors(:, place)
+         small(:, ready) = all_vectors(:, column)
       end do
       finished = .true.
-   end subroutine look_at_tridiagonal
+   end subroutine test_convergence
 
-   !> Orthogonalise the vectors in the mass product, from low to high, which takes out what rounding
-   !> left of lower modes; then one application of B^T B, which takes out what it left of higher ones.
+   !> Orthogonalise the vectors in the mass product in ascending order, which removes rounding errors along lower modes;
+   !> then apply B^T B once, which reduces rounding errors along higher modes.
    subroutine refine(beam, vectors, deflection, error)
       type(supported_beam_t), intent(in) :: beam
-      !> Vectors; of unit modal mass on return, [order, count]
+      !> Vectors, of unit modal mass on return, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(inout) :: deflection(:, :)
-      !> Set when the vectors are not independent
+      !> Set if the vectors are linearly dependent
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: mode, pass
@@ -321,13 +321,13 @@ contains
       end do
    end subroutine refine
 
-   !> From low to high, by Cholesky's factor of the modal masses.
+   !> Orthogonalise vectors in the mass product in ascending order by the Cholesky factor of their modal mass matrix.
    subroutine orthogonalise(vectors, deflection, error)
       !> Vectors, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(inout) :: deflection(:, :)
-      !> Set when the vectors are not independent
+      !> Set if the vectors are linearly dependent
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: modal_mass(size(vectors, 2), size(vectors, 2))
@@ -346,23 +346,24 @@ contains
       call dtrsm('R', 'U', 'N', 'N', rows, count, 1.0_wp, modal_mass, count, deflection, rows)
    end subroutine orthogonalise
 
-   !> Sum of squares by blocks, so that rounding does not grow with the length.
+   !> Sum of squares in blocks, so that rounding errors do not grow with the number of terms.
    pure function sum_of_squares(values) result(total)
       real(wp), intent(in) :: values(:)
       real(wp) :: total
 
       integer, parameter :: block = 512
-      real(wp), allocatable :: part(:)
+      real(wp), allocatable :: block_sum(:)
       integer :: i
 
-      allocate (part((size(values) + block - 1)/block))
-      do i = 1, size(part)
-         part(i) = sum(values((i - 1)*block + 1:min(i*block, size(values)))**2)
+      allocate (block_sum((size(values) + block - 1)/block))
+      do i = 1, size(block_sum)
+         block_sum(i) = sum(values((i - 1)*block + 1:min(i*block, size(values)))**2)
       end do
-      total = sum(part)
+      total = sum(block_sum)
    end function sum_of_squares
 
-   !> Each mode must satisfy its equation: |B^T B v - lambda^-4 v| small against lambda^-4 |v|.
+   !> Check that each mode satisfies its eigenvalue equation: |B^T B v - lambda^-4 v| is small relative to lambda^-4
+   !> |v|.
    subroutine check_residuals(beam, lambda, vectors, deflection, error)
       type(supported_beam_t), intent(in) :: beam
       !> lambda_i, [count]
@@ -371,7 +372,7 @@ contains
       real(wp), intent(in) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
-      !> Set when a mode fails
+      !> Set if a mode fails the check
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: product(:)
@@ -391,54 +392,54 @@ contains
       end do
    end subroutine check_residuals
 
-   !> Signs that turn a mode over at each point that is held, one a displacement along the beam: rows of B, that of the
-   !> tip mass left out where a support may hold it.
-   pure function sides_of(model, beam) result(side)
+   !> Sign factors that reverse a mode at each rigid support, one for each displacement along the beam, in the order of
+   !> the rows of B. The row of the tip mass is left out if there are supports, which may constrain the tip.
+   pure function sign_factors(model, beam) result(sign_factor)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
-      real(wp), allocatable :: side(:)
+      real(wp), allocatable :: sign_factor(:)
 
       integer :: i, last
 
       associate (natural => beam%natural)
          last = natural%beam_rows
          if (size(model%supports) > 0) last = natural%last_row(natural%elements)
-         allocate (side(last), source=1.0_wp)
+         allocate (sign_factor(last), source=1.0_wp)
          do i = 1, size(beam%supported)
-            ! of two supports at one point the second turns nothing
+            ! a second support at the same degree of freedom has no effect
             if (any(beam%supported(:i - 1) == beam%supported(i))) cycle
-            associate (beyond => natural%last_row((beam%supported(i) + 1)/2) + 1)
-               side(beyond:) = -side(beyond:)
+            associate (first_row => natural%last_row((beam%supported(i) + 1)/2) + 1)
+               sign_factor(first_row:) = -sign_factor(first_row:)
             end associate
          end do
       end associate
-   end function sides_of
+   end function sign_factors
 
-   !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse or supports are in the way to show
-   !> that, so many modes lie below the highest as were found there.
+   !> Check that no mode is missed: mode i has i - 1 sign changes, or, if a coarse mesh or supports prevent this test,
+   !> the number of modes below the highest mode agrees with the number found.
    subroutine check_none_missed(model, beam, lambda, deflection, error)
       type(beam_model_t), intent(in) :: model
-      !> The same beam in its coordinates
+      !> The beam in element curvatures
       type(supported_beam_t), intent(in) :: beam
-      !> lambda_i of the modes with strain, [count]
+      !> lambda_i of the modes with strain energy, [count]
       real(wp), intent(in) :: lambda(:)
       !> B times the modes, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
-      !> Set when a mode has been missed
+      !> Set if a mode has been missed
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: side(:)
+      real(wp), allocatable :: sign_factor(:)
       real(wp) :: highest
       integer :: below, found, mode, rigid
       logical :: complete
 
-      ! a rotary inertia, a spring or a slope that is held may add a change of sign
+      ! a rotary inertia, a spring or a constrained slope may add a sign change
       complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. &
          .not. any(model%supports%stiffness > 0.0_wp .or. modulo(model%supports%dof, 2) == 0)
-      allocate (side, source=sides_of(model, beam))
+      allocate (sign_factor, source=sign_factors(model, beam))
       rigid = merge(1, 0, is_mechanism(model))
       do mode = 1, size(lambda)
-         complete = complete .and. sign_changes(side*deflection(:size(side), mode)) == mode - 1 + rigid
+         complete = complete .and. sign_changes(sign_factor*deflection(:size(sign_factor), mode)) == mode - 1 + rigid
       end do
       if (complete) return
       highest = maxval(lambda)*(1.0_wp - count_margin)

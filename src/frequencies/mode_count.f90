@@ -1,8 +1,10 @@
-!> How many modes of a mesh lie below a frequency, by Sylvester's law of inertia: the negative pivots of K - sigma M.
+!> The number of modes of a mesh below a frequency, by Sylvester's law of inertia: the number of negative pivots of K -
+!> sigma M.
 !>
-!> In double precision a factorised K of n elements keeps no digit where n^4 is 10^16: rounding of an entry acts like a
-!> spring to the ground. So K is assembled and factorised in quadruple precision. Of each element the stiffness against
-!> rotations of its ends is good in double precision; its forces follow by equilibrium.
+!> In double precision a factorised K of n elements has no correct digit if n^4 is 10^16, because the rounding error of
+!> an entry acts like a spring to the ground. K is therefore assembled and factorised in quadruple precision. The
+!> rotational stiffness terms of each element are accurate in double precision; the other terms follow from them by
+!> equilibrium in quadruple precision.
 module mode_count
    use beam_element, only: element_stiffness
    use beam_model, only: beam_model_t, element_dofs
@@ -14,10 +16,10 @@ module mode_count
 
 contains
 
-   !> The number of modes of the beam on its supports, with a rotation about the root that nothing holds.
+   !> The number of modes of the beam on its supports, including a rigid-body rotation about the root.
    pure function modes_below(model, lambda) result(below)
       type(beam_model_t), intent(in) :: model
-      !> omega = lambda^2, E Ibar = rho Abar = L = 1
+      !> Bound on lambda; omega = lambda^2 with E Ibar = rho Abar = L = 1
       real(wp), intent(in) :: lambda
       integer :: below
 
@@ -47,7 +49,7 @@ contains
       call count_negative_pivots(model, is_rigidly_supported(model), values, below)
    end function modes_below
 
-   !> Which degrees of freedom rigid supports hold.
+   !> Whether each degree of freedom is constrained by a rigid support.
    pure function is_rigidly_supported(model) result(is_constrained)
       type(beam_model_t), intent(in) :: model
       logical :: is_constrained(model%mass%order)
@@ -56,16 +58,16 @@ contains
       is_constrained(pack(model%supports%dof, .not. model%supports%stiffness > 0.0_wp)) = .true.
    end function is_rigidly_supported
 
-   !> Add the stiffness of an element, exactly in equilibrium.
+   !> Add the stiffness of an element, whose terms satisfy equilibrium in quadruple precision.
    pure subroutine add_stiffness(model, element, values)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
-      !> In the places of the mass matrix
+      !> Entries of the matrix, stored in the profile of the mass matrix
       real(qp), intent(inout) :: values(:)
 
       real(qp) :: force(2), length, moment(2, 2), shear, stiffness(4, 4)
       real(wp) :: rounded(4, 4)
-      integer :: dofs(4), i, j, place
+      integer :: dofs(4), i, j, index
 
       associate (mesh => model%mesh)
          rounded = element_stiffness(model%section, mesh%length(element), mesh%tip_distance(element))
@@ -84,23 +86,24 @@ contains
       do j = 1, 4
          do i = 1, 4
             if (min(dofs(i), dofs(j)) == 0 .or. dofs(i) > dofs(j)) cycle
-            place = model%mass%diagonal(dofs(j)) - (dofs(j) - dofs(i))
-            values(place) = values(place) + stiffness(i, j)
+            index = model%mass%diagonal(dofs(j)) - (dofs(j) - dofs(i))
+            values(index) = values(index) + stiffness(i, j)
          end do
       end do
    end subroutine add_stiffness
 
-   !> Negative pivots of L D L^T, as `factorise` of `skyline_matrix` finds it, with what is held left out.
+   !> Number of negative pivots of L D L^T, computed like `factorise` of `skyline_matrix`, without constrained rows and
+   !> columns.
    pure subroutine count_negative_pivots(model, is_constrained, values, negative)
-      !> The profile
+      !> Model whose mass matrix has the profile
       type(beam_model_t), intent(in) :: model
       logical, intent(in) :: is_constrained(:)
-      !> The matrix; the factors on return
+      !> Entries of the matrix; of the factors on return
       real(qp), intent(inout) :: values(:)
       integer, intent(out) :: negative
 
-      real(qp), parameter :: least = epsilon(1.0_qp)**2
-      real(qp) :: pivot, smallest
+      real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
+      real(qp) :: pivot, min_pivot
       integer :: column, first, k, offset, row, row_offset
 
       negative = 0
@@ -121,14 +124,15 @@ contains
                if (is_constrained(row)) values(offset + row) = 0.0_qp
             end do
             pivot = values(offset + column)
-            ! a mode of what lies before: next to it the count is the same
-            smallest = least*abs(pivot) + real(tiny(1.0_wp), qp)
+            ! a zero pivot means a mode of the leading submatrix at this frequency; the count is the same for a small
+            ! non-zero pivot
+            min_pivot = min_ratio*abs(pivot) + real(tiny(1.0_wp), qp)
             do row = first, column - 1
                pivot = pivot - values(offset + row)**2/values(diagonal(row))
                values(offset + row) = values(offset + row)/values(diagonal(row))
             end do
             if (pivot < 0.0_qp) negative = negative + 1
-            values(offset + column) = sign(max(abs(pivot), smallest), pivot)
+            values(offset + column) = sign(max(abs(pivot), min_pivot), pivot)
          end do
       end associate
    end subroutine count_negative_pivots

@@ -1,8 +1,9 @@
-!> Mode shapes: sign and normalisation are fixed here, and their quality is measured.
+!> Sign and orthogonality of mode shapes.
 !>
-!> Every solver returns unit modal mass, phi^T M phi = 1 in units of rho Abar L (tip mass included),
-!> and a positive displacement of the tip, or, where a support holds that, a positive slope there, or displacement of
-!> the node before. The sign is sure but for high modes of uneven meshes that leave the tip at rest to within rounding.
+!> Every solver returns unit modal mass, phi^T M phi = 1 in units of rho Abar L (tip mass included), and a positive
+!> displacement of the tip; if a support constrains that displacement, a positive slope of the tip; if both are
+!> constrained, a positive displacement of the node before the tip. The sign is certain except for high modes of graded
+!> meshes that leave the tip at rest to within rounding.
 module mode_shapes
    use beam_model, only: beam_model_t
    use kinds, only: wp
@@ -11,22 +12,22 @@ module mode_shapes
    private
    public :: fix_mode_signs, mode_quality, mode_quality_t, sign_changes
 
-   !> How good a set of modes is; every figure is relative.
+   !> Relative orthogonality errors of a set of modes.
    type :: mode_quality_t
-      !> Largest |phi_i^T M phi_j - delta_ij|
+      !> Maximum |phi_i^T M phi_j - delta_ij|
       real(wp) :: mass_orthogonality = 0.0_wp
-      !> Largest |phi_i^T K phi_j - lambda_i^4 delta_ij| / (lambda_i^2 lambda_j^2)
+      !> Maximum |phi_i^T K phi_j - lambda_i^4 delta_ij| / (lambda_i^2 lambda_j^2)
       real(wp) :: stiffness_orthogonality = 0.0_wp
    end type mode_quality_t
 
 contains
 
-   !> Turn each mode so that its tip moves by a positive amount, or, where it is held, turns, or else the node before it
-   !> moves.
+   !> Fix the sign of each mode so that the displacement of the tip is positive, or the slope of the tip if its
+   !> displacement is constrained in all modes, or else the displacement of the node before the tip.
    pure subroutine fix_mode_signs(tip_dof, modes)
-      !> Row of the displacement of the tip
+      !> Degree of freedom of the displacement of the tip
       integer, intent(in) :: tip_dof
-      !> Shapes as columns
+      !> Mode shapes as columns
       real(wp), intent(inout) :: modes(:, :)
 
       integer :: mode, dof
@@ -39,32 +40,32 @@ contains
       end do
    end subroutine fix_mode_signs
 
-   !> Changes of sign along a row of values; zeros count for neither sign.
+   !> Number of sign changes in a sequence of values. Zeros are ignored.
    pure function sign_changes(values) result(changes)
       real(wp), intent(in) :: values(:)
       integer :: changes
 
-      real(wp) :: last
+      real(wp) :: previous
       integer :: i
 
       changes = 0
-      last = 0.0_wp
+      previous = 0.0_wp
       do i = 1, size(values)
          if (.not. abs(values(i)) > 0.0_wp) cycle
-         if (values(i) < 0.0_wp .neqv. last < 0.0_wp) then
-            if (abs(last) > 0.0_wp) changes = changes + 1
+         if (values(i) < 0.0_wp .neqv. previous < 0.0_wp) then
+            if (abs(previous) > 0.0_wp) changes = changes + 1
          end if
-         last = values(i)
+         previous = values(i)
       end do
    end function sign_changes
 
-   !> M- and K-orthogonality of a set of modes. With K assembled, the second figure contains the
-   !> cancellation inside K, which grows with the mesh, beside the error of the modes.
+   !> Orthogonality errors in M and K of a set of modes. The error in K includes the cancellation inside the assembled
+   !> K, which grows with the number of elements, besides the errors of the modes.
    pure function mode_quality(model, lambda, modes) result(quality)
       type(beam_model_t), intent(in) :: model
       !> lambda_i, [modes]
       real(wp), intent(in) :: lambda(:)
-      !> Shapes as columns, [2 n, modes]
+      !> Mode shapes as columns, [2 n, modes]
       real(wp), intent(in) :: modes(:, :)
       type(mode_quality_t) :: quality
 
@@ -83,7 +84,7 @@ contains
          call multiply(model%stiffness, modes(:, j), product)
          do i = 1, size(modes, 2)
             expected = merge(1.0_wp, 0.0_wp, i == j)
-            ! a rotation about the root, whose lambda is 0, beside the first bending
+            ! a rigid-body rotation about the root has lambda = 0, so its error is relative to the first bending mode
             if (lambda(i)*lambda(j) > 0.0_wp) then
                value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
             else

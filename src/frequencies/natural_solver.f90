@@ -1,9 +1,9 @@
-!> Frequencies and modes of a mesh correct to the last digits: the singular values of the
+!> Frequencies and modes of a mesh to full double precision, from the singular values of the
 !> mass-weighted flexibility in element curvatures (`natural_coordinates`), by LAPACK's DGEJSV.
 !>
-!> Jacobi rotations see each column at its own scale. The usual DGESDD is four times as fast, but
-!> under a heavy tip mass or with short elements at the clamp loses the highest modes (n = 16: 2e-13
-!> at mu = 1e6, 2e-12 at r = 0.7; DGEJSV 1e-14 at most).
+!> The Jacobi rotations of DGEJSV are insensitive to the scaling of columns. The usual DGESDD is four times as fast, but
+!> under a heavy tip mass or with short elements at the clamp loses digits of the highest modes (n = 16: relative error
+!> 2e-13 at mu = 1e6, 2e-12 at r = 0.7; with DGEJSV at most 1e-14).
 module natural_solver
    use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
@@ -21,31 +21,32 @@ module natural_solver
 
 contains
 
-   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   !> The first lambda_i of the mesh, ascending, and the mode shapes if requested.
    !>
-   !> A massless node at the stop has no mode of its own: the motion that moves it alone has strain energy, but no
-   !> kinetic energy. It is orthogonal in K to all modes, and is taken out as in `natural_pinned_modes`; its
-   !> coordinates are those of two elements, so no accuracy is lost.
+   !> A massless node at the stop adds no mode, because the motion of this node alone has strain energy but no kinetic
+   !> energy. This motion is orthogonal in K to all modes and is removed as in `natural_pinned_modes`. Only coordinates
+   !> of two elements differ from zero in it, so no accuracy is lost.
    subroutine natural_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most as many as there are
+      !> Number of modes, at most the number of modes of the mesh
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when more modes are asked for than there are, or DGEJSV does not converge
+      !> Set if more modes are requested than the mesh has, or DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [order of the model, count]
+      !> Mode shapes as columns, y and dy/dx of the nodes, unit modal mass, positive displacement of the tip, [order of
+      !> the model, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), unit(:), vectors(:, :)
-      integer :: bent, rigid
+      integer :: strained, rigid
 
       call make_natural_beam(model, natural)
       call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
       rigid = merge(1, 0, has_rigid_mode(model) .and. count > 0)
-      bent = count - rigid
+      strained = count - rigid
       if (has_rigid_mode(model)) then
          call pinned_flexibility(natural, flexibility, nodal)
       else
@@ -62,31 +63,30 @@ contains
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda(count), source=0.0_wp)
-      lambda(rigid + 1:) = 1.0_wp/sqrt(singular(:bent))
+      lambda(rigid + 1:) = 1.0_wp/sqrt(singular(:strained))
       if (.not. present(modes)) return
       allocate (modes(natural%dofs, count))
       if (rigid > 0) call rigid_rotation(natural, flexibility(:, 1), modes(:, 1))
-      call shapes_from_vectors(model%mass, nodal, singular(:bent), vectors(:, :bent), modes, error)
+      call shapes_from_vectors(model%mass, nodal, singular(:strained), vectors(:, :strained), modes, error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
 
-   !> The same for the beam that is held at the stop point as well (y = 0 there); its root is not pinned.
+   !> The first lambda_i and mode shapes of the beam with the constraint y = 0 at the stop. The root must not be pinned.
    !>
-   !> One redundant: a linear constraint c.q = 0 on the curvatures, c_j the displacement of the stop
-   !> point under coordinate j. A reflection turns c into one axis, which is left out. The reflection
-   !> mixes columns of different size, so on strongly graded meshes the high modes keep fewer digits
-   !> than those of the free beam. The sign is that of the slope at the tip where the stop is at the
-   !> tip, else that of its displacement.
+   !> The constraint is c.q = 0 on the curvature coordinates, with c_j the displacement at the stop under coordinate j.
+   !> A Householder reflection turns c into one coordinate axis, which is left out. The reflection combines columns of
+   !> different size, so on strongly graded meshes the high modes have fewer correct digits than those of the
+   !> unconstrained beam. The slope of the tip is positive if the stop is at the tip, else its displacement.
    subroutine natural_pinned_modes(model, count, lambda, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n - 1
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, [2 n, count]
+      !> Mode shapes as columns, y and dy/dx of the nodes, unit modal mass, [2 n, count]
       real(wp), allocatable, intent(out) :: modes(:, :)
-      !> Set when more modes are asked for than there are, or DGEJSV does not converge
+      !> Set if more modes are requested than the mesh has, or DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
 
       type(natural_beam_t) :: natural
@@ -111,12 +111,13 @@ contains
       call fix_mode_signs(sign_dof, modes)
    end subroutine natural_pinned_modes
 
-   !> The rows of B with the displacement of the stop's node continued from the other coordinates.
+   !> Change the rows of B so that the displacement of the node at the stop is continued from the other degrees of
+   !> freedom (`redistributed_mass`).
    pure subroutine continue_displacement(model, natural, nodal, flexibility)
       type(beam_model_t), intent(in) :: model
-      !> The same beam in its curvatures
+      !> The beam in its element curvatures
       type(natural_beam_t), intent(in) :: natural
-      !> N, y and dy/dx of the nodes under each coordinate, [order of M, columns]
+      !> N: y and dy/dx of the nodes under each coordinate, [order of M, columns]
       real(wp), intent(in) :: nodal(:, :)
       !> B, [rows, 2 n]
       real(wp), intent(inout) :: flexibility(:, :)
@@ -136,11 +137,11 @@ contains
       end do
    end subroutine continue_displacement
 
-   !> Turn an axis of the coordinates into one of their own, and leave that out.
+   !> Reflect the coordinates so that a given direction becomes a coordinate axis, and leave this coordinate out.
    pure subroutine drop_axis(direction, flexibility, nodal)
-      !> The axis
+      !> Direction that is left out
       real(wp), intent(in) :: direction(:)
-      !> Matrices with a column a coordinate; one fewer on return
+      !> Matrices with a column for each coordinate; one column fewer on return
       real(wp), allocatable, intent(inout) :: flexibility(:, :)
       real(wp), allocatable, intent(inout) :: nodal(:, :)
 
@@ -155,41 +156,41 @@ contains
       call reflect_and_drop(nodal, axis, pivot)
    end subroutine drop_axis
 
-   !> matrix (I - 2 a a^T) without its column `pivot`.
+   !> Replace a matrix by matrix (I - 2 a a^T) without its column `pivot`.
    pure subroutine reflect_and_drop(matrix, axis, pivot)
-      !> The matrix; one column fewer on return
+      !> Matrix, one column fewer on return
       real(wp), allocatable, intent(inout) :: matrix(:, :)
-      !> a, of unit length
+      !> Unit vector a
       real(wp), intent(in) :: axis(:)
-      !> Column that goes
+      !> Column that is left out
       integer, intent(in) :: pivot
 
-      real(wp), allocatable :: kept(:, :)
+      real(wp), allocatable :: reduced(:, :)
       real(wp) :: projection(size(matrix, 1))
       integer :: column, place
 
       projection = 2.0_wp*matmul(matrix, axis)
-      allocate (kept(size(matrix, 1), size(matrix, 2) - 1))
+      allocate (reduced(size(matrix, 1), size(matrix, 2) - 1))
       place = 0
       do column = 1, size(matrix, 2)
          if (column == pivot) cycle
          place = place + 1
-         kept(:, place) = matrix(:, column) - projection*axis(column)
+         reduced(:, place) = matrix(:, column) - projection*axis(column)
       end do
-      call move_alloc(kept, matrix)
+      call move_alloc(reduced, matrix)
    end subroutine reflect_and_drop
 
    !> Singular values, descending, and right singular vectors of a matrix with at least as many rows as columns.
    subroutine right_singular_vectors(matrix, with_vectors, singular, vectors, error)
-      !> The matrix, [rows, columns]
+      !> Matrix, [rows, columns]
       real(wp), intent(in) :: matrix(:, :)
-      !> Compute vectors
+      !> Compute the singular vectors
       logical, intent(in) :: with_vectors
       !> Singular values, [columns]
       real(wp), allocatable, intent(out) :: singular(:)
-      !> Right singular vectors as columns, [columns, columns]; [1, 1] if not asked for
+      !> Right singular vectors as columns, [columns, columns]; [1, 1] if not requested
       real(wp), allocatable, intent(out) :: vectors(:, :)
-      !> Set when DGEJSV does not converge
+      !> Set if DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: copy(:, :), work(:)
@@ -224,34 +225,35 @@ contains
       end if
    end subroutine right_singular_vectors
 
-   !> Shapes from right singular vectors: y = N v/s. What rounding left in them of lower modes (an
-   !> error of v grows by the squared ratio of the frequencies) is taken out again by
-   !> orthogonalising them in M, from low to high: Cholesky's factor of their modal masses.
+   !> Mode shapes from right singular vectors, y = N v/s. Rounding errors of v along lower modes grow by the squared
+   !> ratio of the frequencies. They are removed by orthogonalising the shapes in M in ascending order, with the
+   !> Cholesky factor of their modal mass matrix.
    subroutine shapes_from_vectors(mass, nodal, singular, vectors, modes, error)
-      !> M
+      !> Mass matrix M
       type(skyline_t), intent(in) :: mass
-      !> N, y and dy/dx of the nodes under each coordinate, [order of M, columns]
+      !> N: y and dy/dx of the nodes under each coordinate, [order of M, columns]
       real(wp), intent(in) :: nodal(:, :)
-      !> Singular values, [bent]
+      !> Singular values of the modes with strain energy, [strained]
       real(wp), intent(in) :: singular(:)
-      !> Right singular vectors, [columns, bent]
+      !> Right singular vectors, [columns, strained]
       real(wp), intent(in) :: vectors(:, :)
-      !> Shapes of unit modal mass as columns, [order of M, count]; the first, if they are more than vectors, is given
+      !> Mode shapes of unit modal mass as columns, [order of M, count]. If there is one shape more than vectors, the
+      !> first is a given rigid-body mode
       real(wp), intent(inout) :: modes(:, :)
-      !> Set when the shapes are not independent
+      !> Set if the shapes are linearly dependent
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: inertia_force(:, :), modal_mass(:, :)
-      integer :: bent, columns, count, first, info, mode, order
+      integer :: strained, columns, count, first, info, mode, order
 
       order = size(nodal, 1)
       columns = size(nodal, 2)
       count = size(modes, 2)
-      bent = size(singular)
-      first = count - bent + 1
+      strained = size(singular)
+      first = count - strained + 1
       if (count == 0) return
       allocate (inertia_force(order, count), modal_mass(count, count))
-      if (bent > 0) call dgemm('N', 'N', order, bent, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, &
+      if (strained > 0) call dgemm('N', 'N', order, strained, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, &
          modes(:, first:), order)
       do mode = 1, count
          if (mode >= first) modes(:, mode) = modes(:, mode)/singular(mode - first + 1)
@@ -266,13 +268,13 @@ contains
       call dtrsm('R', 'U', 'N', 'N', order, count, 1.0_wp, modal_mass, count, modes, order)
    end subroutine shapes_from_vectors
 
-   !> Refuse more modes than there are.
+   !> Refuse more modes than the mesh has.
    pure subroutine check_count(count, available, error)
-      !> Modes asked for
+      !> Number of requested modes
       integer, intent(in) :: count
-      !> Modes that the mesh has
+      !> Number of modes of the mesh
       integer, intent(in) :: available
-      !> Set when they are too many
+      !> Set if too many modes are requested
       type(failure_t), allocatable, intent(out) :: error
 
       if (count < 0 .or. count > available) then

@@ -1,8 +1,9 @@
-!> Frequencies of the continuous beam that is uniform piece by piece, with masses, springs and supports where pieces
-!> meet and any root, from its dynamic stiffness (docs/theory.md, section 4).
+!> Frequencies of a continuous beam of uniform segments, with masses, springs and supports at the joints of segments and
+!> any support of the root, from the dynamic stiffness matrix (docs/theory.md, section 4).
 !>
-!> How many roots lie below a lambda is counted, after Wittrick and Williams: no root is missed, and two that coincide
-!> are two. In quadruple precision, as the stiffness of short pieces cancels: every root is right to 3e-16.
+!> The Wittrick-Williams algorithm counts the roots below a given lambda, so no root is missed and coincident roots
+!> count separately. The dynamic stiffness is computed in quadruple precision because of the cancellation for short
+!> segments; the error of every root is at most 3e-16.
 module piecewise_frequencies
    use beam_model, only: beam_model_t
    use beam_section, only: area, inertia
@@ -12,14 +13,14 @@ module piecewise_frequencies
    private
    public :: pieces_of, piecewise_lambda
 
-   !> A piece, E Ibar = rho Abar = L = 1.
-   type :: load_segment_t
+   !> A uniform segment, E Ibar = rho Abar = L = 1.
+   type :: uniform_segment_t
       real(wp) :: length = 0.0_wp
       real(wp) :: area = 1.0_wp
       real(wp) :: inertia = 1.0_wp
-   end type load_segment_t
+   end type uniform_segment_t
 
-   !> What is where pieces meet, and at the ends: of displacement and slope.
+   !> Inertia, spring stiffness and constraint of displacement and slope at a joint between segments or at an end.
    type :: joint_t
       real(wp) :: inertia(2) = 0.0_wp
       real(wp) :: stiffness(2) = 0.0_wp
@@ -27,27 +28,27 @@ module piecewise_frequencies
    end type joint_t
 
    type :: piecewise_t
-      type(load_segment_t), allocatable :: pieces(:)
-      !> [0:pieces]
+      type(uniform_segment_t), allocatable :: segments(:)
+      !> Joints and ends, [0:segments]
       type(joint_t), allocatable :: joints(:)
    end type piecewise_t
 
 contains
 
-   !> The continuous beam of a model whose section is the same between stations.
+   !> The continuous beam of a model whose section is uniform between stations.
    pure function pieces_of(model) result(beam)
       type(beam_model_t), intent(in) :: model
       type(piecewise_t) :: beam
 
-      ! large, and threads have small stacks
+      ! these arrays are large and threads have small stacks, so the arrays are allocated
       type(joint_t), allocatable :: joints(:)
-      type(load_segment_t), allocatable :: pieces(:)
+      type(uniform_segment_t), allocatable :: segments(:)
       real(wp) :: start
       integer :: i, count
       logical :: is_end
 
       associate (n => model%mesh%elements, position => model%mesh%position, tip => model%mesh%tip_distance)
-         allocate (joints(0:n), pieces(n))
+         allocate (joints(0:n), segments(n))
          joints(0)%stiffness = [model%root%translation_stiffness, model%root%rotation_stiffness]
          joints(0)%is_constrained = .not. joints(0)%stiffness > 0.0_wp
          if (model%root%is_pinned) joints(0)%is_constrained = [.true., .false.]
@@ -59,7 +60,7 @@ contains
          end do
          do i = 1, size(model%supports)
             associate (support => model%supports(i))
-               call hold(joints((support%dof + 1)/2), 2 - modulo(support%dof, 2), support%stiffness)
+               call constrain(joints((support%dof + 1)/2), 2 - modulo(support%dof, 2), support%stiffness)
             end associate
          end do
          count = 0
@@ -71,33 +72,33 @@ contains
                > 0.0_wp) .or. section_differs(model, 0.5_wp*(tip(i - 1) + tip(i)), 0.5_wp*(tip(i) + tip(i + 1)))
             if (.not. is_end) cycle
             count = count + 1
-            pieces(count) = load_segment_t(position(i) - start, area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), &
-               inertia(model%section, 0.5_wp*(tip(i - 1) + tip(i))))
+            segments(count) = uniform_segment_t(position(i) - start, &
+               area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), inertia(model%section, 0.5_wp*(tip(i - 1) + tip(i))))
             joints(count) = joints(i)
             start = position(i)
          end do
       end associate
-      allocate (beam%pieces(count), beam%joints(0:count))
-      beam%pieces(:) = pieces(:count)
+      allocate (beam%segments(count), beam%joints(0:count))
+      beam%segments(:) = segments(:count)
       beam%joints(:) = joints(:count)
    end function pieces_of
 
-   !> Hold a joint, or put a spring there.
-   pure subroutine hold(joint, motion, stiffness)
+   !> Constrain a joint, or add a spring at a joint.
+   pure subroutine constrain(joint, motion, stiffness)
       type(joint_t), intent(inout) :: joint
       !> 1: displacement, 2: slope
       integer, intent(in) :: motion
-      !> 0: it is held
+      !> Stiffness of the spring; 0: the motion is constrained
       real(wp), intent(in) :: stiffness
 
       joint%stiffness(motion) = joint%stiffness(motion) + stiffness
       if (.not. stiffness > 0.0_wp) joint%is_constrained(motion) = .true.
-   end subroutine hold
+   end subroutine constrain
 
-   !> Is the section another one?
+   !> Whether the sections at two points differ.
    pure function section_differs(model, one, other) result(answer)
       type(beam_model_t), intent(in) :: model
-      !> Distances to the tip
+      !> Distances of the points to the tip
       real(wp), intent(in) :: one
       real(wp), intent(in) :: other
       logical :: answer
@@ -106,23 +107,23 @@ contains
          abs(inertia(model%section, one) - inertia(model%section, other)) > 0.0_wp
    end function section_differs
 
-   !> The first lambda_i, ascending; omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)). A motion without strain has 0.
+   !> The first lambda_i, ascending; omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)). A rigid-body mode has lambda = 0.
    pure function piecewise_lambda(count, beam) result(lambda)
       !> Number of roots, >= 0
       integer, intent(in) :: count
       type(piecewise_t), intent(in) :: beam
       real(wp) :: lambda(count)
 
-      !> Below all roots but those of motions without strain
-      real(qp), parameter :: least = 1.0e-5_qp
+      !> Lower bound of all roots except those of rigid-body modes
+      real(qp), parameter :: min_ratio = 1.0e-5_qp
       real(qp), parameter :: tolerance = 1.0e-19_qp
       real(qp) :: lower, upper, middle
       integer :: i
 
-      lower = least
+      lower = min_ratio
       do i = 1, count
          lambda(i) = 0.0_wp
-         if (roots_below(beam, least) >= i) cycle
+         if (roots_below(beam, min_ratio) >= i) cycle
          upper = max(2.0_qp*lower, 1.0_qp)
          do while (roots_below(beam, upper) < i)
             lower = upper
@@ -140,30 +141,31 @@ contains
       end do
    end function piecewise_lambda
 
-   !> How many roots lie below: of each piece held at both ends, and negative pivots of the dynamic stiffness.
+   !> Number of roots below lambda: the roots of each segment with both ends clamped, plus the negative pivots of the
+   !> dynamic stiffness matrix.
    pure function roots_below(beam, lambda) result(count)
       type(piecewise_t), intent(in) :: beam
-      !> > 0
+      !> Bound lambda > 0
       real(qp), intent(in) :: lambda
       integer :: count
 
-      real(qp), parameter :: least = epsilon(1.0_qp)**2
+      real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
       real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2), determinant
       integer :: i, supported
 
       count = 0
       diagonal = 0.0_qp
-      do i = 0, size(beam%pieces)
+      do i = 0, size(beam%segments)
          next = 0.0_qp
          coupling = 0.0_qp
-         if (i < size(beam%pieces)) then
-            call add_piece(beam%pieces(i + 1), lambda, diagonal, coupling, next, supported)
+         if (i < size(beam%segments)) then
+            call add_segment(beam%segments(i + 1), lambda, diagonal, coupling, next, supported)
             count = count + supported
          end if
          associate (joint => beam%joints(i))
             diagonal(1, 1) = diagonal(1, 1) + real(joint%stiffness(1), qp) - lambda**4*real(joint%inertia(1), qp)
             diagonal(2, 2) = diagonal(2, 2) + real(joint%stiffness(2), qp) - lambda**4*real(joint%inertia(2), qp)
-            call leave_out(joint%is_constrained, diagonal, coupling)
+            call eliminate_constrained(joint%is_constrained, diagonal, coupling)
          end associate
          determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
          if (determinant < 0.0_qp) then
@@ -171,19 +173,20 @@ contains
          else if (diagonal(1, 1) < 0.0_qp) then
             count = count + 2
          end if
-         if (i == size(beam%pieces)) exit
-         ! a root of what lies before the joint: next to it the count is the same
-         determinant = sign(max(abs(determinant), least*sum(diagonal**2)), determinant)
+         if (i == size(beam%segments)) exit
+         ! a zero determinant means a root of the beam up to this joint; the count is the same for a small non-zero
+         ! value
+         determinant = sign(max(abs(determinant), min_ratio*sum(diagonal**2)), determinant)
          block(1, :) = (diagonal(2, 2)*coupling(1, :) - diagonal(1, 2)*coupling(2, :))/determinant
          block(2, :) = (diagonal(1, 1)*coupling(2, :) - diagonal(1, 2)*coupling(1, :))/determinant
          diagonal = next - matmul(transpose(coupling), block)
       end do
    end function roots_below
 
-   !> Of what is held only a one stays on the diagonal.
-   pure subroutine leave_out(is_constrained, diagonal, coupling)
+   !> Replace the rows and columns of constrained motions by those of the unit matrix.
+   pure subroutine eliminate_constrained(is_constrained, diagonal, coupling)
       logical, intent(in) :: is_constrained(2)
-      !> Of the joint, and with the next
+      !> Diagonal block of the joint, and coupling block with the next joint
       real(qp), intent(inout) :: diagonal(2, 2)
       real(qp), intent(inout) :: coupling(2, 2)
 
@@ -196,44 +199,45 @@ contains
          diagonal(i, i) = 1.0_qp
          coupling(i, :) = 0.0_qp
       end do
-   end subroutine leave_out
+   end subroutine eliminate_constrained
 
-   !> The dynamic stiffness of a piece: what it adds at its ends, and between them.
-   pure subroutine add_piece(piece, lambda, near, coupling, far, supported)
-      type(load_segment_t), intent(in) :: piece
+   !> Add the dynamic stiffness of a segment.
+   pure subroutine add_segment(segment, lambda, near, coupling, far, supported)
+      type(uniform_segment_t), intent(in) :: segment
       real(qp), intent(in) :: lambda
-      !> At the end towards the root
+      !> Diagonal block at the end towards the root, to which the stiffness is added
       real(qp), intent(inout) :: near(2, 2)
-      !> Between both ends, and at the other
+      !> Coupling block between both ends, and diagonal block at the end towards the tip
       real(qp), intent(out) :: coupling(2, 2)
       real(qp), intent(out) :: far(2, 2)
-      !> Roots below of the piece held at both ends
+      !> Number of roots below lambda of the segment with both ends clamped
       integer, intent(out) :: supported
 
-      real(qp) :: k, length, s(6), stiff(0:2)
+      real(qp) :: k, length, s(6), factor(0:2)
 
-      length = real(piece%length, qp)
-      k = lambda*length*sqrt(sqrt(real(piece%area, qp)/real(piece%inertia, qp)))
+      length = real(segment%length, qp)
+      k = lambda*length*sqrt(sqrt(real(segment%area, qp)/real(segment%inertia, qp)))
       call find_coefficients(k, s, supported)
       ! E I/l^3, E I/l^2, E I/l
-      stiff = real(piece%inertia, qp)/[length**3, length**2, length]
-      near = near + reshape([stiff(0)*s(1), stiff(1)*s(2), stiff(1)*s(2), stiff(2)*s(5)], [2, 2])
-      far = reshape([stiff(0)*s(1), -stiff(1)*s(2), -stiff(1)*s(2), stiff(2)*s(5)], [2, 2])
-      coupling = reshape([-stiff(0)*s(3), -stiff(1)*s(4), stiff(1)*s(4), stiff(2)*s(6)], [2, 2])
-   end subroutine add_piece
+      factor = real(segment%inertia, qp)/[length**3, length**2, length]
+      near = near + reshape([factor(0)*s(1), factor(1)*s(2), factor(1)*s(2), factor(2)*s(5)], [2, 2])
+      far = reshape([factor(0)*s(1), -factor(1)*s(2), -factor(1)*s(2), factor(2)*s(5)], [2, 2])
+      coupling = reshape([-factor(0)*s(3), -factor(1)*s(4), factor(1)*s(4), factor(2)*s(6)], [2, 2])
+   end subroutine add_segment
 
-   !> 12, 6, 12, 6, 4 and 2 of the static stiffness, where the piece moves: k^3 (c S + s C)/D, k^2 s S/D, k^3 (s + S)/D,
-   !> k^2 (C - c)/D, k (s C - c S)/D and k (S - s)/D with D = 1 - c C, c = cos k, C = cosh k and so on.
+   !> Coefficients that replace 12, 6, 12, 6, 4 and 2 of the static stiffness matrix: k^3 (c S + s C)/D, k^2 s S/D, k^3
+   !> (s + S)/D, k^2 (C - c)/D, k (s C - c S)/D and k (S - s)/D with D = 1 - c C, c = cos k, C = cosh k, s = sin k, S =
+   !> sinh k.
    pure subroutine find_coefficients(k, s, supported)
-      !> lambda of the piece itself
+      !> Value k of the segment: lambda times its length, scaled by its section
       real(qp), intent(in) :: k
       real(qp), intent(out) :: s(6)
-      !> Roots of D below k
+      !> Number of roots of D below k
       integer, intent(out) :: supported
 
       real(qp), parameter :: small = 2.0_qp
       real(qp) :: c, d, decay, square, t
-      integer :: halves
+      integer :: half_waves
 
       if (k < small) then
          supported = 0
@@ -243,7 +247,7 @@ contains
             0.5_qp*series(1.0_qp, 2), series(-4.0_qp, 3), 0.5_qp*series(1.0_qp, 3)]/d
          return
       end if
-      ! all times 2 exp(-k)
+      ! numerators and denominator are multiplied by 2 exp(-k)
       decay = exp(-k)
       square = decay**2
       c = cos(k)
@@ -252,13 +256,13 @@ contains
       s = [k**3*(c*(1.0_qp - square) + t*(1.0_qp + square)), k**2*t*(1.0_qp - square), &
          k**3*(2.0_qp*decay*t + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
          k*(t*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*t)]/d
-      halves = int(k/pi_quad)
-      supported = halves
-      if (d > 0.0_qp .eqv. modulo(halves, 2) == 1) supported = halves - 1
+      half_waves = int(k/pi_quad)
+      supported = half_waves
+      if (d > 0.0_qp .eqv. modulo(half_waves, 2) == 1) supported = half_waves - 1
 
    contains
 
-      !> Sum of g^n t^n/(4 n + p)!
+      !> The series sum of g^n t^n/(4 n + p)!
       pure function series(g, p) result(total)
          real(qp), intent(in) :: g
          integer, intent(in) :: p

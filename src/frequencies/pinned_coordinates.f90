@@ -1,10 +1,11 @@
-!> The beam in its element curvatures where it turns freely about its root (docs/theory.md, section 5).
+!> The beam in its element curvatures with a pinned root (docs/theory.md, section 5).
 !>
-!> The curvatures leave a rotation open, which has no strain. Every coordinate moves the beam by a bend about its
-!> element and as much of that rotation as one likes; in the modes it is orthogonal in the mass product to the
-!> rotation. To project it out loses digits where the bend, from a clamped root, is nearly a rotation itself, as those
-!> near the root are. So each bend is taken, without cancellation, in that of three forms which is least: with the
-!> root, the part beyond the element, or the tip at rest.
+!> The curvatures do not determine the rigid-body rotation about the root, which has no strain energy. Each coordinate
+!> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
+!> makes the deflection orthogonal in the mass product to the rotation. Projecting the rotation out loses digits if the
+!> deflection is nearly a rotation itself, as that of a bend near a clamped root is. Each bend is therefore computed,
+!> without cancellation, in that of three forms whose deflection is smallest: with the root, the part beyond the
+!> element, or the tip at rest.
 module pinned_coordinates
    use kinds, only: wp
    use natural_coordinates, only: natural_beam_t
@@ -12,99 +13,101 @@ module pinned_coordinates
    private
    public :: pinned_flexibility, take_rotation_out, rigid_rotation
 
-   !> What has no motion.
+   !> Forms of the deflection of a bend: the part of the beam that is at rest.
    integer, parameter :: root_at_rest = 1
    integer, parameter :: end_at_rest = 2
    integer, parameter :: tip_at_rest = 3
 
-   !> A bend within an element, and a rotation of the whole.
+   !> A bend within an element, plus a rigid-body rotation of the beam.
    type :: bend_t
       integer :: element = 0
-      !> Its curvature at the left and at the right node, times its length
+      !> Curvature at the left and at the right node of the element, times the length of the element
       real(wp) :: left = 0.0_wp
       real(wp) :: right = 0.0_wp
-      !> One of the constants above, and the rotation at the root that it comes to
+      !> Form of the deflection, one of the constants above
       integer :: at_rest = root_at_rest
+      !> Rotation of the root in this form
       real(wp) :: root_rotation = 0.0_wp
-      !> Rotation of what is beyond the element against the root, and that times the place of the bend
+      !> Rotation of the outer part beyond the element relative to the root
       real(wp) :: rotation = 0.0_wp
+      !> That rotation times the position of the centre of the bend
       real(wp) :: moment = 0.0_wp
    end type bend_t
 
 contains
 
-   !> Rows of B and motions of the nodes, but for a rotation of the whole.
+   !> Rows of B and displacements of the nodes under each coordinate, up to a rigid-body rotation.
    pure subroutine pinned_flexibility(natural, flexibility, nodal)
       type(natural_beam_t), intent(in) :: natural
-      !> [rows, order]
+      !> Rows of B for each coordinate, [rows, order]
       real(wp), allocatable, intent(out) :: flexibility(:, :)
-      !> [dofs, order]
+      !> y and dy/dx of the nodes and the root for each coordinate, [dofs, order]
       real(wp), allocatable, intent(out) :: nodal(:, :)
 
-      real(wp) :: column(natural%rows), least
+      real(wp) :: column(natural%rows), min_norm
       type(bend_t) :: bend
       integer :: form, j
 
       allocate (flexibility(natural%rows, natural%order), nodal(natural%dofs, natural%order))
       do j = 1, natural%order
-         least = huge(1.0_wp)
+         min_norm = huge(1.0_wp)
          do form = root_at_rest, tip_at_rest
             bend = bend_of(natural, j, form)
             call rows_of(natural, bend, column)
-            if (norm2(column) >= least) cycle
-            least = norm2(column)
+            if (norm2(column) >= min_norm) cycle
+            min_norm = norm2(column)
             flexibility(:, j) = column
-            call nodes_of(natural, bend, nodal(:, j))
+            call nodal_motion_of(natural, bend, nodal(:, j))
          end do
       end do
    end subroutine pinned_flexibility
 
-   !> Project each column to be orthogonal to the rotation of the whole; twice, the second time for rounding.
+   !> Project each column to be orthogonal to the rigid-body rotation. A second pass removes rounding errors.
    pure subroutine take_rotation_out(natural, flexibility, nodal)
       type(natural_beam_t), intent(in) :: natural
-      !> [rows, order]
+      !> Rows of B for each coordinate, [rows, order]
       real(wp), intent(inout) :: flexibility(:, :)
-      !> [dofs, order]
+      !> y and dy/dx of the nodes and the root for each coordinate, [dofs, order]
       real(wp), intent(inout) :: nodal(:, :)
 
-      real(wp) :: direction(natural%rows), motion(natural%dofs), share
+      real(wp) :: direction(natural%rows), motion(natural%dofs), amount
       integer :: j, pass
 
       call rigid_rotation(natural, direction, motion)
       do pass = 1, 2
          do j = 1, size(flexibility, 2)
-            share = dot_product(direction, flexibility(:, j))
-            flexibility(:, j) = flexibility(:, j) - share*direction
-            nodal(:, j) = nodal(:, j) - share*motion
+            amount = dot_product(direction, flexibility(:, j))
+            flexibility(:, j) = flexibility(:, j) - amount*direction
+            nodal(:, j) = nodal(:, j) - amount*motion
          end do
       end do
    end subroutine take_rotation_out
 
-   !> The rotation about the root, of unit modal mass.
+   !> The rigid-body rotation about the root, of unit modal mass.
    pure subroutine rigid_rotation(natural, direction, motion)
       type(natural_beam_t), intent(in) :: natural
-      !> Its rows of B, of unit length, [rows]
+      !> Rows of B of the rotation, of unit length, [rows]
       real(wp), intent(out) :: direction(:)
-      !> y and dy/dx of the nodes, [dofs]
+      !> y and dy/dx of the nodes and the root, [dofs]
       real(wp), intent(out) :: motion(:)
 
-      type(bend_t) :: turn
+      type(bend_t) :: rotation_alone
       real(wp) :: length
 
-      turn%root_rotation = 1.0_wp
-      turn%rotation = 1.0_wp
-      call rows_of(natural, turn, direction)
-      call nodes_of(natural, turn, motion)
+      rotation_alone%root_rotation = 1.0_wp
+      rotation_alone%rotation = 1.0_wp
+      call rows_of(natural, rotation_alone, direction)
+      call nodal_motion_of(natural, rotation_alone, motion)
       length = norm2(direction)
       direction = direction/length
       motion = motion/length
    end subroutine rigid_rotation
 
-   !> The bend of a coordinate.
+   !> The bend of a unit coordinate.
    pure function bend_of(natural, coordinate, form) result(bend)
       type(natural_beam_t), intent(in) :: natural
       integer, intent(in) :: coordinate
-      !> What is at rest
+      !> Part of the beam that is at rest, one of the constants above
       integer, intent(in) :: form
       type(bend_t) :: bend
 
@@ -128,10 +131,10 @@ contains
       end associate
    end function bend_of
 
-   !> Displacement of a place beyond the element.
-   pure function displacement_beyond(bend, x, tip_distance) result(displacement)
+   !> Displacement of a point beyond the bent element.
+   pure function outer_displacement(bend, x, tip_distance) result(displacement)
       type(bend_t), intent(in) :: bend
-      !> Distances to the root and to the tip
+      !> Distances of the point to the root and to the tip
       real(wp), intent(in) :: x
       real(wp), intent(in) :: tip_distance
       real(wp) :: displacement
@@ -144,23 +147,23 @@ contains
       case default
          displacement = bend%rotation*x - bend%moment
       end select
-   end function displacement_beyond
+   end function outer_displacement
 
-   !> Rotation beyond the element.
-   pure function rotation_beyond(bend) result(rotation)
+   !> Rotation of the beam beyond the bent element.
+   pure function outer_rotation(bend) result(rotation)
       type(bend_t), intent(in) :: bend
       real(wp) :: rotation
 
       rotation = 0.0_wp
       if (bend%at_rest == root_at_rest) rotation = bend%rotation
       if (bend%at_rest == tip_at_rest) rotation = bend%moment
-   end function rotation_beyond
+   end function outer_rotation
 
-   !> Rows of B.
+   !> The column of B of a bend.
    pure subroutine rows_of(natural, bend, column)
       type(natural_beam_t), intent(in) :: natural
       type(bend_t), intent(in) :: bend
-      !> [rows]
+      !> Column of B, [rows]
       real(wp), intent(out) :: column(:)
 
       real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
@@ -173,31 +176,31 @@ contains
             associate (length => natural%length(element))
                x = natural%position(element - 1) + xi*length
                if (element > bend%element) then
-                  displacement = displacement_beyond(bend, x, natural%tip_distance(element) + (1.0_wp - xi)*length)
+                  displacement = outer_displacement(bend, x, natural%tip_distance(element) + (1.0_wp - xi)*length)
                else
                   displacement = bend%root_rotation*x
                   if (element == bend%element) displacement = displacement + &
                      length*xi**2*(bend%left*(0.5_wp - one_sixth*xi) + bend%right*one_sixth*xi)
                end if
             end associate
-            column(row) = natural%root_mass(row)*displacement
+            column(row) = natural%sqrt_mass(row)*displacement
          end do
       end do
-      call nodes_of(natural, bend, nodal)
-      if (natural%root_tip_mass > 0.0_wp) column(natural%beam_rows) = natural%root_tip_mass &
+      call nodal_motion_of(natural, bend, nodal)
+      if (natural%sqrt_tip_mass > 0.0_wp) column(natural%beam_rows) = natural%sqrt_tip_mass &
          *nodal(2*natural%elements - 1)
       do i = 1, size(natural%mass_node)
          dof = 2*natural%mass_node(i) - 1
          row = natural%beam_rows + 2*i - 1
-         column(row:row + 1) = natural%root_of_mass(:, i)*nodal(dof:dof + 1)
+         column(row:row + 1) = natural%sqrt_point_mass(:, i)*nodal(dof:dof + 1)
       end do
    end subroutine rows_of
 
-   !> y and dy/dx of the nodes, and the rotation of the root.
-   pure subroutine nodes_of(natural, bend, nodal)
+   !> y and dy/dx of the nodes, and the rotation of the root, of a bend.
+   pure subroutine nodal_motion_of(natural, bend, nodal)
       type(natural_beam_t), intent(in) :: natural
       type(bend_t), intent(in) :: bend
-      !> [dofs]
+      !> Displacements and rotations, [dofs]
       real(wp), intent(out) :: nodal(:)
 
       integer :: node
@@ -208,11 +211,11 @@ contains
             if (node < bend%element) then
                nodal(2*node - 1:2*node) = bend%root_rotation*[x, 1.0_wp]
             else
-               nodal(2*node - 1) = displacement_beyond(bend, x, natural%tip_distance(node))
-               nodal(2*node) = rotation_beyond(bend)
+               nodal(2*node - 1) = outer_displacement(bend, x, natural%tip_distance(node))
+               nodal(2*node) = outer_rotation(bend)
             end if
          end associate
       end do
-   end subroutine nodes_of
+   end subroutine nodal_motion_of
 
 end module pinned_coordinates

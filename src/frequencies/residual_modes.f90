@@ -1,8 +1,10 @@
-!> What modes that are left out do at some points, in a few vectors (docs/theory.md, section 13).
+!> Residual modes: a few vectors that represent the flexibility of the truncated modes at some points (docs/theory.md,
+!> section 13).
 !>
-!> The static shapes of forces there, less the part of the modes that are kept, are orthogonal to these in strain and so
-!> in mass (MacNeal, Computers and Structures 1 (1971) 581; Rubin, AIAA J. 13 (1975) 995). Rayleigh and Ritz make modes
-!> of them: with those the flexibility at and between the points is that of all modes.
+!> The static shapes under forces at these points, minus their components along the retained modes, are orthogonal to
+!> the retained modes in strain energy and therefore in mass (MacNeal, Computers and Structures 1 (1971) 581; Rubin,
+!> AIAA J. 13 (1975) 995). The Rayleigh-Ritz method makes modes of these vectors. With the residual modes the
+!> flexibility at and between the points equals that of all modes.
 module residual_modes
    use failures, only: fail, failure_t, status_run_failed
    use support_coordinates, only: bend, supported_beam_t
@@ -15,49 +17,51 @@ module residual_modes
 
 contains
 
-   !> The residual modes of shapes beside others.
-   subroutine find_residual_modes(beam, shapes, vectors, rest, deflection, error)
+   !> The residual modes of static shapes beside the retained modes.
+   subroutine find_residual_modes(beam, shapes, vectors, residual, deflection, error)
       type(supported_beam_t), intent(in) :: beam
-      !> Coordinates of the shapes, [order, shapes]
+      !> Coordinates of the static shapes, [order, shapes]
       real(wp), intent(in) :: shapes(:, :)
-      !> Coordinates of the modes that are kept, [order, modes]
+      !> Coordinates of the retained modes, [order, modes]
       real(wp), intent(in) :: vectors(:, :)
-      !> Residual modes of unit modal mass, at most one for each shape, the lowest frequency first, [order, residual]
-      real(wp), allocatable, intent(out) :: rest(:, :)
-      !> B times these, [rows, residual]
+      !> Coordinates of the residual modes of unit modal mass, at most one for each shape, in ascending order of
+      !> frequency, [order, residual]
+      real(wp), allocatable, intent(out) :: residual(:, :)
+      !> B times the residual modes, [rows, residual]
       real(wp), allocatable, intent(out) :: deflection(:, :)
-      !> Set when their small eigenproblem fails
+      !> Set if the eigenproblem of the residual modes fails
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: j
 
-      allocate (rest, source=remainders(shapes, vectors))
-      allocate (deflection(beam%rows, size(rest, 2)))
-      if (size(rest, 2) == 0) return
-      do j = 1, size(rest, 2)
-         call bend(beam, rest(:, j), deflection(:, j))
+      allocate (residual, source=residual_vectors(shapes, vectors))
+      allocate (deflection(beam%rows, size(residual, 2)))
+      if (size(residual, 2) == 0) return
+      do j = 1, size(residual, 2)
+         call bend(beam, residual(:, j), deflection(:, j))
       end do
-      call rotate(rest, deflection, error)
-      if (.not. allocated(error)) call orthogonalise(rest, deflection, error)
+      call rotate(residual, deflection, error)
+      if (.not. allocated(error)) call orthogonalise(residual, deflection, error)
    end subroutine find_residual_modes
 
-   !> What is left of shapes beside modes, orthonormal; nothing of one that the others make up.
-   pure function remainders(shapes, vectors) result(rest)
-      !> [order, shapes]
+   !> Shapes minus their components along the modes, orthonormalised. Shapes that depend linearly on modes and other
+   !> shapes are dropped.
+   pure function residual_vectors(shapes, vectors) result(residual)
+      !> Coordinates of the static shapes, [order, shapes]
       real(wp), intent(in) :: shapes(:, :)
-      !> [order, modes]
+      !> Coordinates of the retained modes, [order, modes]
       real(wp), intent(in) :: vectors(:, :)
-      real(wp), allocatable :: rest(:, :)
+      real(wp), allocatable :: residual(:, :)
 
-      !> Of which rounding leaves too little
-      real(wp), parameter :: least = 1.0e-11_wp
+      !> Minimum norm of a residual relative to its shape; smaller residuals are rounding errors
+      real(wp), parameter :: min_norm = 1.0e-11_wp
       real(wp) :: found(size(shapes, 1), size(shapes, 2)), q(size(shapes, 1))
-      integer :: count, i, j, round
+      integer :: count, i, j, pass
 
       count = 0
       do j = 1, size(shapes, 2)
          q = shapes(:, j)/norm2(shapes(:, j))
-         do round = 1, 2
+         do pass = 1, 2
             do i = 1, size(vectors, 2)
                q = q - vectors(:, i)*(dot_product(vectors(:, i), q)/dot_product(vectors(:, i), vectors(:, i)))
             end do
@@ -65,7 +69,7 @@ contains
                q = q - found(:, i)*dot_product(found(:, i), q)
             end do
          end do
-         if (.not. norm2(q) > least) cycle
+         if (.not. norm2(q) > min_norm) cycle
          count = count + 1
          q = q/norm2(q)
          do i = 1, count - 1
@@ -73,16 +77,17 @@ contains
          end do
          found(:, count) = q/norm2(q)
       end do
-      allocate (rest, source=found(:, :count))
-   end function remainders
+      allocate (residual, source=found(:, :count))
+   end function residual_vectors
 
-   !> Vectors that are orthogonal in strain made so in mass as well, that of most mass first.
+   !> Rotate vectors that are orthogonal in strain energy so that they become orthogonal in mass as well, in descending
+   !> order of mass.
    subroutine rotate(vectors, deflection, error)
-      !> Orthonormal, [order, count]
+      !> Orthonormal vectors, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(inout) :: deflection(:, :)
-      !> Set when DSYGV fails
+      !> Set if DSYGV fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), dimension(size(vectors, 2), size(vectors, 2)) :: mass, unit
