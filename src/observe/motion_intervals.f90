@@ -121,7 +121,7 @@ module motion_intervals
          real(wp) :: state(2)
       end function evaluate_interface
 
-      !> `reach`: upper bound of the magnitude of a gap, known without a search; `rounding`: rounding error of the gap.
+      !> `reach`: upper bound of the magnitude of a gap, known without a search; `rounding`: its rounding error.
       pure function reach_interface(self, k) result(reach)
          import :: interval_t, wp
          implicit none (type, external)
