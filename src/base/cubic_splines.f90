@@ -16,7 +16,7 @@ contains
       logical, intent(in) :: is_flat(2)
       real(wp) :: curvature(size(x))
 
-      ! of each interval, and of two of zero length before the first and after the last
+      ! lengths and slopes of the intervals, and of two intervals of zero length before the first and after the last
       real(wp), dimension(0:size(x)) :: length, slope
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor

@@ -7,7 +7,7 @@ module run_reach
    public :: watch_reach, forget_reach, tell_reach, place_of_reach
 
    !> 0 to 1; a timer reads it at any moment
-   real(c_double), volatile, target :: reach = 0.0_c_double
+   real(c_double), volatile, target :: progress = 0.0_c_double
    !> True during a single run in one thread; sweeps report their cases instead
    logical :: is_enabled = .false.
 
@@ -15,14 +15,14 @@ contains
 
    !> Enable reports of progress.
    subroutine watch_reach()
-      reach = 0.0_c_double
+      progress = 0.0_c_double
       is_enabled = .true.
    end subroutine watch_reach
 
    !> Disable reports of progress.
    subroutine forget_reach()
       is_enabled = .false.
-      reach = 0.0_c_double
+      progress = 0.0_c_double
    end subroutine forget_reach
 
    !> Report the progress of the run, if reports are enabled.
@@ -30,14 +30,14 @@ contains
       real(wp), intent(in) :: time
       real(wp), intent(in) :: duration
 
-      if (is_enabled) reach = real(time/duration, c_double)
+      if (is_enabled) progress = real(time/duration, c_double)
    end subroutine tell_reach
 
    !> Address of the progress, for code that is not written in Fortran.
-   function place_of_reach() result(place)
-      type(c_ptr) :: place
+   function place_of_reach() result(address)
+      type(c_ptr) :: address
 
-      place = c_loc(reach)
+      address = c_loc(progress)
    end function place_of_reach
 
 end module run_reach

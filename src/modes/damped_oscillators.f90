@@ -75,7 +75,7 @@ contains
    pure subroutine make_oscillators(square, zeta, oscillators, mass_rate)
       !> W^2 in units of omega1^2, > 0, in the order of `damping_order`
       real(wp), intent(in) :: square(:)
-      !> zeta = gamma omega1/2, >= 0
+      !> zeta = gamma omega1/2 with gamma the coefficient of damping proportional to stiffness, >= 0
       real(wp), intent(in) :: zeta
       type(oscillators_t), intent(out) :: oscillators
       !> alpha/omega1, [modes]; default 0

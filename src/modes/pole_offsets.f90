@@ -9,6 +9,7 @@ module pole_offsets
 
    !> Poles of a secular equation.
    type :: secular_t
+      !> Numbers of modes, of roots and of poles
       integer :: modes = 0
       integer :: roots = 0
       integer :: poles = 0

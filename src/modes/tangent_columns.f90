@@ -24,7 +24,7 @@ module tangent_columns
    type :: tangent_t
       !> Variations of the free modes, [modes, columns], and of the force P2 of each contact, [contacts, columns]
       real(wp), allocatable :: q(:, :), v(:, :), memory(:, :)
-      !> Delay of the last event, [columns]
+      !> Variations of the instant of the last event, [columns]
       real(wp), allocatable :: delay(:)
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
       type(state_rates_t) :: begun

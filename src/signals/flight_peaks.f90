@@ -132,45 +132,45 @@ contains
    end function step_to_maximum
 
    !> Maximum of the cubic through the values and slopes of two evaluations, as a share of their distance in time.
-   pure function cubic_maximum(distance, low, high) result(share)
+   pure function cubic_maximum(distance, earlier, later) result(share)
       real(wp), intent(in) :: distance
       !> The earlier evaluation; the signal rises there
-      type(bounds_t), intent(in) :: low
+      type(bounds_t), intent(in) :: earlier
       !> The later evaluation; the signal falls there
-      type(bounds_t), intent(in) :: high
+      type(bounds_t), intent(in) :: later
       real(wp) :: share
 
       real(wp) :: bend, mean, middle
 
-      mean = (high%value - low%value)/distance
-      ! with m and b below, the cubic has the slope s + 2 m x + b x^2 at share x
-      middle = 3.0_wp*mean - 2.0_wp*low%slope - high%slope
-      bend = 3.0_wp*(low%slope + high%slope - 2.0_wp*mean)
-      share = low%slope/(sqrt(max(middle**2 - bend*low%slope, 0.0_wp)) - middle)
+      mean = (later%value - earlier%value)/distance
+      ! at share x the cubic has the slope earlier%slope + 2 middle x + bend x^2
+      middle = 3.0_wp*mean - 2.0_wp*earlier%slope - later%slope
+      bend = 3.0_wp*(earlier%slope + later%slope - 2.0_wp*mean)
+      share = earlier%slope/(sqrt(max(middle**2 - bend*earlier%slope, 0.0_wp)) - middle)
       if (.not. (share > 0.0_wp .and. share < 1.0_wp)) share = 0.5_wp
    end function cubic_maximum
 
    !> Does a signal certainly stay below a level between two evaluations? From either of them a cubic with the bound on
    !> the third derivative lies above the signal, and its maximum Bernstein coefficient lies above the cubic.
-   pure function stays_below(level, distance, low, high) result(is)
+   pure function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
       !> The earlier and the later evaluation
-      type(bounds_t), intent(in) :: low
-      type(bounds_t), intent(in) :: high
+      type(bounds_t), intent(in) :: earlier
+      type(bounds_t), intent(in) :: later
       logical :: is
 
       integer, parameter :: divisions = 16
       real(wp) :: from_left, from_right, jerk, left, right
       integer :: j
 
-      jerk = min(low%bound_jerk, 1.0e100_wp)
+      jerk = min(earlier%bound_jerk, 1.0e100_wp)
       is = .false.
       do j = 0, divisions
          left = distance*real(j, wp)/real(divisions, wp)
          right = distance - left
-         from_left = bernstein_maximum(low%value, low%slope, low%curvature, jerk, left)
-         from_right = bernstein_maximum(high%value, -high%slope, high%curvature, jerk, right)
+         from_left = bernstein_maximum(earlier%value, earlier%slope, earlier%curvature, jerk, left)
+         from_right = bernstein_maximum(later%value, -later%slope, later%curvature, jerk, right)
          is = is .or. max(from_left, from_right) < level
       end do
    end function stays_below

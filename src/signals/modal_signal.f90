@@ -118,12 +118,12 @@ contains
 
       type(modal_signal_t), allocatable :: modal
       real(wp), dimension(self%oscillators%count) :: rate
-      real(wp) :: whole
+      real(wp) :: constant
 
-      whole = offset
-      if (order == 0) whole = offset + factor*self%offset
+      constant = offset
+      if (order == 0) constant = offset + factor*self%offset
       allocate (modal)
-      call make_modal_signal(self%oscillators, whole, factor*self%weight, modal)
+      call make_modal_signal(self%oscillators, constant, factor*self%weight, modal)
       modal%is_viscous = self%is_viscous
       if (from > 0.0_wp) then
          call propagate(self%oscillators, from, self%z, self%v, modal%z, modal%v)

@@ -1,8 +1,10 @@
 !> Rows of a phase (the motion between two events) as sums of the same exponentials, advanced by steps whose powers are
-!> stored (docs/theory.md, section 23). A row is one linear functional of the state, such as a gap, a contact force or a
-!> displacement: Re sum c_m z_m(t) with z_m(t) = z_m(0) exp(s_m t), Re s_m <= 0. One product of the coefficients c and
-!> the amplitudes z gives all rows and their first three derivatives. A step multiplies the amplitudes by stored powers
-!> exp(s_m 2**k), so a search evaluates no exponential and no sine.
+!> stored (docs/theory.md, section 23).
+!>
+!> A row is one linear functional of the state, such as a gap, a contact force or a displacement: Re sum c_m z_m(t) with
+!> z_m(t) = z_m(0) exp(s_m t), Re s_m <= 0. One product of the coefficients c and the amplitudes z gives all rows and
+!> their first three derivatives. A step multiplies the amplitudes by stored powers exp(s_m 2**k), so a search evaluates
+!> no exponential and no sine.
 module row_basis
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers

@@ -15,8 +15,8 @@ module row_signals
    !> Maximum number of steps of a path.
    integer, parameter :: most_nodes = 64
 
-   !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first derivatives up to an order
-   !> less one vanish at the start, then x**3 (1 - x)**3/720 <= error_share(order) x**order.
+   !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first k - 1 derivatives vanish
+   !> at the start, the error at a share x of the step is at most `error_share(k)` x**k, from x**3 (1 - x)**3/720.
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
@@ -46,7 +46,7 @@ module row_signals
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
       real(wp) :: time(0:most_nodes)
-      !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., 0:most_nodes]
+      !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., nodes]
       real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
       integer(i8) :: evaluations = 0_i8
    end type row_path_t

@@ -8,8 +8,8 @@ module signal_peaks
    private
    public :: extreme_search_t, exceeds, greatest_value, last_time_above, peak_tolerance
 
-   !> Evaluations that the searches for an extreme of a whole run may take, besides those granted for each phase, before
-   !> their tolerance is raised tenfold: an undamped beam oscillates for ever.
+   !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
+   !> for each phase. If they are used up, the tolerance is raised tenfold: an undamped beam oscillates for ever.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    integer(i8), parameter :: further_evaluations = 2000_i8
    integer(i8), parameter :: phase_evaluations = 100_i8
@@ -43,10 +43,11 @@ contains
       answer = search%outcome == found_zero
    end function exceeds
 
-   !> The maximum of a signal in a phase, if it exceeds a threshold. The search skips every interval in which the signal
-   !> certainly stays below the maximum found until now. If the signal rises above it, the next zero of its slope gives
-   !> a higher maximum. If ripples on a rise make many local maxima, or the permitted evaluations are used up, samples
-   !> of the rest of the phase raise the maximum first.
+   !> The maximum of a signal in a phase, if it exceeds a threshold.
+   !>
+   !> The search skips every interval in which the signal certainly stays below the maximum found until now. If the
+   !> signal rises above that maximum, the next zero of its slope gives a higher one. If ripples on a rise make many
+   !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first.
    subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale, looks)
       !> The signal, without a relaxing contact
       class(viewed_signal_t), intent(in) :: signal
@@ -67,11 +68,11 @@ contains
       !> State of the searches over all phases; default: the search in this phase has its own
       type(extreme_search_t), intent(inout), optional :: looks
 
-      class(viewed_signal_t), allocatable :: part
+      class(viewed_signal_t), allocatable :: transformed
       type(bounds_t) :: here
       type(extreme_search_t) :: state
       type(search_t) :: search
-      real(wp) :: min_scale, level, slope, t, turn
+      real(wp) :: min_scale, level, slope, t, candidate
       integer :: attempt
 
       min_scale = 0.0_wp
@@ -87,21 +88,21 @@ contains
       time = 0.0_wp
       level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
       t = 0.0_wp
-      call signal%evaluate(t, turn, slope)
-      if (turn > threshold) then
+      call signal%evaluate(t, candidate, slope)
+      if (candidate > threshold) then
          exceeds = .true.
-         value = turn
-         level = raised_level(turn, min_scale, state)
+         value = candidate
+         level = raised_level(candidate, min_scale, state)
       end if
       attempt = 0
       do
-         call signal%view(t, -1.0_wp, level, 0, part)
-         call search_with_budget(part, length - t, state, search)
+         call signal%view(t, -1.0_wp, level, 0, transformed)
+         call search_with_budget(transformed, length - t, state, search)
          if (search%outcome == found_none .or. search%outcome == found_never_left) exit
          t = t + search%time
          if (search%outcome == found_zero) then
-            call signal%view(t, 1.0_wp, 0.0_wp, 1, part)
-            call search_with_budget(part, length - t, state, search)
+            call signal%view(t, 1.0_wp, 0.0_wp, 1, transformed)
+            call search_with_budget(transformed, length - t, state, search)
             exceeds = .true.
             if (search%outcome == found_none) then
                call signal%evaluate(length, value, slope)
@@ -110,9 +111,9 @@ contains
                exit
             end if
             t = t + search%time
-            call signal%evaluate(t, turn, slope)
-            if (turn > value) then
-               value = turn
+            call signal%evaluate(t, candidate, slope)
+            if (candidate > value) then
+               value = candidate
                time = t
             end if
          end if
@@ -204,7 +205,7 @@ contains
       !> Start of the search; default: the start of the phase
       real(wp), intent(in), optional :: from
 
-      class(viewed_signal_t), allocatable :: part
+      class(viewed_signal_t), allocatable :: transformed
       type(search_t) :: search
       real(wp) :: value, slope, t
       logical :: is_above, is_at_level
@@ -216,9 +217,9 @@ contains
       is_at_level = .false.
       time = 0.0_wp
       do
-         call signal%view(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, part)
-         if (is_at_level) part%start_order = 1
-         call first_zero(part, length - t, search)
+         call signal%view(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, transformed)
+         if (is_at_level) transformed%start_order = 1
+         call first_zero(transformed, length - t, search)
          if (search%outcome == found_none .or. search%outcome == found_never_left) exit
          t = t + search%time
          if (is_above) time = t
