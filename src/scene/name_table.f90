@@ -13,14 +13,14 @@ module name_table
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: table_t, is_among, most_repeats
+   public :: table_t, is_among, max_repeats
 
    !> Maximum number of groups of one name; their names are fewer than the maximum that `namelist_text` parses.
-   integer, parameter :: most_repeats = 500
+   integer, parameter :: max_repeats = 500
 
    !> Table of all groups and names.
    type :: table_t
-   !> Groups and entries in the order in which they were listed; only the first `group_count` and `entry_count` are used
+      !> Groups and entries in the order of listing; only the first `group_count` and `entry_count` are used
       type(group_t), allocatable :: groups(:)
       type(entry_t), allocatable :: entries(:)
       integer :: group_count = 0
@@ -53,7 +53,7 @@ module name_table
       procedure :: times
       procedure :: open
       procedure :: open_numbered
-      procedure :: keep
+      procedure :: store
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
       procedure :: find_group
       procedure :: find
@@ -160,7 +160,7 @@ contains
          number = count(table%groups(:table%group_count)%name == group)
       else
          number = max(1, in_scene)
-         if (allocated(table%groups_given)) number = max(number, min(most_repeats, count(table%groups_given == group)))
+         if (allocated(table%groups_given)) number = max(number, min(max_repeats, count(table%groups_given == group)))
       end if
    end function times
 
@@ -223,8 +223,8 @@ contains
       end if
    end subroutine open_numbered
 
-   !> Add a name that is bound to no component: its value is in the table only.
-   subroutine keep(table, name, kind, is_list)
+   !> Add a name that is bound to no component: its value is stored in the table only.
+   subroutine store(table, name, kind, is_list)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
       !> One of the `kind_` constants; absent: a number
@@ -240,7 +240,7 @@ contains
       chosen_list = .false.
       if (present(is_list)) chosen_list = is_list
       call table%advance(name, chosen_kind, chosen_list)
-   end subroutine keep
+   end subroutine store
 
    !> Bind a number.
    subroutine bind_real(table, value, name)

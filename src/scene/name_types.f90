@@ -107,7 +107,7 @@ module name_types
 
    !> A name of the table and its value.
    type :: entry_t
-   !> Index of the group
+      !> Index of the group
       integer :: group = 0
       type(name_t) :: name
       !> One of the `kind_` constants

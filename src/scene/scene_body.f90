@@ -36,14 +36,14 @@ contains
             'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, springs, &
             default='none: it does not turn', is_optional=.true., &
             sweep=sweep_t(20, is_of_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
-         call table%keep(name_t('rotation_stiffness', 'the same, moment over angle', &
+         call table%store(name_t('rotation_stiffness', 'the same, moment over angle', &
             physical_range, springs, instead_of='rotation_stiffness_ratio', &
             quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
          call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
             'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, springs, &
             default='none: it does not move', is_optional=.true., sweep=sweep_t(21, is_of_beam=.true., &
             is_in_cases=.true., name='root_translation_stiffness_ratio')))
-         call table%keep(name_t('translation_stiffness', &
+         call table%store(name_t('translation_stiffness', &
             'the same, force over length', physical_range, springs, instead_of='translation_stiffness_ratio', &
             quantity='stiffness', sweep=sweep_t(name='root_translation_stiffness')))
       end associate
@@ -79,11 +79,11 @@ contains
          sweep=sweep_t(17, is_of_beam=.true., is_in_cases=.true.)))
       call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
          sweep=sweep_t(18, is_of_beam=.true., is_in_cases=.true.)))
-      call table%keep(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
+      call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
       call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
          'J / (rho Abar L^3), its moment of inertia about the axis of bending', mass_range, &
          sweep=sweep_t(19, is_of_beam=.true., is_in_cases=.true.)))
-      call table%keep(name_t('rotary_inertia', 'J, mass times length squared', &
+      call table%store(name_t('rotary_inertia', 'J, mass times length squared', &
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass
 

@@ -172,7 +172,7 @@ contains
       call table%open(group_t('scene', program_any))
       call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
          range_t(1, name_length), default='name of the scene file'))
-      call table%keep(name_t('displacement_scale', unit_of_displacement, length_range, &
+      call table%store(name_t('displacement_scale', unit_of_displacement, length_range, &
          default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.))
       call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
          default='the name'))
@@ -188,7 +188,7 @@ contains
       call table%open(group_t('tip_mass', in_motion_and_benchmark))
       call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
          sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
-      call table%keep(name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
+      call table%store(name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
          sweep=sweep_t(name='tip_mass')))
    end subroutine list_tip_mass
 
@@ -200,11 +200,11 @@ contains
       call table%open(group_t('damping', in_motion_and_benchmark))
       call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
          rayleigh, sweep=sweep_t(8, is_in_cases=.true., is_in_motion=.true., meaning='damping ratio')))
-      call table%keep(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
+      call table%store(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
          physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
          range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
+      call table%store(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
          physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
@@ -247,11 +247,11 @@ contains
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
          sweep=sweep_t(6, meaning='length of the run, tau')))
-      call table%keep(name_t('duration_time', 'length of the run, time', physical_range, &
+      call table%store(name_t('duration_time', 'length of the run, time', physical_range, &
          instead_of='duration', quantity='time'))
       call table%bind(response%step, name_t('step', "distance of the samples, and Newmark's step, d tau", &
          range_t(1.0e-9_wp, 1.0e9_wp)))
-      call table%keep(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
+      call table%store(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
          quantity='time'))
       call table%bind(response%method, name_t('method', 'way through time'), method_names)
       call table%bind(response%newmark_beta, name_t('newmark_beta', "Newmark's beta", range_t(0.0_wp, 1.0_wp), newmark))

@@ -3,7 +3,7 @@
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
-   use name_table, only: is_among, most_repeats, table_t
+   use name_table, only: is_among, max_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, value_count, &
       value_source, value_text
@@ -24,7 +24,7 @@ module scene_input
 
    !> A parsed scene file and the first problem in it.
    type :: scene_input_t
-   !> Name of the file, and its parsed text
+      !> Name of the file, and its parsed text
       character(:), allocatable :: file
       type(namelist_t) :: namelist
       !> Position of the first problem in the text, and its message
@@ -316,8 +316,8 @@ contains
             problem = '&'//group//': '//name_of_program(accepting_programs)//' runs this scene'
          else if (first < i .and. .not. table%groups(place)%repeats) then
             problem = '&'//group//': given twice, first in line '//to_text(input%namelist%groups(first)%line)
-         else if (first < i .and. i == find_group(input%namelist, group, most_repeats + 1)) then
-            problem = '&'//group//': may be given '//to_text(most_repeats)//' times at most'
+         else if (first < i .and. i == find_group(input%namelist, group, max_repeats + 1)) then
+            problem = '&'//group//': may be given '//to_text(max_repeats)//' times at most'
          else
             cycle
          end if

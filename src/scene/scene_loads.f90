@@ -71,7 +71,7 @@ contains
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
          default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
+      call table%store(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
          //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
       call list_course(table, force%course, first_parameter)
    end subroutine list_force
@@ -87,7 +87,7 @@ contains
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('frequency', 'periods over time', &
+      call table%store(name_t('frequency', 'periods over time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
       degrees = course%phase/degree
@@ -98,18 +98,18 @@ contains
       if (abs(degrees - given_degrees) > 0.0_wp) course%phase = degrees*degree
       call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
-      call table%keep(name_t('start_time', 'the same in time', physical_range, &
+      call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
       if (course%end < huge(course%end)) last = course%end
       call table%bind(last, name_t('end', 'instant at which it ceases, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
       if (last > 0.0_wp) course%end = last
-      call table%keep(name_t('end_time', 'the same in time', physical_range, lasting, &
+      call table%store(name_t('end_time', 'the same in time', physical_range, lasting, &
          instead_of='end', quantity='time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
          sweep=sweep_t(first + 5, is_in_cases=.true.)))
-      call table%keep(name_t('duration_time', 'length of the pulse, time', &
+      call table%store(name_t('duration_time', 'length of the pulse, time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), pulse, instead_of='duration', &
          quantity='time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
@@ -117,7 +117,7 @@ contains
          signed_range, tabulated, default='those of the file', is_optional=.true.))
       call table%bind(course%value, name_t('values', 'values at them, linear between; nothing before and after', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
-      call table%keep(name_t('table', 'file with a time and a value in each line, sought beside the ' &
+      call table%store(name_t('table', 'file with a time and a value in each line, sought beside the ' &
          //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course
 
@@ -152,7 +152,7 @@ contains
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
          //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), &
          sweep=sweep_t(first_parameter + 6, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('gravity', 'gravity, length over time squared', physical_range, &
+      call table%store(name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
          //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
@@ -160,7 +160,7 @@ contains
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
          default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
+      call table%store(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
          //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
       call list_course(table, base%course, first_parameter)
    end subroutine list_base

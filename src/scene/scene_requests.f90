@@ -68,24 +68,24 @@ contains
       real(wp) :: last
 
       call table%bind(statistics%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
-      call table%keep(name_t('start_time', 'the same in time', physical_range, &
+      call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
       if (statistics%end < huge(statistics%end)) last = statistics%end
       call table%bind(last, name_t('end', 'instant up to which it counts, tau', &
          duration_range, default='that of the run', is_optional=.true.))
       if (last > 0.0_wp) statistics%end = last
-      call table%keep(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
+      call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
          quantity='time'))
       call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
          //'bars follow; 1: there are none', range_t(1, 10000)))
       call table%bind(statistics%rest, name_t('rest', 'a meeting is an impact of its own if since the end of the one ' &
          //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
-      call table%keep(name_t('rest_time', 'the same in time', physical_range, &
+      call table%store(name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
       call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a meeting with a stop that yields ' &
          //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)))
-      call table%keep(name_t('force_threshold', 'the same as a force', physical_range, &
+      call table%store(name_t('force_threshold', 'the same as a force', physical_range, &
          instead_of='threshold_ratio', quantity='force'))
       call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
    end subroutine list_statistics
@@ -308,7 +308,7 @@ contains
       call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
          //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
          default='none: give one'))
-      call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
+      call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
          instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
       call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
       call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))

@@ -437,15 +437,15 @@ contains
       real(wp) :: numbers
 
       if (allocated(scene%output%shape_times)) then
-         associate (times => scene%output%shape_times)
-            numbers = real(size(times), wp)*real(scene%mesh%elements + 1, wp)
-            if (maxval(times) > scene%response%duration) then
+         associate (instants => scene%output%shape_times)
+            numbers = real(size(instants), wp)*real(scene%mesh%elements + 1, wp)
+            if (maxval(instants) > scene%response%duration) then
                call input%complain('output', 'shape_times', 'must be at most the duration, ' &
                   //to_text(scene%response%duration)//' (tau)')
-            else if (any([(times(i) >= times(i + 1), i=1, size(times) - 1)])) then
+            else if (any([(instants(i) >= instants(i + 1), i=1, size(instants) - 1)])) then
                call input%complain('output', 'shape_times', 'must be ascending')
             else if (numbers > most_numbers) then
-               call input%complain('output', 'shape_times', to_text(size(times))//' shapes of ' &
+               call input%complain('output', 'shape_times', to_text(size(instants))//' shapes of ' &
                   //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most ' &
                   //to_text(most_numbers))
             end if

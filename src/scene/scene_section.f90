@@ -149,7 +149,7 @@ contains
 
       !> Assign the two dimensions, if both are given.
       subroutine take(names, first, second)
-      !> Names of the required dimensions, for the message
+         !> Names of the required dimensions, for the message
          character(*), intent(in) :: names
          real(wp), allocatable, intent(in) :: first(:)
          real(wp), allocatable, intent(in) :: second(:)

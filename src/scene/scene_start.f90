@@ -37,26 +37,26 @@ contains
       call table%bind(start%velocity, name_t('velocity_ratio', 'velocity up, in a rotation or mode that of the tip, ' &
          //'after a drop that of the fall down, over D omega1', load_range, moving, &
          sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')))
-      call table%keep(name_t('velocity', 'the same, length over time', signed_range, moving, &
+      call table%store(name_t('velocity', 'the same, length over time', signed_range, moving, &
          instead_of='velocity_ratio', quantity='velocity', sweep=sweep_t(name='start_velocity')))
       call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
          load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
-      call table%keep(name_t('displacement', 'the same, length', signed_range, modal, &
+      call table%store(name_t('displacement', 'the same, length', signed_range, modal, &
          instead_of='displacement_ratio', quantity='displacement', sweep=sweep_t(name='start_displacement')))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &
          default='none: velocity as given', is_optional=.true., &
          sweep=sweep_t(52, is_in_cases=.true., name='start_height_ratio')))
-      call table%keep(name_t('height', 'height of the fall, length', physical_range, fallen, &
+      call table%store(name_t('height', 'height of the fall, length', physical_range, fallen, &
          instead_of='height_ratio', quantity='displacement', sweep=sweep_t(name='start_height')))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', point_range, &
          tabulated, is_optional=.true.))
       call table%bind(start%displacements, name_t('displacement_ratios', &
          'displacements there over D, a spline between', load_range, tabulated, default='0', is_optional=.true.))
-      call table%keep(name_t('displacements', 'the same, length', signed_range, tabulated, &
+      call table%store(name_t('displacements', 'the same, length', signed_range, tabulated, &
          instead_of='displacement_ratios', quantity='displacement'), is_list=.true.)
       call table%bind(start%velocities, name_t('velocity_ratios', 'velocities there over D omega1, a spline between', &
          load_range, tabulated, default='0', is_optional=.true.))
-      call table%keep(name_t('velocities', 'the same, length over time', signed_range, tabulated, &
+      call table%store(name_t('velocities', 'the same, length over time', signed_range, tabulated, &
          instead_of='velocity_ratios', quantity='velocity'), is_list=.true.)
    end subroutine list_start
 

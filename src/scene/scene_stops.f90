@@ -85,13 +85,13 @@ contains
          //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), both_sides, default='none: give one', &
          sweep=sweep_t(14, is_in_cases=.true.)))
       if (stop%side == side_both) stop%preload = -clearance
-      call table%keep(name_t('surface_height', &
+      call table%store(name_t('surface_height', &
          'd, the stop above the unstressed beam, length', height_range, one_side, instead_of='preload', &
          quantity='displacement'))
-      call table%keep(name_t('clearance', 'distance of the unstressed beam to each side, length', &
+      call table%store(name_t('clearance', 'distance of the unstressed beam to each side, length', &
          range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.), both_sides, instead_of='clearance_ratio', &
          quantity='displacement'))
-      call table%keep(name_t('initial_height', &
+      call table%store(name_t('initial_height', &
          'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
          instead_of='preload', quantity='displacement', is_scale=.true.))
       call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
@@ -109,16 +109,16 @@ contains
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
          stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('stiffness', 'spring k, force over length', physical_range, &
+      call table%store(name_t('stiffness', 'spring k, force over length', physical_range, &
          yielding, instead_of='stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., is_in_motion=.true.)))
-      call table%keep(name_t('branch_stiffness', 'spring beta k, force over length', &
+      call table%store(name_t('branch_stiffness', 'spring beta k, force over length', &
          physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
          //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
          sweep=sweep_t(13, is_in_cases=.true., is_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%keep(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
+      call table%store(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
 
@@ -154,7 +154,7 @@ contains
       call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
          'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
          default='none: rigid', is_optional=.true., sweep=sweep_t(16, is_of_beam=.true., is_in_cases=.true.)))
-      call table%keep(name_t('stiffness', &
+      call table%store(name_t('stiffness', &
          'spring, force over length, or moment over angle', physical_range, instead_of='stiffness_ratio', &
          quantity='stiffness'))
    end subroutine list_support

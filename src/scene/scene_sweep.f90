@@ -10,7 +10,7 @@ module scene_sweep
    use scene_beam, only: smallest_tip
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use sweep_names, only: chosen_parameter, most_cases
+   use sweep_names, only: chosen_parameter, max_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
    use value_rules, only: largest_spread, most_numbers, spread_problem
@@ -170,7 +170,7 @@ contains
             values = int(max(swept%points, 1), i8)
             if (allocated(swept%list)) values = size(swept%list, kind=i8)
             if (k == scene%sweep%carry .and. scene%sweep%carries_back) values = 2_i8*values
-            if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*most_cases)
+            if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*max_cases)
             if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
             if (first /= '' .and. values /= cases) then
                call input%complain('sweep', trim(swept%parameter%name), &
@@ -182,7 +182,7 @@ contains
             cases = values
          end associate
       end do
-      if (cases > int(most_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(most_cases)//' cases')
+      if (cases > int(max_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(max_cases)//' cases')
    end subroutine check_count
 
    !> Check that tapers and meshes of all cases are valid.

@@ -11,14 +11,14 @@ module sweep_names
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, most_cases, unswept
+   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, max_cases, unswept
 
    !> Offset between the numbers of a parameter in successive groups of one name; larger than the number of any
    !> parameter.
    integer, parameter :: group_offset = 100
 
    !> Maximum number of cases of a sweep
-   integer, parameter :: most_cases = 1000000000
+   integer, parameter :: max_cases = 1000000000
    !> Default value, in words, of the names of parameters in &sweep
    character(*), parameter :: unswept = 'not swept'
 
@@ -163,7 +163,7 @@ contains
 
       call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
          //'or a random sample'), design_names)
-      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, most_cases), hypercube, &
+      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, max_cases), hypercube, &
          default='none'))
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
       call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', &

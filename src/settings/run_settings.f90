@@ -174,7 +174,7 @@ module run_settings
    end type poincare_settings_t
 
    type :: run_settings_t
-   !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2
+      !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
       type(stop_settings_t) :: stop
       type(response_settings_t) :: response

@@ -37,7 +37,7 @@ module case_runs
 
    !> One of the cases of &cases.
    type :: case_t
-   !> The scene with the parameter of the case, and the value of the parameter
+      !> The scene with the parameter of the case, and the value of the parameter
       type(scene_t) :: scene
       real(wp) :: value = 0.0_wp
       !> x/L of the nodes, [0:n]

@@ -6,7 +6,7 @@ module study_job
 
    !> Options of a study.
    type :: job_t
-   !> Folder of the results, which exists; the name of the results file in it is reserved for this run
+      !> Folder of the results, which exists; the name of the results file in it is reserved for this run
       character(:), allocatable :: folder
       !> Number of threads of a sweep; 0: as many as the machine has cores
       integer :: threads = 0

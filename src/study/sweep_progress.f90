@@ -12,7 +12,7 @@ module sweep_progress
 
    !> State of the progress output.
    type :: progress_t
-   !> Progress is printed
+      !> Progress is printed
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
       !> Unit for output, and minimum interval between two lines, seconds

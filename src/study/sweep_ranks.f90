@@ -18,14 +18,14 @@ module sweep_ranks
    procedure(rank_call_t), pointer :: request => null(), has_request => null(), answer => null(), barrier => null(), &
       maximum => null(), stop_mpi => null()
 
-   !> A list of numbers, each of which is assigned once.
+   !> A queue of numbers, each of which is assigned once to a process.
    type :: deal_t
-   !> The numbers, and how many of them have been assigned
+      !> The numbers, and how many of them have been assigned
       integer, allocatable :: list(:)
       integer :: assigned = 0
-   !> Number of other processes that do not know yet that all numbers are assigned
+      !> Number of other processes that do not know yet that all numbers are assigned
       integer :: uninformed = 0
-   !> This process knows that all numbers are assigned
+      !> This process knows that all numbers are assigned
       logical :: is_over = .false.
    end type deal_t
 
@@ -96,90 +96,90 @@ contains
       if (all_ranks > 1) greatest_of_all = maximum(value)
    end function greatest_of_all
 
-   !> Initialise the assignment of a list.
-   subroutine start_deal(list, deal)
-      !> Numbers to assign; only the list of the first process is used
+   !> Initialise a queue.
+   subroutine start_deal(list, queue)
+      !> Numbers of the queue; only those of the first process are used
       integer, intent(in) :: list(:)
-      type(deal_t), intent(out) :: deal
+      type(deal_t), intent(out) :: queue
 
-      allocate (deal%list, source=list)
-      deal%uninformed = all_ranks - 1
+      allocate (queue%list, source=list)
+      queue%uninformed = all_ranks - 1
    end subroutine start_deal
 
-   !> Get the next number of the list. Only one thread may call this procedure at a time.
-   subroutine next_of_deal(deal, number)
-      type(deal_t), intent(inout) :: deal
+   !> Get the next number of the queue. Only one thread may call this procedure at a time.
+   subroutine next_of_deal(queue, number)
+      type(deal_t), intent(inout) :: queue
       !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
       number = 0
-      if (deal%is_over) return
+      if (queue%is_over) return
       if (this_rank == 0) then
-         call serve_deal(deal)
-         call take(deal, number)
+         call serve_deal(queue)
+         call take(queue, number)
       else
          number = request(0)
       end if
-      deal%is_over = number == 0
+      queue%is_over = number == 0
    end subroutine next_of_deal
 
-   !> Assign the next number of the list.
-   pure subroutine take(deal, number)
-      type(deal_t), intent(inout) :: deal
+   !> Assign the next number of the queue; called in the first process.
+   pure subroutine take(queue, number)
+      type(deal_t), intent(inout) :: queue
       !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
       number = 0
-      if (deal%assigned >= size(deal%list)) return
-      deal%assigned = deal%assigned + 1
-      number = deal%list(deal%assigned)
+      if (queue%assigned >= size(queue%list)) return
+      queue%assigned = queue%assigned + 1
+      number = queue%list(queue%assigned)
    end subroutine take
 
    !> Answer the pending requests of the other processes. Only one thread may call this procedure at a time.
-   subroutine serve_deal(deal)
-      type(deal_t), intent(inout) :: deal
+   subroutine serve_deal(queue)
+      type(deal_t), intent(inout) :: queue
 
       if (this_rank /= 0) return
-      do while (deal%uninformed > 0)
+      do while (queue%uninformed > 0)
          if (has_request(0) == 0) exit
-         call answer_one(deal)
+         call answer_one(queue)
       end do
    end subroutine serve_deal
 
-   !> End the assignment early: the remaining numbers of the list are not assigned.
-   pure subroutine abandon_deal(deal)
-      type(deal_t), intent(inout) :: deal
+   !> End a queue early: the remaining numbers are not assigned.
+   pure subroutine abandon_deal(queue)
+      type(deal_t), intent(inout) :: queue
 
-      deal%assigned = size(deal%list)
+      queue%assigned = size(queue%list)
    end subroutine abandon_deal
 
    !> Wait until no process has any more work.
-   subroutine finish_deal(deal)
-      type(deal_t), intent(inout) :: deal
+   subroutine finish_deal(queue)
+      type(deal_t), intent(inout) :: queue
 
       integer :: number
 
       ! a process that stopped early receives further numbers but does not process them
-      do while (this_rank /= 0 .and. .not. deal%is_over)
-         call next_of_deal(deal, number)
+      do while (this_rank /= 0 .and. .not. queue%is_over)
+         call next_of_deal(queue, number)
       end do
-      do while (this_rank == 0 .and. deal%uninformed > 0)
+      do while (this_rank == 0 .and. queue%uninformed > 0)
          number = has_request(1)
-         call answer_one(deal)
+         call answer_one(queue)
       end do
       if (all_ranks > 1) number = barrier(0)
-      deal%is_over = .true.
+      queue%is_over = .true.
    end subroutine finish_deal
 
    !> Answer one request.
-   subroutine answer_one(deal)
-      type(deal_t), intent(inout) :: deal
+   subroutine answer_one(queue)
+      type(deal_t), intent(inout) :: queue
 
       integer :: number, nothing
 
-      call take(deal, number)
+      call take(queue, number)
       nothing = answer(number)
-      if (number == 0) deal%uninformed = deal%uninformed - 1
+      if (number == 0) queue%uninformed = queue%uninformed - 1
    end subroutine answer_one
 
 end module sweep_ranks

@@ -32,7 +32,7 @@ module sweep_run
 
    !> Data that the threads share.
    type :: shared_t
-      type(deal_t) :: deal
+      type(deal_t) :: queue
       type(progress_t) :: progress
       !> Number of cases found on disk, and of cases run by this process
       integer :: before = 0
@@ -70,13 +70,13 @@ contains
          computed = computed + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
       end do
       shared%before = plan%cases - computed
-      call start_deal(missing, shared%deal)
+      call start_deal(missing, shared%queue)
       call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
       !$omp parallel num_threads(threads) default(shared)
       call work_on_chunks(scene, plan, text, path, shared)
       !$omp end parallel
-      if (allocated(shared%error)) call abandon_deal(shared%deal)
-      call finish_deal(shared%deal)
+      if (allocated(shared%error)) call abandon_deal(shared%queue)
+      call finish_deal(shared%queue)
       call end_rate(shared%progress)
       i = greatest_of_all(merge(1, 0, allocated(shared%error)))
       if (allocated(shared%error)) then
@@ -137,19 +137,19 @@ contains
 
       call start_plan(scene, plan, runner)
       do
-         !$omp critical (sweep_deal)
+         !$omp critical (sweep_queue)
          number = 0
-         if (.not. allocated(shared%error)) call next_of_deal(shared%deal, number)
-         !$omp end critical (sweep_deal)
+         if (.not. allocated(shared%error)) call next_of_deal(shared%queue, number)
+         !$omp end critical (sweep_queue)
          if (number == 0) exit
          call run_chunk(runner, sets, plan, number, chunk, shared)
          !$omp critical (sweep_disk)
          call write_part(path, plan, text, number, chunk, failure)
          !$omp end critical (sweep_disk)
          if (allocated(failure)) then
-            !$omp critical (sweep_deal)
+            !$omp critical (sweep_queue)
             call fail(shared%error, failure%status, failure%message)
-            !$omp end critical (sweep_deal)
+            !$omp end critical (sweep_queue)
          end if
       end do
    end subroutine work_on_chunks
@@ -193,14 +193,14 @@ contains
             failed(failures) = first + case - 1
             reasons(failures) = reason
          end if
-         !$omp critical (sweep_deal)
+         !$omp critical (sweep_queue)
          shared%done = shared%done + 1
          shown = shared%before + shared%done
          ! for other processes, only the number of assigned chunks is known
-         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%deal%assigned*plan%part_cases)
-         call serve_deal(shared%deal)
+         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%queue%assigned*plan%part_cases)
+         call serve_deal(shared%queue)
          call show_rate(shared%progress, shown)
-         !$omp end critical (sweep_deal)
+         !$omp end critical (sweep_queue)
       end do
       allocate (chunk%failed, source=failed(:failures))
       allocate (chunk%reasons(failures))

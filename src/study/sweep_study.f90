@@ -129,7 +129,7 @@ contains
       independent = cases_of(sweep)
       if (sweep%carry > 0) independent = independent/real(values_of(sweep, sweep%carry), wp)
       threads = max(requested, 1)
-!$    if (asked == 0) threads = omp_get_max_threads()
+!$    if (requested == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
       threads = int(min(real(threads, wp), max(independent, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
