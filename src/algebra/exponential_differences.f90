@@ -112,15 +112,16 @@ contains
       end if
    end function difference
 
-   pure function difference_of_two(first, second, power, power_of_other) result(value)
+   !> The divided difference of exp over two points.
+   pure function difference_of_two(first, second, power, power_of_second) result(value)
       complex(wp), intent(in) :: first
       complex(wp), intent(in) :: second
       complex(wp), intent(in) :: power
-      complex(wp), intent(in) :: power_of_other
+      complex(wp), intent(in) :: power_of_second
       complex(wp) :: value
 
       if (square_of(first - second) > max_spread**2) then
-         value = (power - power_of_other)/(first - second)
+         value = (power - power_of_second)/(first - second)
       else
          value = series(2, [first, second])
       end if
@@ -136,9 +137,9 @@ contains
       rest(place:size(all) - 1) = all(place + 1:)
    end function without
 
-   !> Divided difference over points close to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, with h_k the sum of all
-   !> products of k of the points. With c their mean, h_k = sum (-1)^(j + 1) e_j h_(k - j), j = 2 to n, with e_j the sum
-   !> of all products of j different points.
+   !> Divided difference over points close to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, with h_k the complete
+   !> symmetric polynomial (the sum of all products of k points). With c the mean of the points,
+   !> h_k = sum (-1)^(j + 1) e_j h_(k - j), j = 2 to n, with e_j the sum of all products of j different points.
    pure function series(count, x) result(value)
       integer, intent(in) :: count
       complex(wp), intent(in) :: x(count)
