@@ -169,7 +169,7 @@ contains
    subroutine open(table, group, is_wanted)
       class(table_t), intent(inout) :: table
       type(group_t), intent(in) :: group
-      !> The scene has the group; absent: the group has no such flag
+      !> The scene has the group; absent: every scene has this group
       logical, intent(inout), optional :: is_wanted
 
       type(group_t), allocatable :: more(:)

@@ -79,7 +79,7 @@ module name_types
       character(phrase_room) :: default = ''
       !> The name has no effect unless the file gives it
       logical :: is_optional = .false.
-      !> Two words that must be the only word of their list
+      !> Two words, each of which must be the only word of its list
       character(name_room) :: alone(2) = ''
       !> Name of the group whose value chooses a parameter; the range is that of this parameter
       character(name_room) :: range_of = ''

@@ -140,12 +140,13 @@ contains
       call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_poincare
 
-   !> Find the period of the loads, and check that there are sections within the run. Problems are reported to `input`.
+   !> Find the period of the loads, and check that there are Poincare sections within the run. Problems are reported to
+   !> `input`.
    subroutine resolve_poincare(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Names with the values of the file
       type(table_t), intent(in) :: table
-      !> In: loads are resolved; out: with the duration if it follows from the number of sections
+      !> In: loads are resolved; out: with the duration if it follows from the number of Poincare sections
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'poincare'
@@ -175,7 +176,7 @@ contains
       end associate
    end subroutine resolve_poincare
 
-   !> Phase of the first section as a fraction of the period, above 0 to 1, because there is no section at tau = 0.
+   !> Phase of the first Poincare section as a fraction of the period, above 0 to 1, because there is none at tau = 0.
    pure function first_fraction(poincare) result(fraction)
       type(poincare_settings_t), intent(in) :: poincare
       real(wp) :: fraction
@@ -184,8 +185,8 @@ contains
       if (fraction <= 0.0_wp) fraction = 1.0_wp
    end function first_fraction
 
-   !> Find the period of a scene's loads, and the duration if it follows from the number of sections. Newmark's step, or
-   !> a step longer than the period, is then changed so that the period is a whole number of steps.
+   !> Find the period of a scene's loads, and the duration if it follows from the number of Poincare sections. Newmark's
+   !> step, or a step longer than the period, is then changed so that the period is a whole number of steps.
    pure subroutine set_period(scene, poincare, response)
       type(scene_t), intent(in) :: scene
       type(poincare_settings_t), intent(inout) :: poincare

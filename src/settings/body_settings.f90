@@ -14,21 +14,21 @@ module body_settings
    !> Names of the `root_` constants in scene files
    character(*), parameter :: root_names(2) = [character(name_length) :: 'clamped', 'pinned']
 
-   !> &root
+   !> Settings of &root.
    type :: root_settings_t
       !> One of the `root_` constants
       integer :: kind = root_clamped
-      !> k / (3 E Ibar / L) of a rotational spring, k / (3 E Ibar / L^3) of a translational spring; 0: no spring, the
-      !> root is fixed in this motion
+      !> Stiffness k / (3 E Ibar / L) of a rotational and k / (3 E Ibar / L^3) of a translational spring; 0: no spring,
+      !> the root is fixed in this motion
       real(wp) :: rotation_stiffness_ratio = 0.0_wp
       real(wp) :: translation_stiffness_ratio = 0.0_wp
    end type root_settings_t
 
-   !> &mass
+   !> Settings of a &mass.
    type :: mass_settings_t
       !> x / L of the mass
       real(wp) :: position = 1.0_wp
-      !> m / (rho Abar L), and J / (rho Abar L^3)
+      !> Mass m / (rho Abar L), and rotary inertia J / (rho Abar L^3)
       real(wp) :: mass_ratio = 0.0_wp
       real(wp) :: rotary_inertia_ratio = 0.0_wp
    end type mass_settings_t

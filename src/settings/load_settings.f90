@@ -1,7 +1,8 @@
 !> Settings of the loads on a beam, of the motion of its base and of its initial conditions.
 !>
 !> Scales: lengths and times as in `run_settings`. Forces in 3 E Ibar D/L^3, line loads in 3 E Ibar D/L^4, accelerations
-!> in D omega1^2, velocities in D omega1, with D the unit of displacement.
+!> in D omega1^2, velocities in D omega1, with D the unit of displacement. E Ibar is the bending stiffness of the mean
+!> section.
 module load_settings
    use kinds, only: wp
    implicit none (type, external)
@@ -14,15 +15,16 @@ module load_settings
    public :: start_release, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
-   !> amplitude sin(frequency tau + phase)
+   !> Time function amplitude sin(frequency tau + phase)
    integer, parameter :: course_harmonic = 1
-   !> amplitude, constant
+   !> Time function with the constant value amplitude
    integer, parameter :: course_step = 2
-   !> amplitude, or amplitude times half a period of a sine, during a given duration
+   !> Time function with the value amplitude, or amplitude times half a period of a sine, during a given duration
    integer, parameter :: course_pulse = 3
-   !> amplitude times a table that is linear between its points and zero outside
+   !> Time function amplitude times a table that is linear between its points and zero outside
    integer, parameter :: course_table = 4
 
+   !> Shapes of a pulse
    integer, parameter :: pulse_rectangle = 1
    integer, parameter :: pulse_half_sine = 2
 
@@ -38,14 +40,14 @@ module load_settings
    integer, parameter :: start_balance = 3
    !> Undeformed, with an initial velocity field
    integer, parameter :: start_velocity = 4
-   !> In the shape of a mode, at rest or moving
+   !> Displacements and velocities in the shape of a mode
    integer, parameter :: start_mode = 5
    !> Displacements and velocities of a table, interpolated by cubic splines
    integer, parameter :: start_table = 6
    !> Undeformed, with the velocity of a fall, at the instant at which the falling base stops
    integer, parameter :: start_drop = 7
 
-   !> Initial velocity fields
+   !> Initial velocity fields: uniform, rotation about the root, in the shape of a mode
    integer, parameter :: field_uniform = 1
    integer, parameter :: field_rotation = 2
    integer, parameter :: field_mode = 3

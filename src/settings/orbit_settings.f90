@@ -11,7 +11,7 @@ module orbit_settings
    integer, parameter :: vary_frequency = 3
    character(*), parameter :: varied_names(3) = [character(9) :: 'none', 'amplitude', 'frequency']
 
-   !> &orbit
+   !> Settings of &orbit.
    type :: orbit_settings_t
       !> Period of the motion in periods of the load; 0: the period is found from the motion
       integer :: periods = 0

@@ -1,7 +1,9 @@
 !> Settings of one run besides its beam: stops, loads, initial conditions, method of integration, requested results.
 !>
-!> Scales: lengths along the beam in L, displacements in D = y_c(0) - d, times tau = omega1 t, where omega1 is the first
-!> natural circular frequency of the uniform cantilever of mean section without tip mass.
+!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements eta in D = y_c(0) - d, times tau =
+!> omega1 t, where omega1 is the first natural circular frequency of the uniform cantilever of mean section without tip
+!> mass, contact forces Pbar in lambda1^4 E Ibar D / (hbar L^2). A bar marks the mean section; y_c is the displacement
+!> at the stop, d the height of its surface, and eta_c the gap (y_c - d) / D.
 module run_settings
    use history_list, only: history_count
    use kinds, only: wp
@@ -49,9 +51,9 @@ module run_settings
    character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
    character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
 
-   !> &stop, dimensionless
+   !> Settings of a &stop, dimensionless.
    type :: stop_settings_t
-      !> Lc / L
+      !> Position Lc / L
       real(wp) :: position = 1.0_wp
       !> One of the `side_` constants
       integer :: side = side_below
@@ -60,28 +62,29 @@ module run_settings
       real(wp) :: preload = 0.0_wp
       !> One of the `law_` constants
       integer :: law = law_restitution
-      !> eps, 0 to 1
+      !> Coefficient of restitution eps, 0 to 1
       real(wp) :: restitution = 0.6_wp
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
-      !> kappa = k / (3 E Ibar / L^3)
+      !> Stiffness kappa = k / (3 E Ibar / L^3) of the spring
       real(wp) :: stiffness_ratio = 1.0e4_wp
       !> beta, stiffness of the spring in the Maxwell branch over k
       real(wp) :: branch_ratio = 20.0_wp
-      !> c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the spring
+      !> Damping c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the
+      !> spring
       real(wp) :: damper_ratio = 0.3_wp
    end type stop_settings_t
 
    !> Tolerance of modal truncation, in eta, for reference runs with which other runs are compared.
    real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
 
-   !> &response
+   !> Settings of &response.
    type :: response_settings_t
       !> Length of the run, tau
       real(wp) :: duration = 20.0_wp
       !> Interval between samples, and Newmark's time step, d tau
       real(wp) :: step = 0.01_wp
-      !> `method_exact` or `method_newmark`
+      !> Method of integration: `method_exact` or `method_newmark`
       integer :: method = method_exact
       !> Newmark's beta: 1/4 average acceleration, 1/6 linear acceleration, 0 explicit
       real(wp) :: newmark_beta = 0.25_wp
@@ -89,9 +92,9 @@ module run_settings
       real(wp) :: newmark_gamma = 0.5_wp
       !> Newmark: divide a step that is too long for the scheme instead of refusing it
       logical :: substep = .false.
-      !> Newmark: |eta_c| below which an approaching beam is in contact
+      !> Newmark: gap |eta_c| below which an approaching beam is in contact
       real(wp) :: contact_tolerance = 1.0e-4_wp
-      !> Newmark: Pbar below which a change of its sign opens the contact
+      !> Newmark: contact force Pbar below which a change of its sign opens the contact
       real(wp) :: release_tolerance = 1.0e-2_wp
       !> A flight that never rises above this value (in eta) is replaced by a closed contact
       real(wp) :: hop_tolerance = 1.0e-8_wp
@@ -135,7 +138,7 @@ module run_settings
       logical :: history = .true.
    end type stress_settings_t
 
-   !> &statistics
+   !> Settings of &statistics.
    type :: statistics_settings_t
       !> Interval of the run that is evaluated, tau; huge: to the end of the run
       real(wp) :: start = 0.0_wp
@@ -144,7 +147,7 @@ module run_settings
       integer :: blocks = 10
       !> Two contacts belong to one impact if at most this time, tau, separates the end of the first from the second
       real(wp) :: rest = 0.0_wp
-      !> Pbar that a contact with a compliant stop must reach to count as an impact
+      !> Contact force Pbar that a contact with a compliant stop must reach to count as an impact
       real(wp) :: threshold = 0.0_wp
       !> Number of classes of the histogram of impacts
       integer :: classes = 20
@@ -152,9 +155,9 @@ module run_settings
 
    !> &poincare: Poincare sections, the state at one phase of each period of the load
    type :: poincare_settings_t
-      !> Phase of the sections, as a fraction of the period, from tau = 0
+      !> Phase of the Poincare sections, as a fraction of the period, from tau = 0
       real(wp) :: phase = 0.0_wp
-      !> Number of sections that are discarded at the start, and number of sections recorded after them
+      !> Number of Poincare sections that are discarded at the start, and number of those recorded after them
       integer :: skip = 100
       integer :: keep = 100
       !> Number of the harmonic load whose period is used, &force counts before &base; 0: the common period of all loads
@@ -173,6 +176,7 @@ module run_settings
       real(wp) :: period = 0.0_wp
    end type poincare_settings_t
 
+   !> Settings of one run.
    type :: run_settings_t
       !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
@@ -201,7 +205,7 @@ module run_settings
       type(stress_settings_t), allocatable :: stress
       !> Unallocated: no statistics are computed
       type(statistics_settings_t), allocatable :: statistics
-      !> Unallocated: no sections are recorded
+      !> Unallocated: no Poincare sections are recorded
       type(poincare_settings_t), allocatable :: poincare
    end type run_settings_t
 

@@ -109,7 +109,7 @@ module scene_types
       type(section_settings_t) :: section
    end type beam_settings_t
 
-   !> &mesh
+   !> Settings of &mesh.
    type :: mesh_settings_t
       !> Number of elements n
       integer :: elements = 8
@@ -126,7 +126,7 @@ module scene_types
       logical :: estimate = .false.
    end type mesh_settings_t
 
-   !> &support
+   !> Settings of a &support.
    type :: support_settings_t
       !> x / L of the support
       real(wp) :: position = 1.0_wp
@@ -137,19 +137,19 @@ module scene_types
       real(wp) :: stiffness_ratio = 0.0_wp
    end type support_settings_t
 
-   !> &base
+   !> Settings of a &base.
    type, extends(base_settings_t) :: base_group_t
       !> Gravity over D omega1^2, a constant acceleration in addition to the motion of the base
       real(wp) :: gravity_ratio = 0.0_wp
    end type base_group_t
 
-   !> &start
+   !> Settings of &start.
    type, extends(start_settings_t) :: start_group_t
       !> Height over D from which the base falls; 0: the velocity of the fall is given
       real(wp) :: height_ratio = 0.0_wp
    end type start_group_t
 
-   !> &frequencies: a table of the eigenvalues lambda by each solver on each mesh
+   !> &frequencies: a table of the frequency parameters lambda_i by each solver on each mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
@@ -209,16 +209,16 @@ module scene_types
 
    !> Scales by which dimensionless results are converted to the user's units.
    type :: scales_t
-      !> L
+      !> Length L
       real(wp) :: length = 1.0_wp
-      !> omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)), rad per unit of time
+      !> Circular frequency omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)), rad per unit of time
       real(wp) :: omega1 = 1.0_wp
-      !> E, and E Ibar
+      !> Young's modulus E, and bending stiffness E Ibar
       real(wp) :: youngs_modulus = 1.0_wp
       real(wp) :: bending_stiffness = 1.0_wp
-      !> rho Abar L
+      !> Mass rho Abar L
       real(wp) :: beam_mass = 1.0_wp
-      !> hbar / L
+      !> Mean height over length, hbar / L
       real(wp) :: height_ratio = 0.075_wp
       !> D, the unit of displacement: y_c(0) - d of a beam released above a stop; 0: unknown, the scene gives only
       !> ratios
@@ -242,7 +242,7 @@ module scene_types
    type :: scene_t
       !> File from which the scene was read
       character(:), allocatable :: file
-      !> Name of the results file, without ending
+      !> Name of the results file, without extension
       character(:), allocatable :: name
       !> Heading of tables and pictures
       character(:), allocatable :: title

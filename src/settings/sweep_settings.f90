@@ -59,7 +59,7 @@ module sweep_settings
       integer :: points = 0
    end type swept_t
 
-   !> &sweep
+   !> Settings of &sweep.
    type :: sweep_settings_t
       !> One of the `design_` constants
       integer :: design = design_grid
@@ -76,11 +76,11 @@ module sweep_settings
       logical :: carries_back = .false.
    end type sweep_settings_t
 
-   !> &best
+   !> Settings of &best.
    type :: best_settings_t
       !> Index in `measure_table` of the measure by which cases are compared
       integer :: measure = measure_settling
-      !> `goal_minimum` or `goal_most`
+      !> Goal: `goal_minimum` or `goal_most`
       integer :: goal = goal_minimum
       !> Number of cases in the table
       integer :: count = 10

@@ -60,10 +60,10 @@ contains
       end associate
    end subroutine frequency_table
 
-   !> Find the exact eigenvalues, if they are known for the beam.
+   !> Find the exact frequency parameters lambda_i, if they are known for the beam.
    subroutine find_exact(scene, count, lambda, error)
       type(scene_t), intent(in) :: scene
-      !> Number of eigenvalues
+      !> Number of frequency parameters
       integer, intent(in) :: count
       !> lambda_i, ascending, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
@@ -96,7 +96,8 @@ contains
       if (scene%beam%shape == shape_section) answer = answer .or. .not. is_uniform(scene%beam%section)
    end function is_piecewise
 
-   !> Compute the lowest lambda_i of a mesh, as many as the solver finds, and the mode shapes if `modes` is present.
+   !> Compute the lowest frequency parameters lambda_i of a mesh, as many as the solver finds, and the mode shapes if
+   !> `modes` is present.
    subroutine solve_modes(model, solver, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants

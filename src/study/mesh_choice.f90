@@ -25,13 +25,14 @@ module mesh_choice
 
    !> Numbers of elements of the meshes that are tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
+   !> Maximum number of elements of a mesh that the search finds.
    integer, parameter :: most_elements_found = meshes(size(meshes))
-   !> The coarser of two meshes is chosen if their difference is at most this fraction of the tolerance. An error of
-   !> fourth order is 1.25 times the difference to a mesh with 1.5 times as many elements.
+   !> The coarser of two meshes is chosen if the difference of their runs is at most this fraction of the tolerance. An
+   !> error of fourth order is 1.25 times the difference from a mesh with 1.5 times as many elements.
    real(wp), parameter :: agreement = 0.4_wp
-   !> The search ends if `max_stalled` successive meshes have no difference below the fraction `progress` of the minimum
-   !> difference before, because the motion is then chaotic. These values only determine how soon a search that does not
-   !> converge is ended; a mesh within the tolerance is chosen before.
+   !> The search ends if none of `max_stalled` successive meshes has a difference below the fraction `progress` of the
+   !> smallest previous difference, because the motion is then chaotic. Both values only determine how soon a search
+   !> that does not converge is ended; a mesh within the tolerance is chosen before.
    integer, parameter :: max_stalled = 4
    real(wp), parameter :: progress = 0.7_wp
    !> Number of elements of the mesh on which gradings are compared.
@@ -225,7 +226,7 @@ contains
    !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
    !> difference.
    pure function coarsest_near_least(difference) result(place)
-      !> Difference of each mesh to the next finer one, > 0
+      !> Difference of each mesh from the next finer one, > 0
       real(wp), intent(in) :: difference(:)
       integer :: place
 

@@ -310,7 +310,7 @@ contains
 
    end subroutine write_rows
 
-   !> Create the empty tables of sections, with one row for each case.
+   !> Create the empty tables of Poincare sections, with one row for each case.
    subroutine make_tables(group, plan, tables)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan

@@ -37,8 +37,8 @@ module sweep_parts
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Sections in the units of the results, [values, cases]; those of a case are at the end of its column, preceded
-      !> by NaN if there are fewer than requested
+      !> Poincare sections in the units of the results, [values, cases]; those of a case are at the end of its column,
+      !> preceded by NaN if there are fewer than requested
       real(wp), allocatable :: sections(:, :)
    end type part_rows_t
 

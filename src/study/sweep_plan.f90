@@ -16,8 +16,8 @@ module sweep_plan
    public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part
    public :: plan_text
 
-   !> Number of values recorded in a section: displacement and velocity at the stop from which the beam is released, and
-   !> of the tip.
+   !> Number of values recorded in a Poincare section: displacement and velocity at the stop from which the beam is
+   !> released, and at the tip.
    integer, parameter :: section_values = 4
 
    !> A parameter of the sweep and its values.
@@ -47,7 +47,7 @@ module sweep_plan
       integer :: chain = 0
       !> The second half of a chain has the values of the first half in reverse order
       logical :: goes_back = .false.
-      !> Number of sections recorded for each case; 0: none
+      !> Number of Poincare sections recorded for each case; 0: none
       integer :: sections = 0
    end type plan_t
 
@@ -101,8 +101,8 @@ contains
       end associate
    end subroutine make_plan
 
-   !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more sections; always
-   !> whole chains.
+   !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
+   !> sections; always whole chains.
    pure function cases_of_part(scene, cases, chain) result(number)
       type(scene_t), intent(in) :: scene
       !> Number of all cases

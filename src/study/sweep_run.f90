@@ -244,7 +244,7 @@ contains
       character(:), allocatable, intent(out) :: reason
       !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
-      !> Sections of the case; absent: not recorded
+      !> Poincare sections of the case; absent: not recorded
       real(wp), intent(inout), optional :: sections(:)
       !> Number of the earlier case of the chain that failed; 0 or absent: none
       integer, intent(in), optional :: failed_case
@@ -276,11 +276,11 @@ contains
          units_in(runner%scene), sections)
    end subroutine run_case
 
-   !> Convert the sections of a case to the units of the results.
+   !> Convert the Poincare sections of a case to the units of the results.
    pure subroutine record_sections(recorded, units, values)
       type(run_sections_t), intent(in) :: recorded
       type(units_t), intent(in) :: units
-      !> Values of all sections, one section after the other, the last at the end
+      !> Values of all Poincare sections, one section after the other, the last at the end
       real(wp), intent(inout) :: values(:)
 
       real(wp) :: factor(2)
@@ -310,12 +310,12 @@ contains
       real(wp), intent(out) :: rows(:, :)
 
       !$omp parallel num_threads(threads) default(shared)
-      call take_cases(scene, plan, values, rows)
+      call work_on_cases(scene, plan, values, rows)
       !$omp end parallel
    end subroutine run_cases
 
-   !> Work of one thread.
-   subroutine take_cases(scene, plan, values, rows)
+   !> Run cases in one thread, which takes the next case when it has finished one.
+   subroutine work_on_cases(scene, plan, values, rows)
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep, for the parameters
       type(plan_t), intent(in) :: plan
@@ -335,6 +335,6 @@ contains
          call run_case(runner, values(:, i), rows(:, i), reason, sets)
       end do
       !$omp end do
-   end subroutine take_cases
+   end subroutine work_on_cases
 
 end module sweep_run
