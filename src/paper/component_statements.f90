@@ -1,4 +1,5 @@
-!> Statements 9 and 10: high components in displacement and velocity, and what reduces them.
+!> Statements 9 and 10 of the paper: components of high modes in displacement and velocity, and the measures that reduce
+!> them.
 module component_statements
    use kinds, only: wp
    use paper_cases, only: fine, way_count
@@ -11,10 +12,10 @@ module component_statements
 
 contains
 
-   !> 9: velocity against displacement, scatter of the peaks. 10: what reduces high components, displacements and
-   !> velocities.
+   !> Judge statement 9, high components in velocity and displacement and scatter of the peaks, and statement 10, the
+   !> measures that reduce high components, displacements and velocities.
    subroutine judge_components(series, list)
-      !> All series, by the `vary_` constants
+      !> All series, indexed by the `vary_` constants
       type(series_t), intent(in) :: series(:)
       type(statements_t), intent(inout) :: list
 
@@ -24,41 +25,41 @@ contains
       character(*), parameter :: name_of(remedies) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
       real(wp), dimension(way_count) :: ratio, scatter, reduced
-      character(:), allocatable :: detail, except
-      integer :: way, k, wins
+      character(:), allocatable :: detail, exceptions
+      integer :: way, k, reductions
 
       detail = ''
-      except = ''
+      exceptions = ''
       do way = 1, way_count
-         associate (plain => series(vary_zeta)%outcome(1, way), heavy => series(vary_mass)%outcome(6, way))
-            ratio(way) = plain%high_velocity/max(plain%high_displacement, 1.0e-12_wp)
-            scatter(way) = scatter_of(plain)/max(scatter_of(heavy), 1.0e-12_wp)
+         associate (reference => series(vary_zeta)%outcome(1, way), heavy => series(vary_mass)%outcome(6, way))
+            ratio(way) = reference%high_velocity/max(reference%high_displacement, 1.0e-12_wp)
+            scatter(way) = scatter_of(reference)/max(scatter_of(heavy), 1.0e-12_wp)
             reduced(way) = 0.0_wp
             do k = 1, remedies
                associate (other => series(parameter_of(k))%outcome(case_of(k), way))
-                  wins = count([other%high_velocity < plain%high_velocity, other%main_peak < plain%main_peak, &
-                     other%later_velocity < plain%later_velocity])
-                  reduced(way) = reduced(way) + real(wins, wp)
-                  if (way == fine .and. wins < 3) except = except//trim(merge(', ', '  ', except /= ''))//' '// &
-                     trim(name_of(k))
+                  reductions = count([other%high_velocity < reference%high_velocity, &
+                     other%main_peak < reference%main_peak, other%later_velocity < reference%later_velocity])
+                  reduced(way) = reduced(way) + real(reductions, wp)
+                  if (way == fine .and. reductions < 3) exceptions = exceptions &
+                     //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
                   if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': '// &
-                     listed([other%high_velocity/plain%high_velocity, other%main_peak/plain%main_peak, &
-                     other%later_velocity/plain%later_velocity], 2)
+                     listed([other%high_velocity/reference%high_velocity, other%main_peak/reference%main_peak, &
+                     other%later_velocity/reference%later_velocity], 2)
                end associate
             end do
          end associate
       end do
-      associate (plain => series(vary_zeta)%outcome(1, fine), heavy => series(vary_mass)%outcome(6, fine), &
+      associate (reference => series(vary_zeta)%outcome(1, fine), heavy => series(vary_mass)%outcome(6, fine), &
          damped => series(vary_zeta)%outcome(3, fine))
          call add_statement(list, '9a', &
             'After an impact the velocity shows high components far more than the displacement.', &
             'part of the modes above the second in the velocity of the stop point over that in its displacement, '// &
             'over 2', &
-            ratio, ratio > 2.0_wp, 'parts '//number(plain%high_velocity, 3)//' and '// &
-            number(plain%high_displacement, 3), '')
+            ratio, ratio > 2.0_wp, 'parts '//number(reference%high_velocity, 3)//' and '// &
+            number(reference%high_displacement, 3), '')
          call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
             'scatter of log10(peak) about a parabola in tau, reference over mu = 2, over 2', min(scatter, 1.0e6_wp), &
-            scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(plain), 3)//', mu = 2 '// &
+            scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(reference), 3)//', mu = 2 '// &
             number(scatter_of(heavy), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
       end associate
       call add_statement(list, '10', &
@@ -66,33 +67,33 @@ contains
          'components, displacements and contact velocities.', &
          'of 15 figures (5 remedies; high part of the velocity, main peak, greatest later velocity), those that fall', &
          reduced, reduced > 14.5_wp, "of the reference's:"//detail, &
-         'the remedies that do not reduce all three:'//except)
+         'the remedies that do not reduce all three:'//exceptions)
    end subroutine judge_components
 
-   !> Root mean square distance of log10 of the peaks from the parabola through them, by least squares.
+   !> Root mean square deviation of log10 of the peaks from their least-squares parabola in tau.
    pure function scatter_of(outcome) result(scatter)
       type(outcome_t), intent(in) :: outcome
       real(wp) :: scatter
 
       integer, parameter :: terms = 3
-      real(wp) :: basis(size(outcome%peak_eta), terms), rest(size(outcome%peak_eta))
+      real(wp) :: basis(size(outcome%peak_eta), terms), deviation(size(outcome%peak_eta))
       integer :: j, k
 
       scatter = 0.0_wp
       if (size(outcome%peak_eta) <= terms) return
-      rest = log10(outcome%peak_eta)
+      deviation = log10(outcome%peak_eta)
       basis(:, 1) = 1.0_wp
       basis(:, 2) = outcome%peak_tau
       basis(:, 3) = outcome%peak_tau**2
-      ! made orthogonal one by one
+      ! Gram-Schmidt orthogonalisation
       do j = 1, terms
          do k = 1, j - 1
             basis(:, j) = basis(:, j) - basis(:, k)*dot_product(basis(:, k), basis(:, j))
          end do
          basis(:, j) = basis(:, j)/norm2(basis(:, j))
-         rest = rest - basis(:, j)*dot_product(basis(:, j), rest)
+         deviation = deviation - basis(:, j)*dot_product(basis(:, j), deviation)
       end do
-      scatter = norm2(rest)/sqrt(real(size(rest), wp))
+      scatter = norm2(deviation)/sqrt(real(size(deviation), wp))
    end function scatter_of
 
 end module component_statements

@@ -1,4 +1,5 @@
-!> Statement 1: how well few elements give the frequencies. No way of computing motion has a part in it.
+!> Statement 1 of the paper: the accuracy of frequencies with few elements. The statement does not involve motion, so
+!> its verdict is the same for all ways of computing motion.
 module frequency_statements
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
@@ -14,27 +15,27 @@ module frequency_statements
    private
    public :: judge_frequencies
 
-   !> Ratios of neighbouring elements to choose from.
+   !> Ratios r of neighbouring element lengths that are compared.
    real(wp), parameter :: ratios(6) = [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.4_wp, 1.5_wp]
-   integer, parameter :: most = 16
+   integer, parameter :: max_modes = 16
 
 contains
 
-   !> Compute the frequencies of the full wedge, the beam of the paper's tables, and judge.
+   !> Compute the frequencies of the full wedge, the beam of the paper's tables, and judge statement 1.
    subroutine judge_frequencies(list, error)
       type(statements_t), intent(inout) :: list
-      !> Set when a solver fails
+      !> Set if a solver fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: exact(:)
-      real(wp) :: eight(most, size(ratios)), sixteen(most, size(ratios)), lowest, good(size(ratios))
+      real(wp) :: eight(max_modes, size(ratios)), sixteen(max_modes, size(ratios)), lowest, good(size(ratios))
       real(wp), dimension(size(ratios)) :: worst, worst_six
       real(wp) :: good_sixteen(size(ratios)), printed, product
       real(wp), allocatable :: lambda(:)
       type(beam_model_t) :: model
       integer :: i
 
-      call exact_lambda(most, 1.0_wp, 0.0_wp, exact, error)
+      call exact_lambda(max_modes, 1.0_wp, 0.0_wp, exact, error)
       if (allocated(error)) return
       do i = 1, size(ratios)
          call relative_errors(8, ratios(i), exact, eight(:, i), error)
@@ -85,10 +86,10 @@ contains
          'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
    end subroutine judge_frequencies
 
-   !> A statement that is the same for every way.
+   !> Add a statement with the same value for every way of computing motion.
    subroutine add(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
-      !> Parts of it
+      !> Parts of the statement, as in `add_statement`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
@@ -102,13 +103,13 @@ contains
          detail, reason, remark)
    end subroutine add
 
-   !> The full wedge.
+   !> The model of the full wedge.
    subroutine model_of_wedge(elements, ratio, model, error)
-      !> Mesh
+      !> Number of elements and length ratio of the mesh
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
-      !> Set when the mesh cannot be made
+      !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
@@ -118,16 +119,16 @@ contains
       call make_beam_model(tapered_section(0.15_wp, 0.0_wp), mesh, 0.0_wp, model)
    end subroutine model_of_wedge
 
-   !> Errors of the wedge's frequencies.
+   !> Relative errors of the lambda of the wedge.
    subroutine relative_errors(elements, ratio, exact, errors, error)
-      !> Mesh
+      !> Number of elements and length ratio of the mesh
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
-      !> True values
+      !> Exact lambda
       real(wp), intent(in) :: exact(:)
-      !> lambda over the true one, less 1
+      !> lambda/exact - 1
       real(wp), intent(out) :: errors(:)
-      !> Set when the solver fails
+      !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model
@@ -140,10 +141,10 @@ contains
       errors = lambda/exact - 1.0_wp
    end subroutine relative_errors
 
-   !> How many of the first values are within a limit, up to the first that is not.
+   !> Number of values before the first that exceeds a limit in magnitude.
    pure function first_within(values, limit) result(number_within)
       real(wp), intent(in) :: values(:)
-      !> Limit of their magnitude
+      !> Limit of the magnitude
       real(wp), intent(in) :: limit
       integer :: number_within
 

@@ -1,4 +1,4 @@
-!> impactbeam-paper: what the paper says, judged.
+!> The program impactbeam-paper judges the statements of the paper.
 program impactbeam_paper
    use, intrinsic :: iso_c_binding, only: c_int
    use paper_run, only: needs_of_statements, run_statements

@@ -1,4 +1,4 @@
-!> Statements 7 and 8: the tip mass and the taper.
+!> Statements 7 and 8 of the paper: the tip mass and the taper.
 module mass_and_taper_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -12,34 +12,36 @@ module mass_and_taper_statements
 
 contains
 
-   !> 7: high components with small mass; one degree of freedom with large mass; mu = 0.5; the end hardly depends on mu.
+   !> Judge statement 7: high components with small tip mass, one degree of freedom with large tip mass, small
+   !> displacements at mu = 0.5, weak dependence of the end of motion on mu.
    subroutine judge_mass(mass, list)
-      !> mu = 0, 0.1, 0.25, 0.5, 1, 2 of the figure, then 10 and 30
+      !> Cases with mu = 0, 0.1, 0.25, 0.5, 1, 2 of the figure, then 10 and 30
       type(series_t), intent(in) :: mass
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: printed = 6, half = 4, two = 6
-      !> An oscillator of one degree of freedom, let go at eta = 1 over a stop at its place of rest, rebounds to eps
-      real(wp), parameter :: one_degree = 0.6_wp
-      real(wp), dimension(way_count) :: ratio, off, smallest, spread
-      real(wp) :: peaks(size(mass%cases)), ends(printed), swings(printed)
+      !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
+      !> equilibrium: the coefficient of restitution eps
+      real(wp), parameter :: one_dof_peak = 0.6_wp
+      real(wp), dimension(way_count) :: ratio, deviation, best_mass, spread
+      real(wp) :: peaks(size(mass%cases)), ends(printed), cycles(printed)
       logical :: alike(definition_count, way_count)
-      integer :: way, i, definition, tends
+      integer :: way, i, definition, limit_case
 
       do way = 1, way_count
          ratio(way) = mass%outcome(1, way)%high_velocity/max(mass%outcome(two, way)%high_velocity, 1.0e-12_wp)
          peaks = mass%outcome(:, way)%main_peak
-         off(way) = abs(peaks(two)/one_degree - 1.0_wp)
-         smallest(way) = mass%value(minloc(peaks(:printed), dim=1))
+         deviation(way) = abs(peaks(two)/one_dof_peak - 1.0_wp)
+         best_mass(way) = mass%value(minloc(peaks(:printed), dim=1))
          spread(way) = spread_of(mass%outcome(:printed, way), usual_end)
          do definition = 1, definition_count
             alike(definition, way) = spread_of(mass%outcome(:printed, way), definition) < 0.2_wp
          end do
       end do
       peaks = mass%outcome(:, fine)%main_peak
-      ! the list goes far beyond the figure, to where it does
-      tends = 1 + findloc(abs(peaks/one_degree - 1.0_wp) < 0.1_wp, .false., dim=1, back=.true.)
-      tends = min(tends, size(peaks))
+      ! the series extends far beyond the figure, up to masses that satisfy the limit of one degree of freedom
+      limit_case = 1 + findloc(abs(peaks/one_dof_peak - 1.0_wp) < 0.1_wp, .false., dim=1, back=.true.)
+      limit_case = min(limit_case, size(peaks))
       ends = [(mass%outcome(i, fine)%ends(usual_end), i=1, printed)]
       call add_statement(list, '7a', 'With a small tip mass high components are strong.', &
          'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2, over 2', &
@@ -47,23 +49,23 @@ contains
          listed([(mass%outcome(i, fine)%high_velocity, i=1, size(peaks))], 4), '')
       call add_statement(list, '7b', &
          'With a large tip mass the beam comes close to an impact oscillator of one degree of freedom.', &
-         'main peak at mu = 2 against the eps of that oscillator, within 0.1', off, off < 0.1_wp, &
+         'main peak at mu = 2 against the eps of that oscillator, within 0.1', deviation, deviation < 0.1_wp, &
          'main peaks at mu = 0 ... 2, 10, 30: '//listed(peaks, 3), &
          "at mu = 2 the beam's own mass still takes energy away in its higher modes", &
-         'at mu = 2; from mu = '//number(mass%value(tends), 0)//' on it does')
+         'at mu = 2; from mu = '//number(mass%value(limit_case), 0)//' on it does')
       call add_statement(list, '7c', 'mu = 0.5 gives small displacements after the impact.', &
-         'mu with the lowest main peak, 0.5', smallest, abs(smallest - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
+         'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
          'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed), 3)//'; at 0.5 '// &
          percent(peaks(half)/maxval(peaks(:printed)))//' of the highest', '')
-      swings = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed)]
+      cycles = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed)]
       call add_statement_of_ends(list, '7d', 'The end hardly depends on mu.', &
          'spread of the ends over mu = 0 ... 2, under 0.2', spread, alike, 'ends at tau = '//listed(ends, 1)// &
          '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed)], 1)// &
-         '; times the lowest frequency of the beam with its mass: '//listed(swings, 1), &
+         '; times the lowest frequency of the beam with its mass: '//listed(cycles, 1), &
          'a heavier tip swings more slowly; counted in its own swings the end does depend little on mu, but for 0.25')
    end subroutine judge_mass
 
-   !> Is the main peak at mu = 0.5 within a tenth of the lowest one's height above it?
+   !> Whether the main peak at mu = 0.5 exceeds the lowest main peak by at most a tenth.
    pure function half_is_low(mass) result(low)
       !> The series of `judge_mass`
       type(series_t), intent(in) :: mass
@@ -78,10 +80,10 @@ contains
       end do
    end function half_is_low
 
-   !> How far the ends of some cases lie apart, over the soonest.
+   !> Spread of the ends of motion of some cases, relative to the earliest.
    pure function spread_of(outcome, definition) result(spread)
       type(outcome_t), intent(in) :: outcome(:)
-      !> Definition of the end
+      !> Number of the definition of the end of motion
       integer, intent(in) :: definition
       real(wp) :: spread
 
@@ -92,26 +94,28 @@ contains
       spread = min(maxval(ends)/minval(ends) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
-   !> 8: little or much taper lasts longer, 0.075 ends soonest, and why.
+   !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends soonest,
+   !> and the reasons.
    subroutine judge_taper(taper, list)
-      !> alpha = 0, 0.025 ... 0.15
+      !> Cases with alpha = 0, 0.025 ... 0.15
       type(series_t), intent(in) :: taper
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: none = 1, middle = 4, much = 6, wedge = 7
-      real(wp), dimension(way_count) :: longer, soonest, lower, less, more
+      real(wp), dimension(way_count) :: excess, soonest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: ends(size(taper%cases))
       logical, dimension(definition_count, way_count) :: outlasts, first, tied
-      integer :: way, i, definition, rivals
+      integer :: way, i, definition, agreeing
 
       do way = 1, way_count
          ends = ends_of(taper, way, usual_end)
-         longer(way) = min(ends(none), ends(wedge))/ends(middle) - 1.0_wp
+         excess(way) = min(ends(none), ends(wedge))/ends(middle) - 1.0_wp
          soonest(way) = taper%value(minloc(ends, dim=1))
-         lower(way) = taper%outcome(much, way)%main_peak - taper%outcome(none, way)%main_peak
-         less(way) = taper%outcome(wedge, way)%kinetic_at_first/max(taper%outcome(none, way)%kinetic_at_first, &
-            1.0e-12_wp)
-         more(way) = taper%outcome(wedge, way)%lost_at_first/max(taper%outcome(none, way)%lost_at_first, 1.0e-12_wp)
+         peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(none, way)%main_peak
+         kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_first &
+            /max(taper%outcome(none, way)%kinetic_at_first, 1.0e-12_wp)
+         loss_ratio(way) = taper%outcome(wedge, way)%lost_at_first &
+            /max(taper%outcome(none, way)%lost_at_first, 1.0e-12_wp)
       end do
       do way = 1, way_count
          do definition = 1, definition_count
@@ -121,10 +125,10 @@ contains
       end do
       call find_soonest(taper, middle, first, tied)
       ends = ends_of(taper, fine, usual_end)
-      rivals = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
+      agreeing = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
          definition_count)])
       call add_statement_of_ends(list, '8a', 'With very little or much taper the vibration lasts longer.', &
-         'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', longer, outlasts, &
+         'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', excess, outlasts, &
          'ends at tau = '//listed(ends, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
          listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(taper, coarse_nodal, usual_end), 1), &
@@ -132,20 +136,22 @@ contains
       call add_statement_of_ends(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
          listed(pack(taper%value, soonest_of(taper, fine, usual_end)), 3), &
-         'among the tapered beams alone it is the soonest by '//number(real(rivals, wp), 0)//' of '// &
+         'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
       call mark_ties(list, tied)
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
-         'main peak at alpha = 0.125 less that of the uniform beam, over 0', lower, lower > 0.0_wp, &
+         'main peak at alpha = 0.125 less that of the uniform beam, over 0', peak_change, peak_change > 0.0_wp, &
          'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(ends))], 3)// &
          ' at alpha = 0, 0.025 ... 0.15', 'the least displacement is that at alpha = 0.05')
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
-         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', less, &
-         less < 0.9_wp, 'shares '//listed([(taper%outcome(i, fine)%kinetic_at_first, i=1, size(ends))], 3)// &
+         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', &
+         kinetic_ratio, kinetic_ratio < 0.9_wp, &
+         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_first, i=1, size(ends))], 3)// &
          '; mass that takes part in an impact, of the beam: '// &
          listed([(1.0_wp/taper%outcome(i, fine)%mobility, i=1, size(ends))], 5), '')
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
-         'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', more, more > 1.0_wp, &
+         'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', loss_ratio, &
+         loss_ratio > 1.0_wp, &
          'shares until the main rebound: '//listed([(taper%outcome(i, fine)%lost_at_first, i=1, size(ends))], 4)// &
          '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(ends))], 4)// &
          "; paper's mesh, nodal reading, in all: "// &

@@ -1,4 +1,4 @@
-!> The beams and stops of the paper's figures, and the ways in which their motion is computed.
+!> The beams and stops of the paper's figures, and the ways of computing their motion.
 module paper_cases
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
@@ -11,12 +11,13 @@ module paper_cases
    implicit none (type, external)
    private
    public :: figure_case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
-   public :: way_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, beside
+   public :: way_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, comparison_way
 
-   !> hbar/L of all figures.
+   !> Mean height hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp
 
-   !> Exact motion on a coarse and on a fine mesh, by either reading of the impulse, and the paper's own steps.
+   !> Ways of computing motion: exact motion on a coarse or fine mesh, with a momentum impulse or with replacement of
+   !> the nodal velocity (nodal), and the Newmark steps of the paper.
    integer, parameter :: coarse = 1
    integer, parameter :: fine = 2
    integer, parameter :: coarse_nodal = 3
@@ -24,46 +25,46 @@ module paper_cases
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
    integer, parameter :: way_count = 6
-   !> The way that tells how well another knows a figure, by their difference: that on the other mesh; of the nodal
-   !> reading, the paper's on its own mesh, that by other steps.
-   integer, parameter :: beside(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
+   !> The way with which each way is compared to estimate the uncertainty of its results: the same computation on the
+   !> other mesh, or the other integration method on the same mesh.
+   integer, parameter :: comparison_way(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
-   !> One curve of a figure. What is not varied is as in the paper's first example.
+   !> One curve of a figure. The defaults are the parameters of the paper's first example.
    type :: figure_case_t
-      !> alpha = (h0 - h1)/L; the mean height is kept
+      !> Taper alpha = (h0 - h1)/L at constant mean height
       real(wp) :: taper = 0.0_wp
-      !> mu
+      !> Tip mass mu
       real(wp) :: tip_mass = 0.0_wp
-      !> Lc/L
+      !> Position Lc/L of the stop
       real(wp) :: position = 1.0_wp
-      !> zeta
+      !> Damping ratio zeta
       real(wp) :: zeta = 1.0e-3_wp
-      !> eps
+      !> Coefficient of restitution eps
       real(wp) :: restitution = 0.6_wp
-      !> delta
+      !> Preload delta
       real(wp) :: preload = 0.0_wp
-      !> kappa of the three-element stop; 0: the stop is rigid
+      !> Stiffness ratio kappa of the three-element stop; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
    end type figure_case_t
 
-   !> A way to compute it.
+   !> A way of computing motion.
    type :: way_t
       character(24) :: name = ''
-      !> Elements of equal length
+      !> Number of elements of equal length
       integer :: elements = 8
       !> `method_exact` or `method_newmark`
       integer :: method = method_exact
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
-      !> The mass matrix is that which errs less, not always the paper's
+      !> Use the more accurate mass matrix instead of the consistent mass matrix of the paper
       logical :: chooses_mass = .false.
    end type way_t
 
 contains
 
-   !> The ways, by their constants.
+   !> Make the ways, indexed by their constants.
    pure subroutine make_ways(coarse_elements, fine_elements, ways)
-      !> Elements of the coarse mesh, the paper's, and of the fine one
+      !> Number of elements of the coarse mesh, which is the paper's, and of the fine mesh
       integer, intent(in) :: coarse_elements
       integer, intent(in) :: fine_elements
       type(way_t), intent(out) :: ways(way_count)
@@ -79,10 +80,10 @@ contains
    !> The assembled beam of a case.
    pure subroutine model_of_case(this, way, model, error)
       type(figure_case_t), intent(in) :: this
-      !> Its mesh and its mass matrix
+      !> Way of computing, which determines mesh and mass matrix
       type(way_t), intent(in) :: way
       type(beam_model_t), intent(out) :: model
-      !> Set when the mesh cannot be made
+      !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
@@ -99,10 +100,10 @@ contains
       call make_beam_model(section, mesh, this%tip_mass, model, is_redistributed)
    end subroutine model_of_case
 
-   !> The stop of a case; of the three-element stop beta = 20 and c* = 0.3 as in the paper.
+   !> The stop of a case. A three-element stop has beta = 20 and c* = 0.3 as in the paper.
    pure function stop_of_case(this, impulse) result(stop_settings)
       type(figure_case_t), intent(in) :: this
-      !> Reading of the impulse
+      !> Kind of the impulse, one of the `impulse_` constants
       integer, intent(in) :: impulse
       type(stop_settings_t) :: stop_settings
 

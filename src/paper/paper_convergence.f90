@@ -1,4 +1,5 @@
-!> How the paper's first example settles as the mesh is refined, by both readings of an impulse.
+!> Convergence of the paper's first example under mesh refinement, with a momentum impulse and with replacement of the
+!> nodal velocity.
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
@@ -7,42 +8,46 @@ module paper_convergence
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private
-   public :: convergence_t, find_convergence, reading_names
+   public :: convergence_t, find_convergence, impulse_kinds
 
-   !> Columns of the tables, in the order of the impulse's constants.
-   character(*), parameter :: reading_names(2) = [character(8) :: 'momentum', 'nodal']
+   !> Kinds of impulse in the order of the `impulse_` constants.
+   character(*), parameter :: impulse_kinds(2) = [character(8) :: 'momentum', 'nodal']
 
    type :: convergence_t
-      !> Meshes of equal elements
+      !> Number of equal elements of each mesh, [meshes]
       integer, allocatable :: elements(:)
-      !> Mass that takes part in an impact, of the beam
+      !> Mass that takes part in an impact, relative to the beam, [meshes]
       real(wp), allocatable :: mass(:)
-      !> First meeting with the stop, tau
+      !> Instant tau of the first contact, [meshes]
       real(wp), allocatable :: first_tau(:)
-      !> By mesh and reading: main peak; when |eta_c| last exceeds 2 percent; when 1 percent of the energy is left;
-      !> energy lost at impacts and created, of the energy to lose
+      !> Main peak in eta, [meshes, kinds of impulse]
       real(wp), allocatable :: main_peak(:, :)
-      real(wp), allocatable :: quiet(:, :)
-      real(wp), allocatable :: spent(:, :)
+      !> Instant tau of the last exceedance of 2 percent by |eta_c|, [meshes, kinds of impulse]
+      real(wp), allocatable :: settling_tau(:, :)
+      !> Instant tau at which 1 percent of the energy remains, [meshes, kinds of impulse]
+      real(wp), allocatable :: energy_tau(:, :)
+      !> Energy dissipated at impacts and energy created, relative to the energy to be dissipated, [meshes, kinds of
+      !> impulse]
       real(wp), allocatable :: lost(:, :)
       real(wp), allocatable :: created(:, :)
    end type convergence_t
 
 contains
 
-   !> Run the example on a chain of meshes.
+   !> Run the example on a sequence of meshes.
    subroutine find_convergence(coarsest, finest, duration, convergence, error)
-      !> Elements of the coarsest mesh; they are halved while there are no more than these
+      !> Number of elements of the coarsest mesh, which is doubled from mesh to mesh
       integer, intent(in) :: coarsest
+      !> Maximum number of elements
       integer, intent(in) :: finest
-      !> Length of the runs, tau
+      !> Duration of the runs in tau
       real(wp), intent(in) :: duration
-      !> What was found
+      !> Results of all meshes
       type(convergence_t), intent(out) :: convergence
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      integer, parameter :: readings(2) = [impulse_momentum, impulse_nodal]
+      integer, parameter :: impulses(2) = [impulse_momentum, impulse_nodal]
       type(outcome_t) :: outcome
       integer :: i, k, meshes
 
@@ -52,18 +57,18 @@ contains
       end do
       allocate (convergence%elements, source=[(coarsest*2**(i - 1), i=1, meshes)])
       allocate (convergence%mass(meshes), convergence%first_tau(meshes))
-      allocate (convergence%main_peak(meshes, 2), convergence%quiet(meshes, 2), convergence%spent(meshes, 2), &
-         convergence%lost(meshes, 2), convergence%created(meshes, 2))
+      allocate (convergence%main_peak(meshes, 2), convergence%settling_tau(meshes, 2), &
+         convergence%energy_tau(meshes, 2), convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
          do k = 1, 2
-            call find_outcome(figure_case_t(), way_t('', convergence%elements(i), method_exact, readings(k)), &
+            call find_outcome(figure_case_t(), way_t('', convergence%elements(i), method_exact, impulses(k)), &
                duration, outcome, error)
             if (allocated(error)) return
             convergence%mass(i) = 1.0_wp/outcome%mobility
             convergence%first_tau(i) = outcome%first_tau
             convergence%main_peak(i, k) = outcome%main_peak
-            convergence%quiet(i, k) = outcome%ends(usual_end)
-            convergence%spent(i, k) = outcome%ends(energy_end)
+            convergence%settling_tau(i, k) = outcome%ends(usual_end)
+            convergence%energy_tau(i, k) = outcome%ends(energy_end)
             convergence%lost(i, k) = outcome%lost_at_impacts
             convergence%created(i, k) = outcome%created
          end do

@@ -1,4 +1,4 @@
-!> What is measured of one case of the paper, computed in one way.
+!> Measures of one case of the paper, computed in one way.
 module paper_outcomes
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -13,77 +13,80 @@ module paper_outcomes
    implicit none (type, external)
    private
    public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, &
-      most_modes, never, sample_step
+      measured_modes, never, sample_step
 
-   !> The motion has ended when |eta_c| last exceeds one of these,
+   !> Levels of |eta_c| whose last exceedance is the end of motion by the first three definitions.
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]
-   !> or when the energy above rest has fallen to one of these shares of the start's.
+   !> Fractions of the initial energy above the rest energy at which the motion ends by the last three definitions.
    real(wp), parameter :: end_shares(3) = [0.05_wp, 0.01_wp, 0.002_wp]
-   !> The two by which figures are told: |eta_c| last exceeds 2 percent, 1 percent of the energy is left.
+   !> The two definitions that the results quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy remains.
    integer, parameter :: usual_end = 2
    integer, parameter :: energy_end = size(end_levels) + 2
    integer, parameter :: definition_count = size(end_levels) + size(end_shares)
 
-   !> Modes whose part is measured.
-   integer, parameter :: most_modes = 8
+   !> Number of modes whose share of the energy is measured.
+   integer, parameter :: measured_modes = 8
 
-   !> Distance of the samples by which ends are told, tau; the paper's step too.
+   !> Sampling interval in tau that determines the ends of motion, which is also the time step of the paper.
    real(wp), parameter :: sample_step = 0.01_wp
 
-   !> It has not ended within the run.
+   !> Value of an instant of an event that does not happen within the run.
    real(wp), parameter :: never = 1.0e9_wp
 
-   !> The stop point lies on the stop below this eta.
+   !> Value of eta below which the contact counts as closed.
    real(wp), parameter :: touching_level = 1.0e-3_wp
 
    type :: outcome_t
-      !> Instants of the end, by `end_levels`, then by `end_shares`
+      !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
       real(wp) :: ends(definition_count) = never
-      !> First meeting with the stop
+      !> Instant tau of the first contact
       real(wp) :: first_tau = never
-      !> Highest points of the rebounds and when
+      !> Peaks of the rebounds and their instants
       real(wp), allocatable :: peak_eta(:), peak_tau(:)
-      !> Deepest indentation
+      !> Maximum indentation of the stop in eta
       real(wp) :: indentation = 0.0_wp
-      !> The main rebound: the highest one within a period of the free beam from the first meeting on
+      !> Whether there is a main rebound, the highest rebound within a period of the free beam after the first contact
       logical :: rebounds = .false.
+      !> Peak of the main rebound
       real(wp) :: main_peak = 0.0_wp
-      !> Length of the first contact that lasts, and time from the first meeting to the main rebound
+      !> Duration of the first lasting contact, and time from the first contact to the main rebound
       real(wp) :: first_contact = 0.0_wp
       real(wp) :: first_touching = 0.0_wp
-      !> Time on the stop over time away from it, from the first meeting to the end
+      !> Ratio of the time with closed contact to the time with open contact, from the first contact to the end of
+      !> motion
       real(wp) :: contact_ratio = 0.0_wp
-      !> Energy lost at impacts until the main rebound, of the energy to lose; in all; and created in all
+      !> Energy dissipated at impacts until the main rebound and in total, and energy created in total, relative to the
+      !> energy to be dissipated
       real(wp) :: lost_at_first = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
       real(wp) :: created = 0.0_wp
-      !> Greatest velocity of approach after the main rebound
+      !> Maximum velocity of approach after the main rebound
       real(wp) :: later_velocity = 0.0_wp
-      !> Early in the main rebound: share of the energy in each of the lowest modes
-      real(wp) :: energy_share(most_modes) = 0.0_wp
-      !> and the part of the modes above the second in the motion of the stop point, by displacement and by velocity
+      !> Fraction of the energy in each of the lowest modes early in the main rebound
+      real(wp) :: energy_share(measured_modes) = 0.0_wp
+      !> Fraction of the modes above the second in displacement and in velocity at the stop early in the main rebound
       real(wp) :: high_displacement = 0.0_wp
       real(wp) :: high_velocity = 0.0_wp
-      !> Lowest frequency of the beam, in omega1
+      !> Lowest frequency of the beam with its tip mass, in omega1
       real(wp) :: own_frequency = 1.0_wp
-      !> One over the mass that takes part in an impact, rho Abar L = 1
+      !> Reciprocal of the mass that takes part in an impact, rho Abar L = 1
       real(wp) :: mobility = 0.0_wp
-      !> Kinetic energy at the first meeting, of the energy to lose
+      !> Kinetic energy at the first contact, relative to the energy to be dissipated
       real(wp) :: kinetic_at_first = 0.0_wp
    end type outcome_t
 
 contains
 
-   !> Compute a case and measure it.
+   !> Compute the motion of a case and its measures.
    subroutine find_outcome(this, way, duration, outcome, error)
       type(figure_case_t), intent(in) :: this
-      !> How it is computed
+      !> Way of computing
       type(way_t), intent(in) :: way
-      !> Length of the run, tau
+      !> Duration of the run in tau
       real(wp), intent(in) :: duration
-      !> What was measured
+      !> Measures of the case
       type(outcome_t), intent(out) :: outcome
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model
@@ -106,7 +109,7 @@ contains
       outcome%mobility = sum(modes%mode(modes%stop_dof, :)**2)
       call measure(response, response%measures, outcome, start)
       if (.not. outcome%rebounds) return
-      ! one sample into the flight: what the release itself does to the highest modes is over
+      ! the shape is taken one sample after the release, when its effect on the highest modes has passed
       output = output_settings_t(history=.false.)
       allocate (output%shape_times, source=[start + 0.01_wp])
       call respond(this, way, model, modes, start + 0.05_wp, output, response, error)
@@ -114,25 +117,25 @@ contains
       call measure_components(this, model, modes, response, outcome)
    end subroutine find_outcome
 
-   !> The motion of a case.
+   !> Compute the motion of a case.
    subroutine respond(this, way, model, modes, duration, output, response, error)
       type(figure_case_t), intent(in) :: this
-      !> How it is computed
+      !> Way of computing
       type(way_t), intent(in) :: way
-      !> Its beam and the modes of the beam
+      !> Model and free modes of the beam
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      !> Length of the run, tau
+      !> Duration of the run in tau
       real(wp), intent(in) :: duration
-      !> What to keep
+      !> Histories and shapes to record
       type(output_settings_t), intent(in) :: output
       type(response_t), intent(out) :: response
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(run_settings_t) :: settings
 
-      ! Newmark's beta = 1/4 and tolerances of 1e-4 and 1e-2 are the paper's
+      ! the defaults, Newmark's beta = 1/4 and tolerances of 1e-4 and 1e-2, are those of the paper
       settings%zeta = this%zeta
       settings%stop = stop_of_case(this, way%impulse)
       settings%response%duration = duration
@@ -144,24 +147,24 @@ contains
       call run_motion(model, settings, response, error, modes)
    end subroutine respond
 
-   !> What histories and events tell.
+   !> Compute the measures from histories and events.
    pure subroutine measure(response, measures, outcome, start)
-      !> The motion of a case
+      !> Motion of the case
       type(response_t), intent(in) :: response
       type(run_measures_t), intent(in) :: measures
-      !> What was measured
+      !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
-      !> Instant at which the main rebound begins
+      !> Start of the main rebound in tau
       real(wp), intent(out) :: start
 
-      real(wp) :: to_lose, rest, above
-      integer :: i, first, last, on, main
+      real(wp) :: to_dissipate, rest_energy, kinetic_before
+      integer :: i, first, last, closed_samples, main
 
       start = 0.0_wp
       allocate (outcome%peak_eta, source=measures%peak_eta)
       allocate (outcome%peak_tau, source=measures%peak_tau)
-      rest = measures%rest_energy
-      to_lose = measures%start_energy - rest
+      rest_energy = measures%rest_energy
+      to_dissipate = measures%start_energy - rest_energy
       outcome%indentation = max(0.0_wp, -minval(response%history(eta_stop)%values))
       associate (eta => response%history(eta_stop)%values, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)
@@ -169,20 +172,20 @@ contains
             if (last < size(tau)) outcome%ends(i) = tau(last)
          end do
          do i = 1, size(end_shares)
-            last = findloc(energy%kinetic + energy%strain + energy%stop - rest > end_shares(i)*to_lose, .true., dim=1, &
-               back=.true.)
+            last = findloc(energy%kinetic + energy%strain + energy%stop - rest_energy > end_shares(i)*to_dissipate, &
+               .true., dim=1, back=.true.)
             if (last < size(tau)) outcome%ends(size(end_levels) + i) = tau(last)
          end do
-         outcome%created = energy%created(size(tau))/to_lose
-         outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_lose
+         outcome%created = energy%created(size(tau))/to_dissipate
+         outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_dissipate
          if (.not. measures%has_met_stop) return
          outcome%first_tau = measures%first_impact_tau
          first = min(size(tau), 1 + count(tau < measures%first_impact_tau))
-         above = energy%kinetic(max(first - 1, 1))
-         outcome%kinetic_at_first = above/to_lose
+         kinetic_before = energy%kinetic(max(first - 1, 1))
+         outcome%kinetic_at_first = kinetic_before/to_dissipate
          last = max(first, findloc(eta > end_levels(2), .true., dim=1, back=.true.))
-         on = count(eta(first:last) < touching_level)
-         outcome%contact_ratio = real(on, wp)/real(max(last - first + 1 - on, 1), wp)
+         closed_samples = count(eta(first:last) < touching_level)
+         outcome%contact_ratio = real(closed_samples, wp)/real(max(last - first + 1 - closed_samples, 1), wp)
       end associate
       if (size(measures%contact_start) > 0) outcome%first_contact = measures%contact_end(1) - measures%contact_start(1)
       associate (early => outcome%peak_tau < measures%first_impact_tau + 2.0_wp*pi/outcome%own_frequency)
@@ -195,7 +198,7 @@ contains
          associate (event => response%events(i))
             if (event%tau <= outcome%peak_tau(main)) then
                start = event%tau
-               outcome%lost_at_first = outcome%lost_at_first + max(0.0_wp, -event%energy_change)/to_lose
+               outcome%lost_at_first = outcome%lost_at_first + max(0.0_wp, -event%energy_change)/to_dissipate
             else if (event%kind == event_impact .or. event%kind == event_contact) then
                outcome%later_velocity = max(outcome%later_velocity, -event%velocity_before)
             end if
@@ -204,18 +207,18 @@ contains
       outcome%first_touching = start - measures%first_impact_tau
    end subroutine measure
 
-   !> The parts of the modes early in the first rebound.
+   !> Compute the contributions of the modes early in the main rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
       type(figure_case_t), intent(in) :: this
-      !> Its beam and the modes of the beam
+      !> Model and free modes of the beam
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      !> A run with one shape
+      !> Response with one recorded shape
       type(response_t), intent(in) :: response
-      !> What was measured
+      !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp), dimension(2*model%mesh%elements) :: shape, rate, product, q, v, energy, swing
+      real(wp), dimension(2*model%mesh%elements) :: shape, rate, product, q, v, energy, amplitude
       integer :: n
 
       n = model%mesh%elements
@@ -228,12 +231,12 @@ contains
       call multiply(model%mass, rate, product)
       v = matmul(product, modes%mode)
       energy = 0.5_wp*(v**2 + modes%square*q**2)
-      n = min(most_modes, 2*n)
+      n = min(measured_modes, 2*n)
       outcome%energy_share(:n) = energy(:n)/sum(energy)
-      swing = abs(modes%mode(modes%stop_dof, :))*sqrt(2.0_wp*energy/modes%square)
-      outcome%high_displacement = sum(swing(3:))/sum(swing)
-      swing = swing*sqrt(modes%square)
-      outcome%high_velocity = sum(swing(3:))/sum(swing)
+      amplitude = abs(modes%mode(modes%stop_dof, :))*sqrt(2.0_wp*energy/modes%square)
+      outcome%high_displacement = sum(amplitude(3:))/sum(amplitude)
+      amplitude = amplitude*sqrt(modes%square)
+      outcome%high_velocity = sum(amplitude(3:))/sum(amplitude)
    end subroutine measure_components
 
 end module paper_outcomes

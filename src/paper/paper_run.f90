@@ -1,4 +1,4 @@
-!> What the program `impactbeam-paper` does with a scene.
+!> The computation of a scene by the program `impactbeam-paper`.
 module paper_run
    use failures, only: failure_t
    use kinds, only: wp
@@ -15,31 +15,31 @@ module paper_run
    private
    public :: needs_of_statements, run_statements
 
-   !> Distance of the samples in the runs, tau
+   !> Sampling interval of the runs in tau
    real(wp), parameter :: sample_step = 0.01_wp
 
 contains
 
-   !> One run after the other, with its ledger.
+   !> Estimate the memory for runs one after the other, each with its energy balance.
    subroutine needs_of_statements(scene, threads, need)
       type(scene_t), intent(in) :: scene
-      !> Of no meaning here
+      !> Not used
       integer, intent(in) :: threads
       type(need_t), intent(out) :: need
 
       associate (unused => threads, statements => scene%statements)
          call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', &
             need)
-         ! the example is run on a mesh of twice as many
+         ! the convergence study runs the example on a mesh with twice as many elements
          call add_modes(2*statements%fine_elements, 1, 'give &statements fewer fine_elements', need)
       end associate
    end subroutine needs_of_statements
 
-   !> Judge the statements, write the files, print the table.
+   !> Judge the statements, write the files and print the table.
    subroutine run_statements(scene, job, error)
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set when a run fails or a file cannot be written
+      !> Set if a run fails or a file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(study_t) :: study

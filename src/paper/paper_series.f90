@@ -1,8 +1,8 @@
-!> The cases of the paper's figures, one parameter varied at a time, each computed in every way.
+!> The cases of the paper's figures, in each of which one parameter is varied, computed in every way.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: beside, figure_case_t, way_count, way_t
+   use paper_cases, only: comparison_way, figure_case_t, way_count, way_t
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
@@ -18,22 +18,22 @@ module paper_series
    integer, parameter :: vary_taper = 6
    integer, parameter :: vary_stiffness = 7
 
-   !> What they vary, as users write it, and its sign in the paper
+   !> Names of the varied parameters in scenes, and their symbols in the paper
    character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
       'tip_mass_ratio', 'taper', 'stiffness_ratio']
    character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', 'kappa']
 
    type :: series_t
-      !> Values of the parameter varied
+      !> Values of the varied parameter
       real(wp), allocatable :: value(:)
       type(figure_case_t), allocatable :: cases(:)
-      !> [case, way]
+      !> Measures of the cases, [cases, ways]
       type(outcome_t), allocatable :: outcome(:, :)
    end type series_t
 
 contains
 
-   !> The cases of one figure.
+   !> Make the cases of one figure.
    pure subroutine make_series(parameter, series)
       !> One of the `vary_` constants
       integer, intent(in) :: parameter
@@ -49,7 +49,7 @@ contains
       case (vary_zeta)
          series%value = [0.001_wp, 0.01_wp, 0.05_wp, 0.1_wp]
       case (vary_mass)
-         ! the last two go beyond the figure, to the oscillator of one degree of freedom
+         ! the last two values extend the figure towards the oscillator of one degree of freedom
          series%value = [0.0_wp, 0.1_wp, 0.25_wp, 0.5_wp, 1.0_wp, 2.0_wp, 10.0_wp, 30.0_wp]
       case (vary_taper)
          series%value = [0.0_wp, 0.025_wp, 0.05_wp, 0.075_wp, 0.1_wp, 0.125_wp, 0.15_wp]
@@ -75,13 +75,13 @@ contains
       end select
    end subroutine make_series
 
-   !> Compute all its cases in every way.
+   !> Compute all cases of a series in every way.
    subroutine compute_series(ways, duration, series, error)
       type(way_t), intent(in) :: ways(way_count)
-      !> Length of the runs, tau
+      !> Duration of the runs in tau
       real(wp), intent(in) :: duration
       type(series_t), intent(inout) :: series
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: i, way
@@ -95,11 +95,11 @@ contains
       end do
    end subroutine compute_series
 
-   !> The instants of the end over the cases of a series.
+   !> Instants of the end of motion over the cases of a series.
    pure function ends_of(series, way, definition) result(ends)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
-      !> Definition of the end
+      !> Number of the definition of the end of motion
       integer, intent(in) :: definition
       real(wp) :: ends(size(series%cases))
 
@@ -108,27 +108,28 @@ contains
       ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
    end function ends_of
 
-   !> The cases that may be the one that ends soonest. An end is known no better than to its difference from that of the
-   !> way beside, and to a sample.
+   !> Whether each case may be the one whose motion ends soonest. The uncertainty of an end is its difference from the
+   !> end in the way of comparison (`comparison_way`) plus a sampling interval.
    pure function soonest_of(series, way, definition) result(may_be)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
-      !> Definition of the end
+      !> Number of the definition of the end of motion
       integer, intent(in) :: definition
       logical :: may_be(size(series%cases))
 
       integer :: first
 
-      associate (ends => ends_of(series, way, definition), others => ends_of(series, beside(way), definition))
+      associate (ends => ends_of(series, way, definition), compared => ends_of(series, comparison_way(way), definition))
          first = minloc(ends, dim=1)
-         may_be = min(ends, others) < max(ends(first), others(first)) + sample_step
+         may_be = min(ends, compared) < max(ends(first), compared(first)) + sample_step
       end associate
    end function soonest_of
 
-   !> By definition of the end and way: does one case end soonest, or can it not be told from others?
+   !> For each definition of the end and each way, whether the motion of one case ends soonest, or is tied with other
+   !> cases.
    pure subroutine find_soonest(series, number, is_first, is_tied)
       type(series_t), intent(in) :: series
-      !> Of the case
+      !> Number of the case
       integer, intent(in) :: number
       logical, dimension(definition_count, way_count), intent(out) :: is_first
       logical, dimension(definition_count, way_count), intent(out) :: is_tied

@@ -1,4 +1,4 @@
-!> Statements 5 and 6: where the stop is, and how much damping there is.
+!> Statements 5 and 6 of the paper: position of the stop, and damping.
 module place_and_damping_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -11,14 +11,15 @@ module place_and_damping_statements
 
 contains
 
-   !> 5: contact at a node leaves out its mode; 0.875 ends soonest.
+   !> Judge statement 5: contact at a node of a mode does not excite this mode, and the motion ends soonest with the
+   !> stop at 0.875.
    subroutine judge_position(position, list)
-      !> Stop positions 0.5, 0.7, 0.75, 0.87, 0.875, 1
+      !> Cases with stop positions Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1
       type(series_t), intent(in) :: position
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: half = 1, seventy = 2, eighty_seven = 4, seven_eighths = 5
-      !> A component is left out if it has less than this share of the energy
+      !> Fraction of the energy below which a mode counts as absent
       real(wp), parameter :: absent = 1.0e-3_wp
       real(wp), dimension(way_count) :: third, second, soonest
       real(wp) :: ends(size(position%cases))
@@ -56,26 +57,26 @@ contains
       call mark_ties(list, tied)
    end subroutine judge_position
 
-   !> 6: small damping, strong high components; the larger the damping, the sooner the end; a third of the time on the
-   !> stop.
+   !> Judge statement 6: strong high components with small damping, an earlier end of motion with larger damping, and a
+   !> ratio of 1/3 of the time with closed contact to the time with open contact.
    subroutine judge_damping(zeta, list)
-      !> zeta = 0.001, 0.01, 0.05, 0.1
+      !> Cases with zeta = 0.001, 0.01, 0.05, 0.1
       type(series_t), intent(in) :: zeta
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: least = 1, one_percent = 2, five_percent = 3
+      integer, parameter :: smallest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
-      real(wp), dimension(way_count) :: ratio, fall, on_stop, farthest
+      real(wp), dimension(way_count) :: ratio, fall, on_stop, max_deviation
       logical :: falls(definition_count, way_count)
       integer :: way, i, definition
 
       do way = 1, way_count
-         ratio(way) = zeta%outcome(least, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
+         ratio(way) = zeta%outcome(smallest, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
             1.0e-12_wp)
          fall(way) = order(ends_of(zeta, way, usual_end))
          on_stop(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
             + zeta%outcome(five_percent, way)%contact_ratio)
-         farthest(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
+         max_deviation(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
             abs(zeta%outcome(five_percent, way)%contact_ratio - third))
       end do
       do way = 1, way_count
@@ -94,7 +95,7 @@ contains
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
          'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', on_stop, &
-         farthest < 0.5_wp*(third - quarter), &
+         max_deviation < 0.5_wp*(third - quarter), &
          'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &
          'it is about 1/4: half a period of the first mode of the beam held at its tip (lambda = 3.927) over half '// &

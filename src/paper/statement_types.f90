@@ -1,4 +1,4 @@
-!> A statement of the paper, what was measured of it in every way of computing, and the verdict.
+!> A statement of the paper, its measures in every way of computing, and its verdict.
 module statement_types
    use kinds, only: wp
    use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, way_count
@@ -9,54 +9,56 @@ module statement_types
    public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
    public :: order, listed, percent, number
 
-   !> It holds for exact motion on the fine mesh.
+   !> The statement holds for exact motion on the fine mesh.
    integer, parameter :: verdict_holds = 1
-   !> It holds for no way, or only where the mesh or the steps are too coarse for it to mean anything.
+   !> The statement holds in no way, or only with a mesh or steps too coarse to be meaningful.
    integer, parameter :: verdict_fails = 2
-   !> It holds only where an impact changes one nodal velocity and nothing else.
+   !> The statement holds only if an impact replaces one nodal velocity and changes nothing else.
    integer, parameter :: verdict_nodal = 3
-   !> It holds on the paper's mesh, but not on the fine one.
+   !> The statement holds on the coarse mesh of the paper, but not on the fine mesh.
    integer, parameter :: verdict_coarse = 4
-   !> Neither: for most definitions of the end it holds, or what it compares differs by less than is known.
+   !> The statement is undecided: for most definitions of the end of motion it either holds or compares values whose
+   !> difference is within their uncertainty.
    integer, parameter :: verdict_tie = 5
    character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
       'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
 
    type :: statement_t
-      !> Its number, such as 4a
+      !> Number of the statement, such as 4a
       character(4) :: label = ''
-      !> What the paper says
+      !> Assertion of the paper
       character(:), allocatable :: text
-      !> What was measured, and the condition on it
+      !> Description of the measured value, and the condition on it
       character(:), allocatable :: measure
-      !> The figure that decides, and whether the condition is met, by way; where the way has no part in it, all the
-      !> same
+      !> Value that decides in each way; equal for all ways if the statement does not involve motion
       real(wp) :: figure(way_count) = 0.0_wp
+      !> Whether the condition is met in each way
       logical :: holds(way_count) = .false.
-      !> The numbers behind it, on the fine mesh
+      !> Further values on the fine mesh
       character(:), allocatable :: detail
-      !> Why, where the paper and the program differ
+      !> Reason of a difference between the paper and the program
       character(:), allocatable :: reason
-      !> The end of the motion counts, and for so many of its definitions the condition is met, by way
+      !> Whether the statement is about the end of motion
       logical :: has_end = .false.
+      !> Number of definitions of the end of motion for which the condition is met, in each way
       integer :: definitions(way_count) = 0
-      !> and for so many more what it compares is a tie
+      !> Number of further definitions for which the compared values are tied, in each way
       integer :: ties(way_count) = 0
-      !> What the verdict needs beside it; empty: nothing
+      !> Qualification of the verdict; empty: none
       character(:), allocatable :: remark
    end type statement_t
 
-   !> A list that grows.
+   !> A list of statements, to which `add_statement` appends.
    type :: statements_t
       type(statement_t), allocatable :: item(:)
    end type statements_t
 
 contains
 
-   !> Append a statement.
+   !> Append a statement to the list.
    subroutine add_statement(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
-      !> Parts of the statement
+      !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
@@ -89,14 +91,16 @@ contains
       call move_alloc(longer, list%item)
    end subroutine add_statement
 
-   !> Append a statement about the end of the motion: in a way it holds if it does for most definitions of the end.
+   !> Append a statement about the end of motion. In each way the statement holds if the condition is met for most
+   !> definitions of the end.
    subroutine add_statement_of_ends(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
-      !> Parts of the statement; the condition by definition of the end and way
+      !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
       real(wp), intent(in) :: figure(way_count)
+      !> Whether the condition is met, for each definition of the end of motion and each way
       logical, intent(in) :: holds(definition_count, way_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
@@ -110,17 +114,19 @@ contains
       end associate
    end subroutine add_statement_of_ends
 
-   !> Say of the last statement, one of ends, where it compares what cannot be told apart.
+   !> Record the ties of the last statement, which is about the end of motion.
    pure subroutine mark_ties(list, is_tied)
       type(statements_t), intent(inout) :: list
-      !> By definition of the end and way; it does not hold there
+      !> Whether the compared values are tied, for each definition of the end and each way; the condition is not met for
+      !> these
       logical, intent(in) :: is_tied(definition_count, way_count)
 
       list%item(size(list%item))%ties = count(is_tied, dim=1)
    end subroutine mark_ties
 
-   !> The verdict on a statement: exact motion on the fine mesh decides. Where it denies, the nodal reading is what the
-   !> paper saw only if both ways of computing it on the paper's mesh affirm.
+   !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met there, the
+   !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both ways of
+   !> computing it on the mesh of the paper.
    pure function verdict_of(item) result(verdict)
       type(statement_t), intent(in) :: item
       integer :: verdict
@@ -140,7 +146,7 @@ contains
       end associate
    end function verdict_of
 
-   !> The verdict with its remark, and whether it hangs on how the end of the motion is defined.
+   !> The verdict with its qualification, and whether the verdict depends on the definition of the end of motion.
    pure function verdict_in_words(item) result(words)
       type(statement_t), intent(in) :: item
       character(:), allocatable :: words
@@ -159,10 +165,11 @@ contains
       end if
    end function verdict_in_words
 
-   !> How well a sequence is in order: share of the pairs that rise less those that fall (Kendall's rank correlation).
+   !> Kendall's rank correlation of a sequence with its order: the fraction of ascending pairs minus that of descending
+   !> pairs.
    pure function order(value) result(tau)
       real(wp), intent(in) :: value(:)
-      !> 1: it rises, -1: it falls
+      !> Rank correlation; 1: ascending, -1: descending
       real(wp) :: tau
 
       integer :: i, j
@@ -177,10 +184,10 @@ contains
       tau = tau/(0.5_wp*real(size(value)*(size(value) - 1), wp))
    end function order
 
-   !> Numbers side by side.
+   !> Numbers separated by commas.
    pure function listed(values, digits) result(text)
       real(wp), intent(in) :: values(:)
-      !> Digits behind the point
+      !> Number of decimals
       integer, intent(in) :: digits
       character(:), allocatable :: text
 
@@ -193,31 +200,31 @@ contains
       end do
    end function listed
 
-   !> A number; what never happens as such.
+   !> A number, or the word for an event that does not happen.
    pure function number(value, digits) result(text)
       real(wp), intent(in) :: value
-      !> Digits behind the point
+      !> Number of decimals
       integer, intent(in) :: digits
       character(:), allocatable :: text
 
-      character(40) :: room, form
+      character(40) :: buffer, layout
 
       if (value > 1.0e8_wp) then
          text = 'never'
          return
       end if
       if (digits == 0) then
-         write (room, '(i0)') nint(value)
+         write (buffer, '(i0)') nint(value)
       else
-         write (form, '(a,i0,a)') '(f0.', digits, ')'
-         write (room, form) value
+         write (layout, '(a,i0,a)') '(f0.', digits, ')'
+         write (buffer, layout) value
       end if
-      text = trim(room)
+      text = trim(buffer)
       if (index(text, '.') == 1) text = '0'//text
       if (index(text, '-.') == 1) text = '-0'//text(2:)
    end function number
 
-   !> A share in percent.
+   !> A fraction in percent.
    pure function percent(share) result(text)
       real(wp), intent(in) :: share
       character(:), allocatable :: text

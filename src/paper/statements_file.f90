@@ -1,4 +1,4 @@
-!> The results file of the statements, and the same as text.
+!> The results file and the text file of the statements.
 module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -8,7 +8,7 @@ module statements_file
    use kinds, only: wp
    use number_text, only: to_text
    use paper_cases, only: way_count, way_t
-   use paper_convergence, only: convergence_t, reading_names
+   use paper_convergence, only: convergence_t, impulse_kinds
    use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
    use process, only: open_text, text_of
@@ -23,19 +23,19 @@ module statements_file
    private
    public :: write_statements, check_text
 
-   integer, parameter :: text_room = 500
-   !> What the text begins with: the number of its first statement.
-   character(*), parameter :: text_begin = '1a  '
+   integer, parameter :: max_text_length = 500
+   !> First characters of the text file: the number of the first statement.
+   character(*), parameter :: text_start = '1a  '
 
 contains
 
-   !> Write the file, whole or not at all.
+   !> Write the results file, either complete or not at all, and then the text file.
    subroutine write_statements(folder, scene, study, error)
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
       type(study_t), intent(in) :: study
-      !> Why the file could not be written
+      !> Reason why a file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
@@ -58,12 +58,12 @@ contains
       call write_text(folder, scene%name//'.txt', study, error)
    end subroutine write_statements
 
-   !> Refuse to write the text where there is another that is not of statements.
+   !> Refuse to replace a file that is not a text of statements.
    subroutine check_text(folder, scene, error)
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> The refusal
+      !> Set if there is such a file
       type(failure_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: path
@@ -73,19 +73,19 @@ contains
       path = folder//'/'//scene%name//'.txt'
       if (kind_of(path) == kind_nothing) return
       call load_file(path, bytes, unreadable)
-      if (size(bytes) >= len(text_begin)) then
-         if (transfer(bytes(:len(text_begin)), text_begin) == text_begin) return
+      if (size(bytes) >= len(text_start)) then
+         if (transfer(bytes(:len(text_start)), text_start) == text_start) return
       end if
       call refuse_foreign(path, 'a table of statements', error)
    end subroutine check_text
 
-   !> The statements, with their verdicts.
+   !> Write the statements with their verdicts.
    subroutine write_verdicts(group, ways, list)
       type(hdf5_group_t), intent(in) :: group
       type(way_t), intent(in) :: ways(way_count)
       type(statements_t), intent(in) :: list
 
-      character(text_room), dimension(size(list%item)) :: text, measure, detail, reason, verdict
+      character(max_text_length), dimension(size(list%item)) :: text, measure, detail, reason, verdict
       integer :: i
 
       do i = 1, size(list%item)
@@ -122,13 +122,14 @@ contains
       end do
    end subroutine write_verdicts
 
-   !> What was measured of the cases of one figure, [case, way]; what did not happen is NaN.
+   !> Write the measures of the cases of one figure as tables over cases and ways. Instants of events that did not
+   !> happen are NaN.
    subroutine write_series(group, name, ways, series)
       type(hdf5_group_t), intent(in) :: group
-      !> What is varied
+      !> Name of the varied parameter
       character(*), intent(in) :: name
       type(way_t), intent(in) :: ways(way_count)
-      !> The cases
+      !> Series of the cases
       type(series_t), intent(in) :: series
 
       character(24) :: end_name
@@ -139,15 +140,15 @@ contains
       call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
       do i = 1, size(end_levels)
          write (end_name, '(a, i0)') 'end_level_', i
-         call add(trim(end_name), known(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '// &
+         call add(trim(end_name), or_nan(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '// &
             to_text(end_levels(i)))
       end do
       do i = 1, size(end_shares)
          write (end_name, '(a, i0)') 'end_energy_', i
-         call add(trim(end_name), known(series%outcome%ends(size(end_levels) + i)), &
+         call add(trim(end_name), or_nan(series%outcome%ends(size(end_levels) + i)), &
             "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
       end do
-      call add('first_impact', known(series%outcome%first_tau), 'first meeting with the stop, tau')
+      call add('first_impact', or_nan(series%outcome%first_tau), 'first meeting with the stop, tau')
       call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')
       call add('indentation', series%outcome%indentation, 'deepest indentation, eta')
       call add('first_contact', series%outcome%first_contact, 'length of the first contact that lasts, tau')
@@ -165,10 +166,11 @@ contains
 
    contains
 
-      !> One table.
+      !> Write one table.
       subroutine add(dataset, values, long_name)
-         !> Its name, values and meaning
+         !> Name of the dataset
          character(*), intent(in) :: dataset
+         !> Values, [cases, ways]
          real(wp), contiguous, intent(in) :: values(:, :)
          character(*), intent(in) :: long_name
 
@@ -181,45 +183,45 @@ contains
 
    end subroutine write_series
 
-   !> The value, or NaN if it is never.
-   elemental function known(value) result(number)
+   !> The value, or NaN for `never`.
+   elemental function or_nan(value) result(number)
       real(wp), intent(in) :: value
       real(wp) :: number
 
       number = value
       if (.not. value < never) number = ieee_value(1.0_wp, ieee_quiet_nan)
-   end function known
+   end function or_nan
 
-   !> How the first example settles with the mesh.
+   !> Write the convergence of the first example under mesh refinement.
    subroutine write_convergence(group, convergence)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
+      !> Results of the convergence study
       type(convergence_t), intent(in) :: convergence
 
       character(*), parameter :: along(2) = [character(8) :: 'elements', 'reading']
 
       call group%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
-      call group%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), &
+      call group%add('reading', [1, 2], '1', 'reading of the impulse: '//impulse_kinds(1)//', '//impulse_kinds(2), &
          is_scale=.true.)
       call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', &
          along='elements')
       call group%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
       call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
-      call group%add('quiet', known(convergence%quiet), '1', 'tau when |eta_c| last exceeds 0.02', along)
-      call group%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', &
-         along)
+      call group%add('quiet', or_nan(convergence%settling_tau), '1', 'tau when |eta_c| last exceeds 0.02', along)
+      call group%add('spent', or_nan(convergence%energy_tau), '1', &
+         'tau when 1 percent of the energy above rest is left', along)
       call group%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
       call group%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
    end subroutine write_convergence
 
-   !> The table as a file of its own.
+   !> Write the tables as a text file.
    subroutine write_text(folder, name, study, error)
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       !> Name of the file
       character(*), intent(in) :: name
       type(study_t), intent(in) :: study
-      !> Why the file could not be written
+      !> Reason why a file could not be written
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: text
@@ -239,10 +241,10 @@ contains
       call replace_file(folder, name, bytes, error)
    end subroutine write_text
 
-   !> A name with a number.
+   !> A name with a number appended.
    pure function name_of(name, index) result(text)
       character(*), intent(in) :: name
-      !> The number
+      !> Number, 0 to 9
       integer, intent(in) :: index
       character(:), allocatable :: text
 

@@ -1,4 +1,4 @@
-!> Every statement of the paper, computed and judged.
+!> Computation and judgement of every statement of the paper.
 module statements_study
    use component_statements, only: judge_components
    use failures, only: failure_t
@@ -21,25 +21,25 @@ module statements_study
    type :: study_t
       type(way_t) :: ways(way_count)
       type(statements_t) :: list
-      !> All that was computed, by the `vary_` constants
+      !> All computed series, indexed by the `vary_` constants
       type(series_t) :: series(series_count)
       type(convergence_t) :: convergence
    end type study_t
 
 contains
 
-   !> Compute all cases in every way and judge all statements, in their order.
+   !> Compute all cases in every way and judge all statements in order.
    subroutine judge_statements(ways, duration, study, error)
       type(way_t), intent(in) :: ways(way_count)
-      !> Length of the runs, tau
+      !> Duration of the runs in tau
       real(wp), intent(in) :: duration
-      !> The statements and what they stand on
+      !> Statements and the results on which they are based
       type(study_t), intent(out) :: study
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
       integer, parameter :: coarsest = 4
-      ! the example has ended long before
+      ! the motion of the example ends long before this instant
       real(wp), parameter :: longest_example = 40.0_wp
       integer :: i
 

@@ -1,8 +1,8 @@
-!> The statements as text: one block each, with what was measured in every way, and a summary.
+!> The statements as text: a block for each statement with its measured values in every way, and a summary.
 module statements_tables
    use kinds, only: wp
    use paper_cases, only: way_count, way_t
-   use paper_convergence, only: reading_names
+   use paper_convergence, only: impulse_kinds
    use paper_outcomes, only: definition_count
    use paper_series, only: series_signs
    use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
@@ -39,7 +39,8 @@ contains
       end do
    end subroutine print_statements
 
-   !> All that was computed: how the example settles with the mesh, then the ends of every case in every way.
+   !> Print all computed results: convergence of the example under mesh refinement, then the ends of motion of every
+   !> case in every way.
    subroutine print_outcomes(unit, study)
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
@@ -51,11 +52,12 @@ contains
          write (unit, '(/, a)') 'The first example (uniform, zeta = 0.001, eps = 0.6) on finer meshes, exact motion'
          write (unit, '(a6, a14, a16, 2x, a10, 5a14)') 'n', 'first impact', 'mass in impact', 'reading', 'main peak', &
             '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
-         do k = 1, size(reading_names)
+         do k = 1, size(impulse_kinds)
             do i = 1, size(c%elements)
                write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%first_tau(i), &
-                  c%mass(i), reading_names(k), c%main_peak(i, k), adjustr(padded(number(c%quiet(i, k), 4), 14)), &
-                  adjustr(padded(number(c%spent(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
+                  c%mass(i), impulse_kinds(k), c%main_peak(i, k), &
+                  adjustr(padded(number(c%settling_tau(i, k), 4), 14)), &
+                  adjustr(padded(number(c%energy_tau(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
             end do
          end do
       end associate
@@ -82,17 +84,17 @@ contains
       end do
    end subroutine print_outcomes
 
-   !> Words with blanks behind them.
+   !> A text padded with blanks.
    pure function padded(words, length) result(cell)
       character(*), intent(in) :: words
-      !> Length with the blanks
+      !> Length including the blanks
       integer, intent(in) :: length
       character(length) :: cell
 
       cell = words
    end function padded
 
-   !> The deciding figure by way, each with yes or no.
+   !> The deciding value of each way, followed by yes or no.
    function figures(item, ways) result(text)
       type(statement_t), intent(in) :: item
       type(way_t), intent(in) :: ways(way_count)
@@ -103,12 +105,12 @@ contains
       text = ''
       if (.not. item%has_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
          (all(item%holds) .or. .not. any(item%holds))) then
-         text = in_short(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
+         text = short_text(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
       end if
       do way = 1, way_count
          if (way > 1) text = text//'; '
-         text = text//trim(ways(way)%name)//' '//in_short(item%figure(way))//' ('// &
+         text = text//trim(ways(way)%name)//' '//short_text(item%figure(way))//' ('// &
             trim(merge('yes', 'no ', item%holds(way)))
          if (item%has_end) text = text//', '//number(real(item%definitions(way), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
@@ -119,28 +121,27 @@ contains
          //' definitions of the end'
    end function figures
 
-   !> Four digits.
-   function in_short(value) result(text)
-      !> A figure
+   !> A value with four decimals, or with an exponent if it is very small or large.
+   function short_text(value) result(text)
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 
-      character(16) :: room
+      character(16) :: buffer
 
       if (abs(value) > 0.0_wp .and. (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e5_wp)) then
-         write (room, '(es9.2)') value
-         text = trim(adjustl(room))
+         write (buffer, '(es9.2)') value
+         text = trim(adjustl(buffer))
       else
          text = number(value, 4)
       end if
-   end function in_short
+   end function short_text
 
-   !> Print words in lines of the same width, the label in the margin of the first.
+   !> Print a text in lines of limited width, with a label in the margin of the first line.
    subroutine print_wrapped(unit, label, text)
       integer, intent(in) :: unit
-      !> What stands in the margin
+      !> Label in the margin
       character(*), intent(in) :: label
-      !> The words
+      !> Text to be printed
       character(*), intent(in) :: text
 
       character(5) :: margin

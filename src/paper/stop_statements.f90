@@ -1,4 +1,4 @@
-!> Statements 2, 3 and 4: the two models of the stop, the preload, the coefficient of restitution.
+!> Statements 2, 3 and 4 of the paper: the two models of the stop, the preload, the coefficient of restitution.
 module stop_statements
    use kinds, only: pi, wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -11,11 +11,11 @@ module stop_statements
 
 contains
 
-   !> 2: the two models give no marked difference, the stop yields very slightly, impacts are short.
+   !> Judge statement 2: the two models differ little, the indentation of the stop is very small, impacts are short.
    subroutine judge_models(soft, rigid, rigid_case, list)
-      !> Three-element stops of rising kappa
+      !> Series of three-element stops of ascending kappa
       type(series_t), intent(in) :: soft
-      !> A series with the rigid stop, and the number of the case in it
+      !> A series with the rigid stop, and the number of its case
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
       type(statements_t), intent(inout) :: list
@@ -31,7 +31,7 @@ contains
       detail = ''
       do way = 1, way_count
          call compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
-         ! as printed: the first of the series is kappa = 10
+         ! the value printed in the paper is kappa = 10, the first of the series
          worst_difference(way) = difference(1)
          worst_yielding(way) = yielding(1)
          worst_share(way) = share(1)
@@ -60,9 +60,9 @@ contains
 
    contains
 
-      !> The least kappa from which on a figure stays below its limit.
+      !> Minimum kappa of the series from which on a value stays below its limit.
       function first_of(figure, limit) result(text)
-         !> The figure by kappa
+         !> Value for each kappa
          real(wp), intent(in) :: figure(:)
          real(wp), intent(in) :: limit
          character(:), allocatable :: text
@@ -76,34 +76,36 @@ contains
 
    end subroutine judge_models
 
-   !> Figures of one way.
+   !> Compare both models of the stop in one way of computing.
    subroutine compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
-      !> Three-element stops, the rigid stop
+      !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
       integer, intent(in) :: way
-      !> 2 pi
+      !> Period of the first mode in tau, 2 pi
       real(wp), intent(in) :: period
-      !> Of the main peaks; indentation; length of the first contact over the period
+      !> Difference of the main peaks, [kappa]
       real(wp), intent(out) :: difference(:)
+      !> Maximum indentation, [kappa]
       real(wp), intent(out) :: yielding(:)
+      !> Duration of the first contact relative to the period, [kappa]
       real(wp), intent(out) :: share(:)
 
       integer :: i
 
       do i = 1, size(soft%cases)
-         associate (own => soft%outcome(i, way), other => rigid%outcome(rigid_case, way))
-            difference(i) = abs(own%main_peak - other%main_peak)
-            yielding(i) = own%indentation
-            share(i) = own%first_contact/period
+         associate (compliant => soft%outcome(i, way), other => rigid%outcome(rigid_case, way))
+            difference(i) = abs(compliant%main_peak - other%main_peak)
+            yielding(i) = compliant%indentation
+            share(i) = compliant%first_contact/period
          end associate
       end do
    end subroutine compare
 
-   !> 3: larger preload, sooner end.
+   !> Judge statement 3: the larger the preload, the earlier the end of motion.
    subroutine judge_preload(preload, list)
-      !> Rising preload
+      !> Cases of ascending preload
       type(series_t), intent(in) :: preload
       type(statements_t), intent(inout) :: list
 
@@ -129,9 +131,9 @@ contains
 
    contains
 
-      !> The end at the greatest preload over that without.
+      !> Ratio of the end of motion at the maximum preload to that without preload.
       function ratio_of(way, definition) result(ratio)
-         !> The way and the definition of the end
+         !> Numbers of the way and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
          real(wp) :: ratio
@@ -141,9 +143,9 @@ contains
 
    end subroutine judge_preload
 
-   !> 4: smaller eps, somewhat sooner end; no marked difference above 0.6.
+   !> Judge statement 4: a smaller eps gives a somewhat earlier end of motion, without marked difference above 0.6.
    subroutine judge_restitution(restitution, list)
-      !> Rising eps
+      !> Cases of ascending eps
       type(series_t), intent(in) :: restitution
       type(statements_t), intent(inout) :: list
 
@@ -178,13 +180,13 @@ contains
       call add_statement_of_ends(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
          'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, alike, 'ends at tau = '// &
          listed(ends(base:), 2)//"; paper's mesh, nodal reading: "// &
-         listed(pick(ends_of(restitution, coarse_nodal, usual_end), base), 2), '')
+         listed(values_from(ends_of(restitution, coarse_nodal, usual_end), base), 2), '')
 
    contains
 
-      !> How much sooner smaller eps ends.
+      !> Relative reduction of the end of motion from eps = 0.6 to eps = 0.
       function gain_of(way, definition) result(gain)
-         !> The way and the definition of the end
+         !> Numbers of the way and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
          real(wp) :: gain
@@ -197,14 +199,14 @@ contains
 
    end subroutine judge_restitution
 
-   !> The values from a place on.
-   pure function pick(values, first) result(picked)
+   !> The values from a given index on.
+   pure function values_from(values, first) result(picked)
       real(wp), intent(in) :: values(:)
-      !> The place
+      !> Index of the first value
       integer, intent(in) :: first
       real(wp) :: picked(size(values) - first + 1)
 
       picked = values(first:)
-   end function pick
+   end function values_from
 
 end module stop_statements
