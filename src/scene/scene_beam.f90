@@ -31,7 +31,7 @@ module scene_beam
 
 contains
 
-   !> List the names of &beam.
+   !> List the names of &beam in the table, and bind them to the components of the scene.
    subroutine list_beam(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam

@@ -21,7 +21,7 @@ module scene_body
 
 contains
 
-   !> List the names of &root.
+   !> List the names of &root in the table, and bind them to the components of the scene.
    subroutine list_root(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its root is bound
@@ -49,7 +49,7 @@ contains
       end associate
    end subroutine list_root
 
-   !> List the names of all &mass groups.
+   !> List the names of all &mass groups in the table, and bind them to the components of the scene.
    subroutine list_masses(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its masses are bound
@@ -70,7 +70,7 @@ contains
       if (scene%has_masses) call move_alloc(masses, scene%masses)
    end subroutine list_masses
 
-   !> List the names of one &mass.
+   !> List the names of one &mass in the table, and bind them to the components of the scene.
    subroutine list_mass(table, mass)
       class(table_t), intent(inout) :: table
       type(mass_settings_t), intent(inout) :: mass
@@ -106,7 +106,7 @@ contains
    !> Check that each &mass has a mass or a rotary inertia. Problems are reported to `input`.
    subroutine check_masses(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 

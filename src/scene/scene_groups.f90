@@ -69,7 +69,7 @@ module scene_groups
 
 contains
 
-   !> List all names of all groups.
+   !> List all names of all groups in the table, and bind them to the components of the scene.
    subroutine list_scene(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -95,7 +95,7 @@ contains
       end do
    end subroutine give_changes
 
-   !> List the names of one group.
+   !> List the names of one group in the table, and bind them to the components of the scene.
    subroutine list_group(group, table, scene)
       !> One of `group_names`
       character(*), intent(in) :: group
@@ -164,7 +164,7 @@ contains
       end select
    end subroutine list_group
 
-   !> List the names of &scene.
+   !> List the names of &scene in the table, and bind them to the components of the scene.
    subroutine list_heading(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -180,7 +180,7 @@ contains
          default='none: results are dimensionless', is_optional=.true.), system_names)
    end subroutine list_heading
 
-   !> List the names of &tip_mass.
+   !> List the names of &tip_mass in the table, and bind them to the components of the scene.
    subroutine list_tip_mass(table, ratio)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: ratio
@@ -192,7 +192,7 @@ contains
          sweep=sweep_t(name='tip_mass')))
    end subroutine list_tip_mass
 
-   !> List the names of &damping.
+   !> List the names of &damping in the table, and bind them to the components of the scene.
    subroutine list_damping(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -213,7 +213,7 @@ contains
          sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
    end subroutine list_damping
 
-   !> List the names of &mesh.
+   !> List the names of &mesh in the table, and bind them to the components of the scene.
    subroutine list_mesh(table, mesh)
       class(table_t), intent(inout) :: table
       type(mesh_settings_t), intent(inout) :: mesh
@@ -237,7 +237,7 @@ contains
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
    end subroutine list_mesh
 
-   !> List the names of &response.
+   !> List the names of &response in the table, and bind them to the components of the scene.
    subroutine list_response(table, response)
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
@@ -285,7 +285,7 @@ contains
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 
-   !> List the names of &stress.
+   !> List the names of &stress in the table, and bind them to the components of the scene.
    subroutine list_stress(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -299,7 +299,7 @@ contains
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
    end subroutine list_stress
 
-   !> List the names of &frequencies.
+   !> List the names of &frequencies in the table, and bind them to the components of the scene.
    subroutine list_frequencies(table, frequencies)
       class(table_t), intent(inout) :: table
       type(frequency_settings_t), intent(inout) :: frequencies
@@ -316,7 +316,7 @@ contains
          default='exact where they are known'), reference_names)
    end subroutine list_frequencies
 
-   !> List the names of &precision.
+   !> List the names of &precision in the table, and bind them to the components of the scene.
    subroutine list_precision(table, precision)
       class(table_t), intent(inout) :: table
       type(precision_settings_t), intent(inout) :: precision
@@ -348,7 +348,7 @@ contains
          range_t(1.0e-4_wp, 10.0_wp)))
    end subroutine list_precision
 
-   !> List the names of &best.
+   !> List the names of &best in the table, and bind them to the components of the scene.
    subroutine list_best(table, best)
       class(table_t), intent(inout) :: table
       type(best_settings_t), intent(inout) :: best
@@ -378,7 +378,7 @@ contains
          range_t(1.0e-12_wp, 0.1_wp), refinement))
    end subroutine list_best
 
-   !> List the names of &cases.
+   !> List the names of &cases in the table, and bind them to the components of the scene.
    subroutine list_cases(table, is_wanted, cases)
       class(table_t), intent(inout) :: table
       logical, intent(inout) :: is_wanted
@@ -418,7 +418,7 @@ contains
       is_in_cases = sweep%is_in_cases
    end function is_in_cases
 
-   !> List the names of &statements.
+   !> List the names of &statements in the table, and bind them to the components of the scene.
    subroutine list_statements(table, statements)
       class(table_t), intent(inout) :: table
       type(statements_settings_t), intent(inout) :: statements
@@ -429,7 +429,7 @@ contains
       call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))
    end subroutine list_statements
 
-   !> List the names of &output.
+   !> List the names of &output in the table, and bind them to the components of the scene.
    subroutine list_output(table, output, units)
       class(table_t), intent(inout) :: table
       type(output_settings_t), intent(inout) :: output

@@ -28,7 +28,7 @@ module scene_loads
 
 contains
 
-   !> List the names of all &force groups.
+   !> List the names of all &force groups in the table, and bind them to the components of the scene.
    subroutine list_forces(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its forces are bound
@@ -49,7 +49,7 @@ contains
       if (scene%has_forces) call move_alloc(forces, scene%forces)
    end subroutine list_forces
 
-   !> List the names of one &force.
+   !> List the names of one &force in the table, and bind them to the components of the scene.
    subroutine list_force(table, force)
       class(table_t), intent(inout) :: table
       type(force_settings_t), intent(inout) :: force
@@ -76,7 +76,7 @@ contains
       call list_course(table, force%course, first_parameter)
    end subroutine list_force
 
-   !> List the names of a time function, except kind and amplitude.
+   !> List the names of a time function, except kind and amplitude, in the table, and bind them to its components.
    subroutine list_course(table, course, first)
       class(table_t), intent(inout) :: table
       type(time_course_t), intent(inout) :: course
@@ -121,7 +121,7 @@ contains
          //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course
 
-   !> List the names of all &base groups.
+   !> List the names of all &base groups in the table, and bind them to the components of the scene.
    subroutine list_bases(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; the motions of its base are bound
@@ -142,7 +142,7 @@ contains
       if (scene%has_bases) call move_alloc(bases, scene%bases)
    end subroutine list_bases
 
-   !> List the names of one &base.
+   !> List the names of one &base in the table, and bind them to the components of the scene.
    subroutine list_base(table, base)
       class(table_t), intent(inout) :: table
       type(base_group_t), intent(inout) :: base
@@ -168,7 +168,7 @@ contains
    !> Check loads and start, and read tables of loads. Problems are reported to `input`.
    subroutine resolve_loads(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> In: ratios are resolved; out: with the tables of loads
       type(scene_t), intent(inout) :: scene

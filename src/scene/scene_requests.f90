@@ -24,7 +24,7 @@ module scene_requests
 
 contains
 
-   !> List the names of one group.
+   !> List the names of one group in the table, and bind them to the components of the scene.
    subroutine list_request(group, table, scene)
       !> One of `request_names`
       character(*), intent(in) :: group
@@ -60,7 +60,7 @@ contains
       if (scene%wants_frequency_response .and. .not. input%has_problem()) call resolve_frequency_response(input, scene)
    end subroutine resolve_requests
 
-   !> List the names of &statistics.
+   !> List the names of &statistics in the table, and bind them to the components of the scene.
    subroutine list_statistics(table, statistics)
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
@@ -112,7 +112,7 @@ contains
       end associate
    end subroutine resolve_statistics
 
-   !> List the names of &poincare.
+   !> List the names of &poincare in the table, and bind them to the components of the scene.
    subroutine list_poincare(table, poincare)
       class(table_t), intent(inout) :: table
       type(poincare_settings_t), intent(inout) :: poincare
@@ -144,7 +144,7 @@ contains
    !> `input`.
    subroutine resolve_poincare(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> In: loads are resolved; out: with the duration if it follows from the number of Poincare sections
       type(scene_t), intent(inout) :: scene
@@ -213,7 +213,7 @@ contains
          abs(scene%bases%course%amplitude) <= 0.0_wp))]
    end function harmonic_frequencies
 
-   !> List the names of &orbit.
+   !> List the names of &orbit in the table, and bind them to the components of the scene.
    subroutine list_orbit(table, orbit)
       class(table_t), intent(inout) :: table
       type(orbit_settings_t), intent(inout) :: orbit
@@ -301,7 +301,7 @@ contains
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
    end function vanishes
 
-   !> List the names of &frequency_response.
+   !> List the names of &frequency_response in the table, and bind them to the components of the scene.
    subroutine list_frequency_response(table, response)
       class(table_t), intent(inout) :: table
       type(frequency_response_settings_t), intent(inout) :: response

@@ -48,7 +48,7 @@ module scene_resolve
    integer, parameter :: max_elements_natural = 100
    !> Maximum number of elements for damping ratios of single modes with Newmark's method, which requires all modes and
    !> one full matrix for each length of the step: 10 s before the first step and 0.2 GB at this number. The time grows
-   !> with its third power.
+   !> with the third power of the number of elements.
    integer, parameter :: max_elements_damped = 500
 
 contains

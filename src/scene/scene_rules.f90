@@ -85,7 +85,7 @@ contains
    !> Check all exclusions and demands. Problems are reported to `input`.
    subroutine check_rules(input, table)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
 
       integer :: i

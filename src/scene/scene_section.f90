@@ -32,7 +32,7 @@ module scene_section
 
 contains
 
-   !> List the names of &section.
+   !> List the names of &section in the table, and bind them to the components of the scene.
    subroutine list_section(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam

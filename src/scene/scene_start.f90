@@ -22,7 +22,7 @@ module scene_start
 
 contains
 
-   !> List the names of &start.
+   !> List the names of &start in the table, and bind them to the components of the scene.
    subroutine list_start(table, start)
       class(table_t), intent(inout) :: table
       type(start_group_t), intent(inout) :: start
@@ -63,7 +63,7 @@ contains
    !> Choose the kind of start if the file does not give it, and check that it is compatible with the stops.
    subroutine choose_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Out: with the kind of start
       type(scene_t), intent(inout) :: scene
@@ -87,7 +87,7 @@ contains
    !> Check the initial conditions that &start gives.
    subroutine check_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 

@@ -33,7 +33,7 @@ module scene_stops
 
 contains
 
-   !> List the names of all &stop groups.
+   !> List the names of all &stop groups in the table, and bind them to the components of the scene.
    subroutine list_stops(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its stops are bound
@@ -54,7 +54,7 @@ contains
       end do
    end subroutine list_stops
 
-   !> List the names of one &stop.
+   !> List the names of one &stop in the table, and bind them to the components of the scene.
    subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
       !> Number of this stop, and number of stops
@@ -98,7 +98,7 @@ contains
       call list_law(table, stop)
    end subroutine list_stop
 
-   !> List the names of the contact law of a stop.
+   !> List the names of the contact law of a stop in the table, and bind them to the components of the stop.
    subroutine list_law(table, stop)
       class(table_t), intent(inout) :: table
       type(stop_settings_t), intent(inout) :: stop
@@ -122,7 +122,7 @@ contains
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
 
-   !> List the names of all &support groups.
+   !> List the names of all &support groups in the table, and bind them to the components of the scene.
    subroutine list_supports(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its supports are bound
@@ -143,7 +143,7 @@ contains
       if (scene%has_supports) call move_alloc(supports, scene%supports)
    end subroutine list_supports
 
-   !> List the names of one &support.
+   !> List the names of one &support in the table, and bind them to the components of the scene.
    subroutine list_support(table, support)
       class(table_t), intent(inout) :: table
       type(support_settings_t), intent(inout) :: support
@@ -160,12 +160,13 @@ contains
    end subroutine list_support
 
    !> Find the stop from which the beam is released and the unit of displacement D. For a beam that is released above a
-   !> stop, D is the initial height above this stop; otherwise D is `displacement_scale` of the file, or, if a quantity
-   !> in units requires D, the maximum distance of a stop in units or else the mean height of the beam. The heights of
-   !> all stops are checked against D. Problems are reported to `input`.
+   !> stop, D is the initial height above this stop. Otherwise D is `displacement_scale` of the file; if a quantity in
+   !> units requires D and the file does not give it, D is the maximum height or clearance of the stops that is given in
+   !> units, or else the mean height of the beam. The heights of all stops are checked against D. Problems are reported
+   !> to `input`.
    subroutine find_displacement(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> In: with the scale of lengths; out: with the stop and with D, 0 if there is no unit of displacement
       type(scene_t), intent(inout) :: scene
@@ -224,7 +225,7 @@ contains
    !> this unit.
    subroutine check_heights(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> In: with the stops, and with D if it is known; out: with D
       type(scene_t), intent(inout) :: scene
@@ -274,7 +275,7 @@ contains
    !> released.
    subroutine find_unit(input, table, released, scales)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Number of the stop from which the beam is released
       integer, intent(in) :: released
@@ -330,8 +331,8 @@ contains
       name = trim(merge('clearance     ', 'surface_height', side == side_both))
    end function height_name
 
-   !> Check that stops at one point are compatible, and that requests for which only one stop below the beam is allowed
-   !> have no others.
+   !> Check that stops at one point are compatible, and that a scene with requests that allow only one stop below the
+   !> beam has no further stops.
    subroutine check_stops(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene

@@ -27,7 +27,7 @@ contains
    !> Check that the values in &sweep and &best are consistent. Problems are reported to `input`.
    subroutine resolve_sweep(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Resolved except for the sweep
       type(scene_t), intent(inout) :: scene
@@ -72,7 +72,7 @@ contains
    !> Check that no parameter is varied both as a ratio and in units, or together with a name that excludes it.
    subroutine check_twice(input, table, swept)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       type(swept_t), intent(in) :: swept(:)
 
@@ -349,7 +349,7 @@ contains
    !> Check that the parameter and the values of &cases are valid. Problems are reported to `input`.
    subroutine resolve_cases(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Resolved except for the cases
       type(scene_t), intent(in) :: scene
@@ -369,7 +369,7 @@ contains
    !> that value would be lost. The cases replace a value that the parameter has in its own group, as in a sweep.
    subroutine check_parameter(input, table, parameter)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Name of the parameter in &cases
       character(*), intent(in) :: parameter
@@ -402,7 +402,7 @@ contains
    !> Report each quantity that the file gives and whose value would be lost because an entry is varied.
    subroutine refuse_lost_units(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
-      !> Names with the values of the file
+      !> Table of names with the values of the file
       type(table_t), intent(in) :: table
       !> Index of the entry that is varied
       integer, intent(in) :: place

@@ -1,5 +1,5 @@
-!> The contents of a scene file, checked and dimensionless. `scene_reader` fills these types; all other code takes their
-!> components and knows nothing of namelists.
+!> A scene: the contents of an input file (scene file), checked and dimensionless. `scene_reader` fills these types; all
+!> other code takes their components and knows nothing of namelists.
 !>
 !> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in D = y_c(0) - d, times tau = omega1
 !> t, where omega1 is the first natural circular frequency of the uniform cantilever of mean section without tip mass.

@@ -74,7 +74,7 @@ contains
       end do
    end subroutine check_nodes_of_stops
 
-   !> Why a stop cannot be where a support is; empty: it can.
+   !> Why a stop cannot be at the point of a support; empty: it can.
    pure function conflict_with_support(support) result(conflict)
       type(support_settings_t), intent(in) :: support
       character(:), allocatable :: conflict

@@ -111,26 +111,26 @@ contains
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, size(lambda)]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      integer :: found
+      integer :: number
 
       ! each rigid support reduces the number of modes by one
-      found = min(count, model%stiffness%order - sum(merge(1, 0, model%supports%stiffness <= 0.0_wp)))
+      number = min(count, model%stiffness%order - sum(merge(1, 0, model%supports%stiffness <= 0.0_wp)))
       select case (solver)
       case (solver_dsygv)
-         call dsygv_modes(model, found, lambda, error, modes)
+         call dsygv_modes(model, number, lambda, error, modes)
       case (solver_natural)
          if (size(model%supports) > 0) then
-            call supported_modes(model, found, lambda, error, modes)
+            call supported_modes(model, number, lambda, error, modes)
          else
-            call natural_modes(model, found, lambda, error, modes)
+            call natural_modes(model, number, lambda, error, modes)
          end if
       case (solver_lanczos)
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
-         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, found)) then
-            call supported_modes(model, found, lambda, error, modes)
+         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, number)) then
+            call supported_modes(model, number, lambda, error, modes)
          else
-            call auto_modes(model, found, lambda, error, modes)
+            call auto_modes(model, number, lambda, error, modes)
          end if
       end select
    end subroutine solve_modes

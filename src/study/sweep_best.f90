@@ -46,8 +46,8 @@ contains
 
       best%column = scene%best%measure
       best%sign = merge(-1.0_wp, 1.0_wp, scene%best%goal == goal_most)
-      associate (capacity => min(scene%best%count, plan%cases))
-         allocate (best%case(capacity), best%values(size(plan%axes), capacity), best%rows(measure_count, capacity))
+      associate (limit => min(scene%best%count, plan%cases))
+         allocate (best%case(limit), best%values(size(plan%axes), limit), best%rows(measure_count, limit))
       end associate
    end subroutine start_best
 
@@ -112,7 +112,7 @@ contains
       real(wp), allocatable :: points(:, :), values(:, :), rows(:, :), costs(:), start(:)
       logical :: free(size(plan%axes))
       integer, allocatable :: varied(:)
-      integer :: i, k, capacity, winner
+      integer :: i, k, limit, winner
 
       if (best%count == 0) return
       free = .not. plan%axes%parameter%is_whole .and. plan%axes%maximum > plan%axes%minimum
@@ -121,8 +121,8 @@ contains
       do i = 1, size(varied)
          start(i) = share_of(plan%axes(varied(i)), best%values(varied(i), 1))
       end do
-      capacity = scene%best%evaluations + 1
-      allocate (refined%evaluations(capacity), refined%values(size(plan%axes), capacity), refined%rows(measure_count, capacity))
+      limit = scene%best%evaluations + 1
+      allocate (refined%evaluations(limit), refined%values(size(plan%axes), limit), refined%rows(measure_count, limit))
       call add(0, best%values(:, 1), best%rows(:, 1))
       call start_search(start, cost_of(best, best%rows(:, 1)), 0.125_wp, scene%best%precision, scene%best%evaluations, &
          scene%sweep%seed, state)
