@@ -13,7 +13,7 @@ module scene_beam
    private
    public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
       phrase='heights, not with area and inertia')
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &

@@ -14,7 +14,7 @@ module scene_body
    private
    public :: list_root, list_masses, check_root, check_masses
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: springs = condition_t(name='kind', words='clamped')
 
    type(range_t), parameter :: mass_range = range_t(0.0_wp, 1.0e6_wp)

@@ -33,6 +33,7 @@ module scene_groups
    !> Newmark's beta of each scheme
    real(wp), parameter :: scheme_betas(3) = [1.0_wp/4.0_wp, 1.0_wp/6.0_wp, 0.0_wp]
 
+   !> Indices of 'all' and 'none' in `history_names`
    integer, parameter :: history_all = history_count + 1
    integer, parameter :: history_none = history_count + 2
    character(*), parameter :: history_names(history_count + 2) = [character(name_length) :: &
@@ -43,7 +44,7 @@ module scene_groups
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
       'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
@@ -52,8 +53,8 @@ module scene_groups
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
 
-   ! Ranges of more than one name, and maximum numbers of elements: of any mesh, for the paper's statements, for methods
-   ! with full matrices
+   ! Ranges that several names have in common, and maximum numbers of elements: of any mesh, for the paper's statements,
+   ! for methods with full matrices
    integer, parameter :: max_elements = 200000
    integer, parameter :: max_elements_statements = 128
    integer, parameter :: max_elements_full_matrices = 1000

@@ -18,7 +18,7 @@ module scene_loads
    private
    public :: list_forces, list_bases, resolve_loads
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
    type(condition_t), parameter :: pulse = condition_t(name='kind', words='pulse')
    type(condition_t), parameter :: lasting = condition_t(name='kind', words='harmonic step table')

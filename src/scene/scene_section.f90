@@ -15,7 +15,7 @@ module scene_section
    private
    public :: list_section, resolve_section
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: rectangle = condition_t(name='shape', words='rectangle')
    type(condition_t), parameter :: round = condition_t(name='shape', words='round')
    type(condition_t), parameter :: tube = condition_t(name='shape', words='tube')

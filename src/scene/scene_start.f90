@@ -13,7 +13,7 @@ module scene_start
    private
    public :: list_start, choose_start, check_start
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: tabulated = condition_t(name='kind', words='table')
    type(condition_t), parameter :: moving = condition_t(name='kind', words='velocity mode drop')
    type(condition_t), parameter :: modal = condition_t(name='kind', words='mode')

@@ -18,14 +18,14 @@ module scene_stops
    private
    public :: list_stops, list_supports, find_displacement, check_stops, check_supports
 
-   ! Conditions of more than one name
+   ! Conditions that several names have in common
    type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
    type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
    type(condition_t), parameter :: restitution = condition_t(name='law', words='restitution')
    type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
    type(condition_t), parameter :: yielding = condition_t(name='law', words='three_element spring_damper')
 
-   ! Range of more than one name
+   ! Range that several names have in common
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
 
    !> Names that determine the position of a stop's surface; messages name the first of them in the file.

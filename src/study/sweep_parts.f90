@@ -22,6 +22,7 @@ module sweep_parts
 
    !> Maximum length of the reason of a failure; longer texts are cut.
    integer, parameter :: reason_room = 200
+   !> Name of the file with the text of the plan.
    character(*), parameter :: plan_file = 'plan.txt'
    !> Length of the seal that follows the last byte of a chunk.
    integer, parameter :: seal_length = 33

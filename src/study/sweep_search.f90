@@ -22,7 +22,7 @@ module sweep_search
       real(wp) :: precision = 1.0e-4_wp
       !> Number of points computed, and maximum number
       integer :: evaluations = 0
-      integer :: most_evaluations = 0
+      integer :: max_evaluations = 0
       !> Number of successive polls without success at this length of the step
       integer :: misses = 0
       logical :: is_over = .false.
@@ -38,7 +38,7 @@ module sweep_search
 contains
 
    !> Initialise a search at a point.
-   pure subroutine start_search(start, value, step, precision, most_evaluations, seed, state)
+   pure subroutine start_search(start, value, step, precision, max_evaluations, seed, state)
       !> First point, each coordinate 0 to 1
       real(wp), intent(in) :: start(:)
       !> Value of the function at the first point
@@ -47,7 +47,7 @@ contains
       real(wp), intent(in) :: step
       real(wp), intent(in) :: precision
       !> Maximum number of points to compute
-      integer, intent(in) :: most_evaluations
+      integer, intent(in) :: max_evaluations
       !> Seed of the random numbers
       integer, intent(in) :: seed
       !> Initialised search
@@ -57,8 +57,8 @@ contains
       state%value = value
       state%step = step
       state%precision = precision
-      state%most_evaluations = most_evaluations
-      state%is_over = size(start) == 0 .or. most_evaluations <= 0
+      state%max_evaluations = max_evaluations
+      state%is_over = size(start) == 0 .or. max_evaluations <= 0
       call start_random(seed, 1000, state%random)
    end subroutine start_search
 
@@ -78,7 +78,7 @@ contains
          call next_normal(state%random, normal(i))
       end do
       normal = normal/norm2(normal)
-      size_of_poll = min(4*n, state%most_evaluations - state%evaluations)
+      size_of_poll = min(4*n, state%max_evaluations - state%evaluations)
       allocate (points(n, max(size_of_poll, 0)))
       do i = 1, min(2*n, size(points, 2))
          ! column of the reflection 1 - 2 n n^T with the unit vector n, `normal`
@@ -123,7 +123,7 @@ contains
             state%misses = 0
          end if
       end if
-      state%is_over = state%step < state%precision .or. state%evaluations >= state%most_evaluations
+      state%is_over = state%step < state%precision .or. state%evaluations >= state%max_evaluations
    end subroutine learn
 
 end module sweep_search
