@@ -2,7 +2,7 @@
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, row_path_t, row_signal_t, values_of
+   use row_signals, only: bounds_of, coefficients, error_share, most_nodes, row_path_t, row_signal_t, values_of
    implicit none (type, external)
    private
    public :: greatest_on_path, peak_tolerance
@@ -12,10 +12,10 @@ module row_peaks
 
    !> An interval within a step: its ends, and value, slope and curvature of the signal at both ends.
    type :: interval_t
-      real(wp) :: from = 0.0_wp
-      real(wp) :: to = 0.0_wp
-      real(wp) :: at_start(0:2) = 0.0_wp
-      real(wp) :: at_end(0:2) = 0.0_wp
+      real(wp) :: from
+      real(wp) :: to
+      real(wp) :: at_start(0:2)
+      real(wp) :: at_end(0:2)
    end type interval_t
 
    !> The maximum found until now and its instant.
@@ -42,32 +42,91 @@ contains
       real(wp), intent(inout) :: time
 
       type(maximum_t) :: best
-      type(interval_t) :: step
-      integer :: node
+      type(interval_t) :: step(0:most_nodes - 1)
+      integer :: first, last, node
 
+      is_found = .false.
+      if (.not. ceiling_on_path(basis, path, signal) > value) return
       best%value = value
-      do node = 0, path%count - 1
-         if (path%time(node + 1) <= ends(1) .or. path%time(node) >= ends(2)) cycle
-         step%from = max(path%time(node), ends(1))
-         step%to = min(path%time(node + 1), ends(2))
-         if (step%from > path%time(node)) then
-            call values_at(basis, path, signal, node, step%from, step%at_start)
+      first = 0
+      last = path%count - 1
+      do while (first < last .and. path%time(first + 1) <= ends(1))
+         first = first + 1
+      end do
+      do while (last > first .and. path%time(last) >= ends(2))
+         last = last - 1
+      end do
+      ! the ends of all steps come first, because a high value there spares searches within the steps
+      do node = first, last
+         step(node)%from = max(path%time(node), ends(1))
+         step(node)%to = min(path%time(node + 1), ends(2))
+         if (step(node)%from > path%time(node)) then
+            call values_at(basis, path, signal, node, step(node)%from, step(node)%at_start)
+         else if (node > first) then
+            step(node)%at_start = step(node - 1)%at_end
          else
-            call values_of(basis, signal, path%rows(:, node), step%from, step%at_start)
+            call values_of(basis, signal, path%rows(:, node), step(node)%from, step(node)%at_start)
          end if
-         if (step%to < path%time(node + 1)) then
-            call values_at(basis, path, signal, node, step%to, step%at_end)
+         if (step(node)%to < path%time(node + 1)) then
+            call values_at(basis, path, signal, node, step(node)%to, step(node)%at_end)
          else
-            call values_of(basis, signal, path%rows(:, node + 1), step%to, step%at_end)
+            call values_of(basis, signal, path%rows(:, node + 1), step(node)%to, step(node)%at_end)
          end if
-         call update_maximum(step%from, step%at_start(0), best)
-         call update_maximum(step%to, step%at_end(0), best)
-         call search_step(basis, path, signal, node, scale, step, best)
+         call update_maximum(step(node)%from, step(node)%at_start(0), best)
+         call update_maximum(step(node)%to, step(node)%at_end(0), best)
+      end do
+      do node = first, last
+         call search_step(basis, path, signal, node, scale, step(node), best)
       end do
       is_found = best%is_found
       if (is_found) value = best%value
       if (is_found) time = best%time
    end subroutine greatest_on_path
+
+   !> An upper bound of a signal on a whole path. The bounds of all rows are computed once for all signals of the path.
+   function ceiling_on_path(basis, path, signal) result(ceiling)
+      type(row_basis_t), intent(in) :: basis
+      type(row_path_t), intent(inout) :: path
+      type(row_signal_t), intent(in) :: signal
+      real(wp) :: ceiling
+
+      real(wp) :: curvature, end_curvature, error, length, step(4)
+      integer :: i, n, node
+
+      n = basis%rows
+      if (.not. path%has_range) then
+         if (allocated(path%range)) then
+            if (size(path%range, 1) /= 2*n) deallocate (path%range)
+         end if
+         if (.not. allocated(path%range)) allocate (path%range(2*n, 2))
+         path%range(:, 1) = huge(1.0_wp)
+         path%range(:, 2) = -huge(1.0_wp)
+         do node = 0, path%count - 1
+            length = path%time(node + 1) - path%time(node)
+            associate (here => path%rows(:, node), there => path%rows(:, node + 1), bound => path%bounds(:, node), &
+               low => path%range(:, 1), high => path%range(:, 2))
+               ! coefficients of the quintic in Bernstein's form; the next derivative of a row stands n places further
+               !$omp simd private(curvature, end_curvature, error, step)
+               do i = 1, 2*n
+                  error = bound(i)*length**6*error_share(0)
+                  curvature = 0.05_wp*length**2*here(i + 2*n)
+                  end_curvature = 0.05_wp*length**2*there(i + 2*n)
+                  step(1) = here(i) + 0.2_wp*length*here(i + n)
+                  step(2) = here(i) + 0.4_wp*length*here(i + n) + curvature
+                  step(3) = there(i) - 0.4_wp*length*there(i + n) + end_curvature
+                  step(4) = there(i) - 0.2_wp*length*there(i + n)
+                  low(i) = min(low(i), min(here(i), there(i), step(1), step(2), step(3), step(4)) - error)
+                  high(i) = max(high(i), max(here(i), there(i), step(1), step(2), step(3), step(4)) + error)
+               end do
+            end associate
+         end do
+         path%has_range = .true.
+      end if
+      associate (row => path%range(signal%row, :), rate => path%range(signal%row + n, :))
+         ceiling = signal%offset + max(0.0_wp, signal%slope*path%time(path%count)) + maxval(signal%factor*row) &
+            + maxval(signal%of_rate*rate)
+      end associate
+   end function ceiling_on_path
 
    !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at its
    !> highest point.
@@ -81,27 +140,31 @@ contains
       type(interval_t), intent(in) :: step
       type(maximum_t), intent(inout) :: best
 
-      type(interval_t) :: stack(64), interval
+      integer, parameter :: max_depth = 64
+      type(interval_t) :: stack(max_depth), interval
       real(wp) :: b(0:5), bound, level, length, middle(0:2), noise, t
       integer :: depth
 
       call bounds_of(basis, signal, path%bounds(:, node), path%time(node), node, bound, noise)
-      stack(1) = step
-      depth = 1
-      do while (depth > 0)
-         interval = stack(depth)
-         depth = depth - 1
+      interval = step
+      depth = 0
+      do
          length = interval%to - interval%from
          b = coefficients(interval%at_start, interval%at_end, length)
          level = best%value + peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
-         if (.not. maxval(b) + bound*length**6*error_share(0) > level) cycle
-         t = interval%from + length*sampled_maximum(b)
-         if (.not. (t > interval%from .and. t < interval%to) .or. depth + 2 > size(stack)) cycle
-         call refine_maximum(basis, path, signal, node, interval, t, middle)
-         call update_maximum(t, middle(0), best)
-         stack(depth + 1) = interval_t(interval%from, t, interval%at_start, middle)
-         stack(depth + 2) = interval_t(t, interval%to, middle, interval%at_end)
-         depth = depth + 2
+         if (maxval(b) + bound*length**6*error_share(0) > level) then
+            t = interval%from + length*highest_point(b)
+            if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
+               call refine_maximum(basis, path, signal, node, interval, t, middle)
+               call update_maximum(t, middle(0), best)
+               stack(depth + 1) = interval_t(interval%from, t, interval%at_start, middle)
+               stack(depth + 2) = interval_t(t, interval%to, middle, interval%at_end)
+               depth = depth + 2
+            end if
+         end if
+         if (depth == 0) exit
+         interval = stack(depth)
+         depth = depth - 1
       end do
    end subroutine search_step
 
@@ -142,7 +205,8 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       integer, parameter :: max_rounds = 6
-      real(wp), parameter :: min_shift = 1.0e-9_wp
+      ! the error left by a shift so small is of the order of its square, and the value gains half of slope times shift
+      real(wp), parameter :: last_shift = 1.0e-5_wp
       real(wp) :: shift
       integer :: round
 
@@ -151,35 +215,59 @@ contains
          if (.not. values(2) < 0.0_wp) return
          shift = -values(1)/values(2)
          if (.not. (instant + shift > interval%from .and. instant + shift < interval%to)) return
-         if (abs(shift) <= min_shift*(interval%to - interval%from)) return
          instant = instant + shift
+         if (abs(shift) > last_shift*(interval%to - interval%from)) cycle
+         values(0:1) = [values(0) + 0.5_wp*values(1)*shift, 0.0_wp]
+         return
       end do
    end subroutine refine_maximum
 
-   !> Approximate position of the maximum of a polynomial in Bernstein's form, by samples inside the step, as a share of
-   !> the step.
-   pure function sampled_maximum(b) result(top)
+   !> Approximate position of the maximum of a polynomial in Bernstein's form, as a share of the step, by samples inside
+   !> the step and Newton's method.
+   pure function highest_point(b) result(top)
       real(wp), intent(in) :: b(0:5)
       real(wp) :: top
 
-      integer, parameter :: samples = 16
-      real(wp) :: best, c(0:5), value, x
-      integer :: i, k
+      integer, parameter :: samples = 8, max_rounds = 3
+      real(wp) :: best, c(0:5), x
+      integer :: i
 
-      c = b
       best = -huge(1.0_wp)
       top = 0.5_wp
       do i = 1, samples - 1
-         x = real(i, wp)/real(samples, wp)
-         c = b
-         do k = 5, 1, -1
-            c(:k - 1) = c(:k - 1) + x*(c(1:k) - c(:k - 1))
-         end do
-         value = c(0)
-         if (value <= best) cycle
-         best = value
+         c = casteljau(real(i, wp)/real(samples, wp))
+         if (c(0) <= best) cycle
+         best = c(0)
+         top = real(i, wp)/real(samples, wp)
+      end do
+      ! Newton's method for a zero of the slope
+      do i = 1, max_rounds
+         c = casteljau(top)
+         if (.not. c(2) < 0.0_wp) return
+         x = top - 0.25_wp*c(1)/c(2)
+         if (.not. abs(x - top) < 1.0_wp/real(samples, wp) .or. x <= 0.0_wp .or. x >= 1.0_wp) return
          top = x
       end do
-   end function sampled_maximum
+
+   contains
+
+      !> De Casteljau's algorithm: value, a fifth of the slope and a twentieth of the curvature, per share of the step, at the
+      !> position x.
+      pure function casteljau(x) result(c)
+         real(wp), intent(in) :: x
+         real(wp) :: c(0:5)
+
+         real(wp) :: second
+         integer :: k
+
+         c = b
+         do k = 5, 3, -1
+            c(:k - 1) = c(:k - 1) + x*(c(1:k) - c(:k - 1))
+         end do
+         second = c(2) - 2.0_wp*c(1) + c(0)
+         c(0:1) = c(0:1) + x*(c(1:2) - c(0:1))
+         c(:2) = [c(0) + x*(c(1) - c(0)), c(1) - c(0), second]
+      end function casteljau
+   end function highest_point
 
 end module row_peaks

@@ -64,6 +64,7 @@ contains
       node = 0
       path%time(0) = 0.0_wp
       path%is_complete = .true.
+      path%has_range = .false.
       path%evaluations = 1_i8
       call evaluate_rows(basis, path%z(:, :, 0), path%rows(:, 0))
       do

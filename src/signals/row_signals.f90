@@ -48,6 +48,9 @@ module row_signals
       real(wp) :: time(0:most_nodes)
       !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., nodes]
       real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
+      !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2], and whether they are computed
+      real(wp), allocatable :: range(:, :)
+      logical :: has_range = .false.
       integer(i8) :: evaluations = 0_i8
    end type row_path_t
 

@@ -4,7 +4,11 @@
 !> The integral of a square is a sum over pairs of exponents: a quadratic form of the amplitudes, whose real matrix
 !> serves all intervals of one length.
 module signal_integrals
+   use damped_oscillators, only: lanes, padded
+   use exponential_powers, only: powers_less_one
    use kinds, only: wp
+   use lapack_interfaces, only: dgemm
+   use pole_offsets, only: size_of
    use power_integrals, only: integral
    implicit none (type, external)
    private
@@ -14,24 +18,34 @@ module signal_integrals
    type :: signals_t
       !> Constant and slope of each signal, [signals]
       real(wp), allocatable :: offset(:), slope(:)
-      !> Exponents s, Re s <= 0, [terms]
+      !> Exponents s, [terms]
       complex(wp), allocatable :: exponent(:)
       !> Amplitudes at time 0, [signals, terms]
       complex(wp), allocatable :: amplitude(:, :)
    end type signals_t
 
    !> Quadratic form of the integrals of squares over an interval of one length: x^T matrix x with x the real parts of
-   !> all amplitudes, then the imaginary parts.
+   !> all amplitudes at the start of the interval, then the imaginary parts.
    type :: squares_t
       !> Length of the interval
       real(wp), private :: length = 0.0_wp
       !> Exponents s, [terms]
       complex(wp), allocatable, private :: exponent(:)
-      !> 1/(s_m + s_n) and 1/(s_m + conjg(s_n)), 0 where that is infinite, [terms, terms, 2]
-      complex(wp), allocatable, private :: inverse(:, :, :)
+      !> -Re s and Im s, filled up with zeros to whole vectors, [padded terms]
+      real(wp), allocatable, private :: decay(:), omega(:)
+      !> Real and imaginary parts of 1/(s_m + s_n) and of 1/(s_m + conjg(s_n)), 0 for close pairs, [terms, terms, 4]
+      real(wp), allocatable, private :: inverse(:, :, :)
+      !> Close pairs m >= n: m, n, and 1 if the sum s_m + s_n is small, 2 if s_m + conjg(s_n) is, [3, pairs]
+      integer, allocatable, private :: close(:, :)
+      !> exp(s length) and exp(s length) - 1, real and imaginary parts, [padded terms, 2]
+      real(wp), allocatable, private :: power(:, :), change(:, :)
       !> The quadratic form, [2 terms, 2 terms]
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
+
+   !> Two exponents are a close pair if the magnitude of their sum is below this share of the larger magnitude: the sum
+   !> loses digits.
+   real(wp), parameter :: close_share = 1.0e-2_wp
 
 contains
 
@@ -48,39 +62,63 @@ contains
 
       ! lengths that differ by less than this share are equal: the ends of an interval are rounded
       real(wp), parameter :: rounding = 1.0e-9_wp
-      complex(wp) :: amplitude(size(signals%amplitude, 1), size(signals%exponent)), power(size(signals%exponent))
-      complex(wp) :: plain, ramp
-      real(wp) :: offset(size(first)), length
-      integer :: n
+      ! products of terms that have decayed would be subnormal, which is slow
+      real(wp), parameter :: negligible = 1.0e-140_wp
+      complex(wp) :: ramp, simple, start
+      !> Real and imaginary parts of amplitudes, and their products with the matrix, [2 terms, signals]
+      real(wp), dimension(2*size(signals%exponent), size(first)) :: parts, products
+      !> Factors of the parts in integrals of a signal, of a signal times t, and in its value at the end, [2 terms]
+      real(wp), dimension(2*size(signals%exponent)) :: of_simple, of_ramp, of_end
+      real(wp) :: length, offset
+      integer :: i, k, n
 
       length = to - from
-      offset = signals%offset + signals%slope*from
+      k = size(signals%exponent)
       associate (s => signals%exponent, slope => signals%slope)
          call find_inverses(s, squares)
          if (abs(length - squares%length) > rounding*squares%length) call make_squares(length, squares)
-         first = length*(offset + 0.5_wp*slope*length)
-         second = length*(offset*(offset + slope*length) + slope**2*length**2/3.0_wp)
-         power = exp(s*length)
-         do n = 1, size(s)
-            amplitude(:, n) = signals%amplitude(:, n)
-            if (from > 0.0_wp) amplitude(:, n) = amplitude(:, n)*exp(s(n)*from)
-            plain = integral(s(n), length, power(n))
-            ramp = (0.0_wp, 0.0_wp)
-            if (any(abs(slope) > 0.0_wp)) ramp = ramp_integral(s(n), length, power(n))
-            first = first + real(amplitude(:, n)*plain, wp)
-            second = second + 2.0_wp*real(amplitude(:, n)*(offset*plain + slope*ramp), wp)
+         of_ramp = 0.0_wp
+         do n = 1, k
+            start = (1.0_wp, 0.0_wp)
+            if (from > 0.0_wp) start = exp(s(n)*from)
+            do i = 1, size(first)
+               associate (amplitude => signals%amplitude(i, n)*start)
+                  parts(n, i) = real(amplitude, wp)
+                  parts(n + k, i) = aimag(amplitude)
+               end associate
+            end do
+            associate (power => cmplx(squares%power(n, 1), squares%power(n, 2), wp))
+               simple = integral(s(n), squares%length, power)
+               of_simple([n, n + k]) = [real(simple, wp), -aimag(simple)]
+               of_end([n, n + k]) = [real(power, wp), -aimag(power)]
+               if (any(abs(slope) > 0.0_wp)) then
+                  ramp = ramp_integral(s(n), squares%length, power)
+                  of_ramp([n, n + k]) = [real(ramp, wp), -aimag(ramp)]
+               end if
+            end associate
          end do
-         second = second + integrate_squares(squares, amplitude) + (length - squares%length) &
-            *real(matmul(amplitude, power), wp)**2
+         where (abs(parts) < negligible) parts = 0.0_wp
+         if (k > 0) call dgemm('n', 'n', 2*k, size(first), 2*k, 1.0_wp, squares%matrix, 2*k, parts, 2*k, 0.0_wp, products, &
+            2*k)
+         do i = 1, size(first)
+            offset = signals%offset(i) + slope(i)*from
+            associate (end => sum(parts(:, i)*of_end), rest => length - squares%length)
+               first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + rest*end
+               second(i) = length*(offset*(offset + slope(i)*length) + slope(i)**2*length**2/3.0_wp) &
+                  + 2.0_wp*(offset*sum(parts(:, i)*of_simple) + slope(i)*sum(parts(:, i)*of_ramp)) &
+                  + sum(parts(:, i)*products(:, i)) + rest*end*(end + 2.0_wp*(offset + slope(i)*length))
+            end associate
+         end do
       end associate
    end subroutine integrate_signals
 
-   !> Store the exponents and the inverses of their sums.
+   !> Compute the inverses for exponents, unless they are those of the call before.
    pure subroutine find_inverses(exponent, squares)
       complex(wp), intent(in) :: exponent(:)
       type(squares_t), intent(inout) :: squares
 
-      integer :: m, n
+      complex(wp) :: inverse, total
+      integer :: k, kind, m, n
 
       if (allocated(squares%exponent)) then
          if (size(squares%exponent) == size(exponent)) then
@@ -88,89 +126,107 @@ contains
                if (all(abs(real(change, wp)) + abs(aimag(change)) <= 0.0_wp)) return
             end associate
          end if
-         deallocate (squares%exponent, squares%inverse, squares%matrix)
       end if
-      squares%length = 0.0_wp
+      squares = squares_t()
+      k = size(exponent)
       allocate (squares%exponent, source=exponent)
-      associate (k => size(exponent), s => exponent)
-         allocate (squares%inverse(k, k, 2), source=(0.0_wp, 0.0_wp))
-         allocate (squares%matrix(2*k, 2*k))
+      allocate (squares%decay(padded(k)), squares%omega(padded(k)), source=0.0_wp)
+      squares%decay(:k) = -real(exponent, wp)
+      squares%omega(:k) = aimag(exponent)
+      allocate (squares%power(padded(k), 2), squares%change(padded(k), 2), squares%matrix(2*k, 2*k))
+      allocate (squares%inverse(k, k, 4), source=0.0_wp)
+      allocate (squares%close(3, 0))
+      do kind = 1, 2
          do n = 1, k
             do m = 1, k
-               if (abs(s(m) + s(n)) > 0.0_wp) squares%inverse(m, n, 1) = 1.0_wp/(s(m) + s(n))
-               if (abs(s(m) + conjg(s(n))) > 0.0_wp) squares%inverse(m, n, 2) = 1.0_wp/(s(m) + conjg(s(n)))
+               total = exponent(m) + merge(exponent(n), conjg(exponent(n)), kind == 1)
+               if (size_of(total) > close_share*max(size_of(exponent(m)), size_of(exponent(n)))) then
+                  inverse = 1.0_wp/total
+                  squares%inverse(m, n, 2*kind - 1) = real(inverse, wp)
+                  squares%inverse(m, n, 2*kind) = aimag(inverse)
+               else if (m >= n) then
+                  squares%close = reshape([squares%close, m, n, kind], [3, size(squares%close, 2) + 1])
+               end if
             end do
          end do
-      end associate
+      end do
    end subroutine find_inverses
 
-   !> Compute the quadratic form for intervals of one length.
+   !> Compute the quadratic form for intervals of one length. With e = exp(s t) - 1 the integral of exp((s_m + s_n) t) is
+   !> (e_m + e_n + e_m e_n)/(s_m + s_n).
    pure subroutine make_squares(length, squares)
       real(wp), intent(in) :: length
-      !> In: exponents and inverses from `find_inverses`
+      !> The quadratic form, with the inverses
       type(squares_t), intent(inout) :: squares
 
-      complex(wp) :: conjugate, plain, power(size(squares%exponent))
-      integer :: m, n
+      real(wp) :: conjugate, fall(size(squares%decay)), sign, simple, turned, turned_conjugate, u, v, x, y
+      complex(wp) :: pair, power(2), total
+      integer :: i, k, m, n
 
       squares%length = length
-      power = exp(squares%exponent*length)
-      associate (k => size(power), s => squares%exponent)
+      k = size(squares%exponent)
+      associate (s => squares%exponent, e => squares%change, inverse => squares%inverse, matrix => squares%matrix)
+         call powers_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, squares%power(:, 1), &
+            squares%power(:, 2), e(:, 1), fall)
+         e(:, 2) = squares%power(:, 2)
          do n = 1, k
-            ! the matrix is symmetric in the two terms, up to conjugation
-            do m = 1, n
-               plain = 0.5_wp*pair_integral(s(m) + s(n), squares%inverse(m, n, 1), power(m)*power(n))
-               conjugate = 0.5_wp*pair_integral(s(m) + conjg(s(n)), squares%inverse(m, n, 2), power(m)*conjg(power(n)))
-               squares%matrix(m, n) = real(conjugate, wp) + real(plain, wp)
-               squares%matrix(n, m) = squares%matrix(m, n)
-               squares%matrix(k + m, k + n) = real(conjugate, wp) - real(plain, wp)
-               squares%matrix(k + n, k + m) = squares%matrix(k + m, k + n)
-               squares%matrix(m, k + n) = aimag(conjugate) - aimag(plain)
-               squares%matrix(k + n, m) = squares%matrix(m, k + n)
-               squares%matrix(k + m, n) = -aimag(conjugate) - aimag(plain)
-               squares%matrix(n, k + m) = squares%matrix(k + m, n)
+            ! surrogate exponentials of slow modes may grow
+            if (squares%decay(n) >= 0.0_wp) cycle
+            power(1) = exp(s(n)*length)
+            squares%power(n, :) = [real(power(1), wp), aimag(power(1))]
+            pair = s(n)*integral(s(n), length, power(1))
+            e(n, :) = [real(pair, wp), aimag(pair)]
+         end do
+         do n = 1, k
+            !$omp simd private(x, y, u, v, simple, turned, conjugate, turned_conjugate)
+            do m = 1, k
+               x = e(m, 1) + e(n, 1) + e(m, 1)*e(n, 1) - e(m, 2)*e(n, 2)
+               y = e(m, 2) + e(n, 2) + e(m, 1)*e(n, 2) + e(m, 2)*e(n, 1)
+               u = e(m, 1) + e(n, 1) + e(m, 1)*e(n, 1) + e(m, 2)*e(n, 2)
+               v = e(m, 2) - e(n, 2) - e(m, 1)*e(n, 2) + e(m, 2)*e(n, 1)
+               simple = x*inverse(m, n, 1) - y*inverse(m, n, 2)
+               turned = x*inverse(m, n, 2) + y*inverse(m, n, 1)
+               conjugate = u*inverse(m, n, 3) - v*inverse(m, n, 4)
+               turned_conjugate = u*inverse(m, n, 4) + v*inverse(m, n, 3)
+               matrix(m, n) = 0.5_wp*(conjugate + simple)
+               matrix(m + k, n + k) = 0.5_wp*(conjugate - simple)
+               matrix(m, n + k) = 0.5_wp*(turned_conjugate - turned)
+               matrix(m + k, n) = -0.5_wp*(turned_conjugate + turned)
             end do
+         end do
+         do i = 1, size(squares%close, 2)
+            m = squares%close(1, i)
+            n = squares%close(2, i)
+            power = cmplx(squares%power([m, n], 1), squares%power([m, n], 2), wp)
+            total = s(m) + s(n)
+            sign = -1.0_wp
+            if (squares%close(3, i) == 2) then
+               total = s(m) + conjg(s(n))
+               power(2) = conjg(power(2))
+               sign = 1.0_wp
+            end if
+            pair = 0.5_wp*integral(total, length, power(1)*power(2))
+            call add(m, n, pair, sign, matrix)
+            if (m /= n) call add(n, m, merge(conjg(pair), pair, sign > 0.0_wp), sign, matrix)
          end do
       end associate
 
    contains
 
-      !> Integral of exp(s t) over the length, by the stored inverse unless that cancels.
-      pure function pair_integral(s, inverse, end) result(value)
-         complex(wp), intent(in) :: s
-         complex(wp), intent(in) :: inverse
-         !> exp(s length)
-         complex(wp), intent(in) :: end
-         complex(wp) :: value
+      !> Add the integral of a close pair: of s_m + s_n if the sign is -1, of s_m + conjg(s_n) if it is 1.
+      pure subroutine add(m, n, pair, sign, matrix)
+         integer, intent(in) :: m
+         integer, intent(in) :: n
+         complex(wp), intent(in) :: pair
+         real(wp), intent(in) :: sign
+         real(wp), intent(inout) :: matrix(:, :)
 
-         if ((abs(real(s, wp)) + abs(aimag(s)))*length < 0.1_wp) then
-            value = integral(s, length, end)
-         else
-            value = (end - 1.0_wp)*inverse
-         end if
-      end function pair_integral
+         matrix(m, n) = matrix(m, n) + real(pair, wp)
+         matrix(m + k, n + k) = matrix(m + k, n + k) + sign*real(pair, wp)
+         matrix(m, n + k) = matrix(m, n + k) + sign*aimag(pair)
+         matrix(m + k, n) = matrix(m + k, n) - aimag(pair)
+      end subroutine add
    end subroutine make_squares
-
-   !> Integrals of the squares of sums of exponentials.
-   pure function integrate_squares(squares, amplitude) result(integrals)
-      type(squares_t), intent(in) :: squares
-      !> Amplitudes at the start of the interval, [signals, terms]
-      complex(wp), intent(in) :: amplitude(:, :)
-      real(wp) :: integrals(size(amplitude, 1))
-
-      ! products of smaller amplitudes would be subnormal, which is slow
-      real(wp), parameter :: negligible = 1.0e-140_wp
-      real(wp), allocatable :: parts(:, :), products(:, :)
-
-      associate (k => size(amplitude, 2))
-         allocate (parts(2*k, size(amplitude, 1)), products(2*k, size(amplitude, 1)))
-         parts(:k, :) = transpose(real(amplitude, wp))
-         parts(k + 1:, :) = transpose(aimag(amplitude))
-         where (abs(parts) < negligible) parts = 0.0_wp
-         products = matmul(squares%matrix, parts)
-         integrals = sum(parts*products, dim=1)
-      end associate
-   end function integrate_squares
 
    !> Integral of t exp(s t) without cancellation.
    elemental function ramp_integral(s, t, power) result(value)
