@@ -1,5 +1,5 @@
-!> Where the time of a run goes, and how cost and memory grow with the mesh, the length of the run, the events and the
-!> modes kept.
+!> Measures how the run time divides between the parts of a run, and how time and memory grow with the mesh, the length
+!> of the run, the number of events and the number of modes.
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
@@ -14,19 +14,20 @@ module cost_growth
    private
    public :: measure_parts, measure_growth, fitted_exponent
 
-   !> Distance of samples where a sample is timed, tau.
+   !> Interval of the samples in timed runs, tau.
    real(wp), parameter :: sample_step = 0.01_wp
-   !> Beyond these the cubes of the dense solver take longer than a study should.
-   integer, parameter :: most_elements_modes = 256, most_elements_motion = 128
+   !> Maximum numbers of elements for which all modes and for which the motion in all modes are timed, because the time
+   !> of the dense eigenvalue solver grows with the third power of the number of elements.
+   integer, parameter :: max_elements_modes = 256, max_elements_motion = 128
 
 contains
 
-   !> The parts of a run of the scene's beam by exact motion with default tolerances.
+   !> Time the parts of a run by exact motion with default tolerances for the scene's beam.
    subroutine measure_parts(scene, study, error)
       type(scene_t), intent(in) :: scene
-      !> Gets the parts
+      !> Study, to which the parts are added
       type(precision_t), intent(inout) :: study
-      !> Set when a part fails
+      !> Set if a part fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(output_settings_t) :: histories
@@ -37,28 +38,28 @@ contains
       if (allocated(error)) return
       task%settings = settings_for(contender_exact, scene%precision, sample_step)
       allocate (study%parts(0))
-      call add(task_assembly, no_output(), 'assembly', 0.0_wp)
-      if (.not. allocated(error)) call add(task_modes, no_output(), 'modes', 0.0_wp)
-      if (.not. allocated(error)) call add(task_motion, no_output(), 'events', 0.0_wp)
+      call add_part(task_assembly, no_output(), 'assembly', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_modes, no_output(), 'modes', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_motion, no_output(), 'events', 0.0_wp)
       if (allocated(error)) return
       events_only = study%parts(size(study%parts))%timing%median
-      call add(task_motion, histories, 'histories', events_only)
+      call add_part(task_motion, histories, 'histories', events_only)
       if (allocated(error)) return
       with_histories = events_only + study%parts(size(study%parts))%timing%median
-      call add(task_motion, full_output(), 'ledger', with_histories)
+      call add_part(task_motion, full_output(), 'ledger', with_histories)
 
    contains
 
-      !> Time a part; what it takes beyond another one.
-      subroutine add(what, output, name, beyond)
-         !> One of the `task_` constants
+      !> Time a part of a run, as the median time of a task less the time of another task that is included in it.
+      subroutine add_part(what, output, name, subtracted)
+         !> Kind of the task, one of the `task_` constants
          integer, intent(in) :: what
-         !> What to keep
+         !> Requested output
          type(output_settings_t), intent(in) :: output
          !> Name of the part
          character(*), intent(in) :: name
-         !> Seconds to take off
-         real(wp), intent(in) :: beyond
+         !> Time to subtract, s
+         real(wp), intent(in) :: subtracted
 
          type(timed_part_t) :: part
 
@@ -67,21 +68,21 @@ contains
          part%name = name
          call measure_time(task, scene%precision, part%timing, error)
          associate (timing => part%timing)
-            timing%median = timing%median - beyond
-            timing%lower_quartile = timing%lower_quartile - beyond
-            timing%upper_quartile = timing%upper_quartile - beyond
+            timing%median = timing%median - subtracted
+            timing%lower_quartile = timing%lower_quartile - subtracted
+            timing%upper_quartile = timing%upper_quartile - subtracted
          end associate
          study%parts = [study%parts, part]
-      end subroutine add
+      end subroutine add_part
 
    end subroutine measure_parts
 
-   !> All curves that the scene asks for.
+   !> Measure all growth curves that the scene requests.
    subroutine measure_growth(scene, study, error)
       type(scene_t), intent(in) :: scene
-      !> Entries in; gets the curves
+      !> Study with the entries of motion; the curves are added
       type(precision_t), intent(inout) :: study
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
       allocate (study%curves(0))
@@ -91,10 +92,10 @@ contains
       if (allocated(scene%precision%scaling_elements)) call grow_with_elements(scene, study%curves, error)
    end subroutine measure_growth
 
-   !> Cost of a run against its number of events, from the hop tolerances compared.
+   !> Time of a run against its number of events, from the runs with different hop tolerances.
    pure subroutine grow_with_events(entries, curves)
       type(motion_entry_t), intent(in) :: entries(:)
-      !> Gets a curve
+      !> List to which the curve is added
       type(curve_t), allocatable, intent(inout) :: curves(:)
 
       logical :: wanted(size(entries))
@@ -105,12 +106,12 @@ contains
          pack(entries%motion%median, wanted))
    end subroutine grow_with_events
 
-   !> Cost of a run against its length.
+   !> Time of a run against its length.
    subroutine grow_with_duration(scene, curves, error)
       type(scene_t), intent(in) :: scene
-      !> Gets the curves
+      !> List to which the curves are added
       type(curve_t), allocatable, intent(inout) :: curves(:)
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
       integer, parameter :: contenders(2) = [contender_exact, contender_average]
@@ -140,35 +141,35 @@ contains
       end associate
    end subroutine grow_with_duration
 
-   !> Cost and memory against the mesh; cost of a sample against the modes kept.
+   !> Time and memory against the number of elements, and time of a sample against the number of modes.
    subroutine grow_with_elements(scene, curves, error)
       type(scene_t), intent(in) :: scene
-      !> Gets the curves
+      !> List to which the curves are added
       type(curve_t), allocatable, intent(inout) :: curves(:)
-      !> Set when a run fails
+      !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(task_t) :: task
-      real(wp), allocatable :: few(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
+      real(wp), allocatable :: few_modes(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
-      integer :: i, dense, moving
+      integer :: i, last_dense, last_motion
 
       allocate (elements, source=scene%precision%scaling_elements)
-      allocate (few(size(elements)), memory(size(elements)))
+      allocate (few_modes(size(elements)), memory(size(elements)))
       allocate (newmark(0), all_modes(0), motion(0), sample(0), modes(0))
-      dense = 0
-      moving = 0
+      last_dense = 0
+      last_motion = 0
       do i = 1, size(elements)
          call forget_peak_memory()
          before = peak_memory()
          call prepare_task(scene, elements(i), task, error)
          if (allocated(error)) return
          task%count = scene%precision%scaling_modes
-         call seconds_of(scene%precision, task, task_few_modes, few(i), error)
+         call seconds_of(scene%precision, task, task_few_modes, few_modes(i), error)
          if (allocated(error)) return
          memory(i) = max(peak_memory() - before, 0.0_wp)
-         if (elements(i) > most_elements_modes) cycle
+         if (elements(i) > max_elements_modes) cycle
          task%settings = settings_for(contender_average, scene%precision, sample_step)
          call seconds_of(scene%precision, task, task_run, seconds, error)
          if (allocated(error)) return
@@ -176,83 +177,83 @@ contains
          call seconds_of(scene%precision, task, task_modes, seconds, error)
          if (allocated(error)) return
          all_modes = [all_modes, seconds]
-         dense = i
-         if (elements(i) > most_elements_motion) cycle
-         moving = i
+         last_dense = i
+         if (elements(i) > max_elements_motion) cycle
+         last_motion = i
          task%settings = settings_for(contender_exact, scene%precision, sample_step)
          task%settings%keep_all_modes = .true.
          call add_motion(task)
          if (allocated(error)) return
       end do
       associate (n => real(elements, wp), mesh => 'elements')
-         call add_curve(curves, 'few modes by lanczos, with assembly', mesh, 's', n, few)
+         call add_curve(curves, 'few modes by lanczos, with assembly', mesh, 's', n, few_modes)
          call add_curve(curves, 'memory of few modes, at peak', mesh, 'byte', n, memory)
-         call add_curve(curves, 'newmark, d tau = 0.01', mesh, 's', n(:dense), newmark)
-         call add_curve(curves, 'all modes, dense', mesh, 's', n(:dense), all_modes)
-         call add_curve(curves, 'exact motion, all modes kept', mesh, 's', n(:moving), motion)
+         call add_curve(curves, 'newmark, d tau = 0.01', mesh, 's', n(:last_dense), newmark)
+         call add_curve(curves, 'all modes, dense', mesh, 's', n(:last_dense), all_modes)
+         call add_curve(curves, 'exact motion, all modes kept', mesh, 's', n(:last_motion), motion)
          call add_curve(curves, 'a sample of all histories', 'modes', 's', modes, sample)
       end associate
 
    contains
 
-      !> Exact motion with all modes, events only and with samples.
-      subroutine add_motion(job)
-         type(task_t), intent(inout) :: job
+      !> Time exact motion with all modes, without samples and with samples of all histories.
+      subroutine add_motion(motion_task)
+         type(task_t), intent(inout) :: motion_task
 
          real(wp), parameter :: fine_step = 0.001_wp
          real(wp) :: events_only, with_samples
 
-         call seconds_of(scene%precision, job, task_motion, events_only, error)
+         call seconds_of(scene%precision, motion_task, task_motion, events_only, error)
          if (allocated(error)) return
-         job%output%history = .true.
-         job%settings%step = fine_step
-         call seconds_of(scene%precision, job, task_motion, with_samples, error)
+         motion_task%output%history = .true.
+         motion_task%settings%step = fine_step
+         call seconds_of(scene%precision, motion_task, task_motion, with_samples, error)
          if (allocated(error)) return
          motion = [motion, events_only]
-         modes = [modes, real(job%response%mode_check%kept, wp)]
-         sample = [sample, (with_samples - events_only)/real(size(job%response%tau), wp)]
-         job%output = no_output()
+         modes = [modes, real(motion_task%response%mode_check%kept, wp)]
+         sample = [sample, (with_samples - events_only)/real(size(motion_task%response%tau), wp)]
+         motion_task%output = no_output()
       end subroutine add_motion
 
    end subroutine grow_with_elements
 
-   !> Median seconds of a task.
-   subroutine seconds_of(asked, task, what, median, error)
-      !> How often it is timed
-      type(precision_settings_t), intent(in) :: asked
+   !> Median time of a task, s.
+   subroutine seconds_of(requested, task, what, median, error)
+      !> Number of repetitions and minimum time of a timing
+      type(precision_settings_t), intent(in) :: requested
       type(task_t), intent(inout) :: task
-      !> One of the `task_` constants
+      !> Kind of the task, one of the `task_` constants
       integer, intent(in) :: what
       real(wp), intent(out) :: median
-      !> Set when it fails
+      !> Set when the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(timing_t) :: timing
 
       task%what = what
-      call measure_time(task, asked, timing, error)
+      call measure_time(task, requested, timing, error)
       median = timing%median
    end subroutine seconds_of
 
-   !> Add a curve and its exponent.
+   !> Add a curve with its fitted exponent.
    pure subroutine add_curve(curves, name, abscissa_name, unit, abscissa, ordinate)
       type(curve_t), allocatable, intent(inout) :: curves(:)
-      !> What grows, with what, in which unit
+      !> Name of the quantity that grows, name of the quantity on which it depends, and unit of the former
       character(*), intent(in) :: name
       character(*), intent(in) :: abscissa_name
       character(*), intent(in) :: unit
-      !> Points
+      !> Points of the curve, [points]
       real(wp), intent(in) :: abscissa(:)
       real(wp), intent(in) :: ordinate(:)
 
-      type(curve_t), allocatable :: longer(:)
+      type(curve_t), allocatable :: extended(:)
       integer :: i
 
-      allocate (longer(size(curves) + 1))
+      allocate (extended(size(curves) + 1))
       do i = 1, size(curves)
-         longer(i) = curves(i)
+         extended(i) = curves(i)
       end do
-      associate (curve => longer(size(longer)))
+      associate (curve => extended(size(extended)))
          curve%name = name
          curve%abscissa_name = abscissa_name
          curve%unit = unit
@@ -260,24 +261,25 @@ contains
          allocate (curve%ordinate, source=ordinate)
          curve%exponent = fitted_exponent(abscissa, ordinate)
       end associate
-      call move_alloc(longer, curves)
+      call move_alloc(extended, curves)
    end subroutine add_curve
 
-   !> Least squares on the logarithms of the upper half of the points, three at least if there are so many.
+   !> Exponent of a power law: least-squares slope of the logarithms of the upper half of the points, but of at least
+   !> three points if there are three.
    pure function fitted_exponent(abscissa, ordinate) result(exponent)
-      !> Points, > 0
+      !> Points of the curve, > 0, [points]
       real(wp), intent(in) :: abscissa(:)
       real(wp), intent(in) :: ordinate(:)
       real(wp) :: exponent
 
-      integer, parameter :: least = 3
+      integer, parameter :: min_points = 3
       real(wp), allocatable :: x(:), y(:)
       logical :: used(size(abscissa))
       integer :: i, points
 
       exponent = 0.0_wp
       points = size(abscissa)
-      used = [(i > min(points/2, max(points - least, 0)), i=1, points)]
+      used = [(i > min(points/2, max(points - min_points, 0)), i=1, points)]
       used = used .and. abscissa > 0.0_wp .and. ordinate > 0.0_wp
       if (count(used) < 2) return
       allocate (x, source=log(pack(abscissa, used)))

@@ -1,4 +1,4 @@
-!> impactbeam-benchmark: run time against error.
+!> Program impactbeam-benchmark: measures the run time and the error of all methods.
 program impactbeam_benchmark
    use, intrinsic :: iso_c_binding, only: c_int
    use precision_study, only: needs_of_precision, run_precision_scene

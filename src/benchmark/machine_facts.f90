@@ -1,5 +1,5 @@
-!> What a timing depends on besides the program: processor, compiler, build; and the memory of the process. From /proc,
-!> where the system has it.
+!> Conditions on which a timing depends besides the program (processor, compiler, build), and the memory of the process.
+!> Processor and memory are read from /proc if the system has it.
 module machine_facts
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use kinds, only: wp
@@ -10,7 +10,7 @@ module machine_facts
    integer, parameter :: line_length = 256
 
    interface
-      !> Give freed memory back to the system, where that can be done.
+      !> Return freed memory to the system if the C library can do so.
       subroutine return_free_memory() bind(c, name='impactbeam_return_free_memory')
          implicit none (type, external)
       end subroutine return_free_memory
@@ -18,7 +18,7 @@ module machine_facts
 
 contains
 
-   !> The processor's name; empty where it is not known.
+   !> Name of the processor; empty if it is not known.
    function processor_name() result(name)
       character(:), allocatable :: name
 
@@ -32,34 +32,34 @@ contains
       name = compiler_version()
    end function compiler_name
 
-   !> Its options, but for those that name folders.
+   !> Options of the compiler, without those that contain folders.
    function options_of_compiler() result(options)
       character(:), allocatable :: options
 
       character(:), allocatable :: all_options, word
-      integer :: place, next
-      logical :: skips
+      integer :: position, next
+      logical :: skips_word
 
       all_options = compiler_options()//' '
       options = ''
-      place = 1
-      skips = .false.
-      do while (place <= len(all_options))
-         next = place + index(all_options(place:), ' ') - 1
-         word = all_options(place:next - 1)
-         place = next + 1
-         if (skips .or. len(word) == 0) then
-            skips = .false.
+      position = 1
+      skips_word = .false.
+      do while (position <= len(all_options))
+         next = position + index(all_options(position:), ' ') - 1
+         word = all_options(position:next - 1)
+         position = next + 1
+         if (skips_word .or. len(word) == 0) then
+            skips_word = .false.
             cycle
          end if
-         skips = word == '-I' .or. word == '-J' .or. word == '-o'
-         if (skips .or. scan(word, '/') > 0) cycle
+         skips_word = word == '-I' .or. word == '-J' .or. word == '-o'
+         if (skips_word .or. scan(word, '/') > 0) cycle
          if (len(options) > 0) options = options//' '
          options = options//word
       end do
    end function options_of_compiler
 
-   !> Release or debug, by what the compiler was told.
+   !> Kind of the build ('release' or 'debug', and 'with checks'), from the options of the compiler.
    function kind_of_build() result(kind)
       character(:), allocatable :: kind
 
@@ -68,8 +68,7 @@ contains
       if (index(compiler_options(), '-fcheck') > 0) kind = kind//' with checks'
    end function kind_of_build
 
-   !> Most memory that the process has held since the last call of `forget_peak_memory`, in bytes; 0 where it is not
-   !> known.
+   !> Maximum memory of the process since the last call of `forget_peak_memory`, in bytes; 0 if it is not known.
    function peak_memory() result(bytes)
       real(wp) :: bytes
 
@@ -83,8 +82,8 @@ contains
       if (status == 0) bytes = 1024.0_wp*real(kilobytes, wp)
    end function peak_memory
 
-   !> Count anew, after the system has got back what is free; where it does not allow that, peaks are those of the whole
-   !> run.
+   !> Return freed memory to the system and restart the measurement of peak memory. If the system does not permit the
+   !> restart, later peaks are those of the whole process.
    subroutine forget_peak_memory()
       integer :: unit, status
 
@@ -95,7 +94,7 @@ contains
       close (unit, iostat=status)
    end subroutine forget_peak_memory
 
-   !> What stands behind the colon in the first line of a file that begins with a name; empty if there is none.
+   !> Text after the colon in the first line of a file that starts with a name; empty if there is no such line.
    function value_in(file, name) result(value)
       character(*), intent(in) :: file
       character(*), intent(in) :: name
@@ -117,16 +116,16 @@ contains
       close (unit, iostat=status)
    end function value_in
 
-   !> Blanks for tabulators.
-   pure function replace_tabs(text) result(plain)
+   !> Replace tabulators by blanks.
+   pure function replace_tabs(text) result(replaced)
       character(*), intent(in) :: text
-      character(len(text)) :: plain
+      character(len(text)) :: replaced
 
       integer :: i
 
-      plain = text
+      replaced = text
       do i = 1, len(text)
-         if (text(i:i) == achar(9)) plain(i:i) = ' '
+         if (text(i:i) == achar(9)) replaced(i:i) = ' '
       end do
    end function replace_tabs
 

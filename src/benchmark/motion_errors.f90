@@ -1,4 +1,4 @@
-!> How two runs of one scene differ, and what they are compared by.
+!> Quantities by which two runs of one scene are compared, and the differences of two runs in these quantities.
 module motion_errors
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -14,54 +14,55 @@ module motion_errors
    public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, &
       horizon_of
 
-   !> What a run is judged by, up to a horizon.
+   !> Quantities by which a run is compared, up to the end of comparison (the horizon).
    type :: motion_facts_t
-      !> First meeting with the stop: instant and velocity
+      !> Instant tau and velocity d eta/d tau of the first impact
       real(wp) :: impact_tau = 0.0_wp
       real(wp) :: impact_velocity = 0.0_wp
-      !> Energy of beam and stop at the horizon, in that at the start
+      !> Energy of beam and stop at the horizon, over the initial energy
       real(wp) :: energy = 0.0_wp
-      !> Contact impulse up to the horizon
+      !> Impulse of the contact force up to the horizon
       real(wp) :: impulse = 0.0_wp
-      !> eta of stop and tip at the samples up to the horizon, [samples, 2]
+      !> Displacement eta at stop and tip at the samples up to the horizon, [samples, 2]
       real(wp), allocatable :: history(:, :)
    end type motion_facts_t
 
-   !> What the balance of impulses needs of a beam.
+   !> Quantities of a beam that the balance of impulses requires.
    type :: balance_t
-      !> M s and C s, s the static shape of a unit force at the stop, and s there
+      !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and s at
+      !> the stop
       real(wp), allocatable :: mass(:)
       real(wp), allocatable :: damping(:)
       real(wp) :: flexibility = 0.0_wp
-      !> delta
+      !> Preload delta
       real(wp) :: preload = 0.0_wp
    end type balance_t
 
-   !> Differences of two runs.
+   !> Differences between two runs.
    type :: motion_errors_t
-      !> d tau and relative
+      !> Difference of the instant, tau, and relative difference of the velocity, of the first impact
       real(wp) :: impact_tau = 0.0_wp
       real(wp) :: impact_velocity = 0.0_wp
-      !> Largest d eta
+      !> Maximum difference of eta of stop and tip
       real(wp) :: history = 0.0_wp
-      !> In the energy at the start
+      !> Difference of the energy at the horizon, over the initial energy
       real(wp) :: energy = 0.0_wp
-      !> Relative
+      !> Relative difference of the contact impulse
       real(wp) :: impulse = 0.0_wp
-      !> How far the ledger of energy is from closing, in the energy at the start
+      !> Maximum error of the energy balance of the first run, over the initial energy
       real(wp) :: ledger = 0.0_wp
    end type motion_errors_t
 
 contains
 
-   !> Where comparison ends: at the peak of the third rebound, or with the run; on a grid of instants that all runs
-   !> sample.
+   !> End of the comparison of two runs: the peak of the third rebound, or the end of the run if there are fewer
+   !> rebounds; rounded down to an instant that all runs sample.
    pure function horizon_of(response, duration, grid) result(horizon)
-      !> The run, measured
+      !> Run with measures
       type(response_t), intent(in) :: response
-      !> Its length
+      !> Length of the run, tau
       real(wp), intent(in) :: duration
-      !> Distance of these instants
+      !> Interval of the instants that all runs sample, tau
       real(wp), intent(in) :: grid
       real(wp) :: horizon
 
@@ -72,15 +73,15 @@ contains
       horizon = grid*real(floor(horizon/grid*(1.0_wp + 8.0_wp*epsilon(1.0_wp))), wp)
    end function horizon_of
 
-   !> Take the facts of a run.
-   pure subroutine facts_of(response, horizon, balance, facts, every)
-      !> The run, with all histories, energies, and the shapes at the start, where it rests, and at the horizon
+   !> Extract the compared quantities of a run.
+   pure subroutine facts_of(response, horizon, balance, results, every)
+      !> Run with all histories, energies and two shapes: at the start, where the beam is at rest, and at the horizon
       type(response_t), intent(in) :: response
-      !> Up to here
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
       type(balance_t), intent(in) :: balance
-      type(motion_facts_t), intent(out) :: facts
-      !> Take every so many samples, of which the horizon is one; default 1
+      type(motion_facts_t), intent(out) :: results
+      !> Use every n-th sample, of which the horizon must be one; default 1
       integer, intent(in), optional :: every
 
       integer :: i, last, stride
@@ -91,58 +92,58 @@ contains
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (all(event%kind /= [event_impact, event_capture, event_contact])) cycle
-            facts%impact_tau = event%tau
-            facts%impact_velocity = event%velocity_before
+            results%impact_tau = event%tau
+            results%impact_velocity = event%velocity_before
             exit
          end associate
       end do
       associate (energy => response%energy)
-         facts%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/response%initial_energy
+         results%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/response%initial_energy
       end associate
-      facts%impulse = contact_impulse(response, balance, last, stride)
-      allocate (facts%history((last - 1)/stride + 1, 2))
-      facts%history(:, 1) = response%history(eta_stop)%values(:last:stride)
-      facts%history(:, 2) = response%history(eta_tip)%values(:last:stride)
+      results%impulse = contact_impulse(response, balance, last, stride)
+      allocate (results%history((last - 1)/stride + 1, 2))
+      results%history(:, 1) = response%history(eta_stop)%values(:last:stride)
+      results%history(:, 2) = response%history(eta_tip)%values(:last:stride)
    end subroutine facts_of
 
-   !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit
-   !> force at the stop: s.(M y'' + C y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over
-   !> samples; the force itself falls within a fraction of a sample after each impact. The last shape kept is that at
-   !> this instant.
-   pure function contact_impulse(response, balance, last, every) result(impulse)
-      !> The run, with these shapes
+   !> Impulse of the contact force on the beam up to the last sample. With the static displacement s under a unit force
+   !> at the stop, s.(M y'' + C y' + K y) = s_c f and s.K y = y_c, and the integral of this equation over time gives the
+   !> integral of f. Only y_c is integrated numerically over the samples, because the force itself decays within a
+   !> fraction of a sample after each impact. The last stored shape must be the shape at the last sample.
+   pure function contact_impulse(response, balance, last, stride) result(impulse)
+      !> Run with the shapes at the start and at the last sample
       type(response_t), intent(in) :: response
       type(balance_t), intent(in) :: balance
-      !> Last sample, and the distance of those to take
+      !> Index of the last sample, and stride of the samples that are used
       integer, intent(in) :: last
-      integer, intent(in) :: every
+      integer, intent(in) :: stride
       real(wp) :: impulse
 
-      real(wp) :: way
+      real(wp) :: eta_integral
       integer :: n
 
-      n = (last - 1)/every + 1
-      associate (eta => response%history(eta_stop)%values(:last:every), tau => response%tau(:last:every))
-         way = sum(0.5_wp*(eta(2:) + eta(:n - 1))*(tau(2:) - tau(:n - 1))) + balance%preload*tau(n)
-         associate (y => response%shape_displacement, slope => response%shape_slope, now => size(response%shape_tau))
-            impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, now)) &
-               + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, now)) &
-               + sum(balance%damping(1::2)*(y(1:, now) - y(1:, 1))) &
-               + sum(balance%damping(2::2)*(slope(1:, now) - slope(1:, 1))) + way
+      n = (last - 1)/stride + 1
+      associate (eta => response%history(eta_stop)%values(:last:stride), tau => response%tau(:last:stride))
+         eta_integral = sum(0.5_wp*(eta(2:) + eta(:n - 1))*(tau(2:) - tau(:n - 1))) + balance%preload*tau(n)
+         associate (y => response%shape_displacement, slope => response%shape_slope, final => size(response%shape_tau))
+            impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, final)) &
+               + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, final)) &
+               + sum(balance%damping(1::2)*(y(1:, final) - y(1:, 1))) &
+               + sum(balance%damping(2::2)*(slope(1:, final) - slope(1:, 1))) + eta_integral
          end associate
          impulse = impulse/balance%flexibility
       end associate
    end function contact_impulse
 
-   !> Prepare the balance of impulses.
+   !> Compute the quantities of the balance of impulses.
    pure subroutine make_balance(model, modes, settings, balance, error)
       type(beam_model_t), intent(in) :: model
-      !> All that it has
+      !> All modes of the beam
       type(free_modes_t), intent(in) :: modes
-      !> Preload and damping of the run
+      !> Settings of the run, with preload and damping
       type(run_settings_t), intent(in) :: settings
       type(balance_t), intent(out) :: balance
-      !> Set when the stiffness cannot be factorised
+      !> Set if the stiffness matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: factors
@@ -155,7 +156,7 @@ contains
       static(model%stop_dof) = lambda1_power4
       call solve_factorised(factors, static)
       call multiply(model%mass, static, momentum)
-      ! damping besides 2 zeta K: each mode has a rate of its own
+      ! damping in addition to 2 zeta K: each mode has its own damping rate
       call multiply(model%mass, matmul(modes%mode, rates_of_modes(settings, modes%square)* &
          matmul(momentum, modes%mode)), damping)
       damping(model%stop_dof) = damping(model%stop_dof) + 2.0_wp*settings%zeta
@@ -165,49 +166,49 @@ contains
       balance%preload = settings%stop%preload
    end subroutine make_balance
 
-   !> The difference of two runs sampled at the same instants, or one of them at every k-th of the other's.
-   pure function difference_of(facts, reference) result(errors)
-      !> The runs
-      type(motion_facts_t), intent(in) :: facts
+   !> Difference of two runs that are sampled at the same instants.
+   pure function difference_of(results, reference) result(errors)
+      !> Compared quantities of the runs
+      type(motion_facts_t), intent(in) :: results
       type(motion_facts_t), intent(in) :: reference
       type(motion_errors_t) :: errors
 
       integer :: samples
 
-      errors%impact_tau = abs(facts%impact_tau - reference%impact_tau)
-      errors%impact_velocity = abs(facts%impact_velocity - reference%impact_velocity) &
+      errors%impact_tau = abs(results%impact_tau - reference%impact_tau)
+      errors%impact_velocity = abs(results%impact_velocity - reference%impact_velocity) &
          /max(abs(reference%impact_velocity), tiny(1.0_wp))
-      errors%energy = abs(facts%energy - reference%energy)
-      errors%impulse = abs(facts%impulse - reference%impulse)/max(abs(reference%impulse), tiny(1.0_wp))
-      samples = min(size(facts%history, 1), size(reference%history, 1))
-      errors%history = maxval(abs(facts%history(:samples, :) - reference%history(:samples, :)))
+      errors%energy = abs(results%energy - reference%energy)
+      errors%impulse = abs(results%impulse - reference%impulse)/max(abs(reference%impulse), tiny(1.0_wp))
+      samples = min(size(results%history, 1), size(reference%history, 1))
+      errors%history = maxval(abs(results%history(:samples, :) - reference%history(:samples, :)))
    end function difference_of
 
-   !> What two runs tend to, the second with half the step or with elements of half the length: their errors fall with a
-   !> power of it.
+   !> Richardson extrapolation of two runs, the second with half the step or with elements of half the length. Errors
+   !> are assumed to be proportional to a power (the order) of the step or the length.
    pure subroutine extrapolate(coarse, fine, limit, order)
-      !> The runs; the second sampled like the first, or twice as densely
+      !> Compared quantities of the runs; the second has the samples of the first, or twice as many
       type(motion_facts_t), intent(in) :: coarse
       type(motion_facts_t), intent(in) :: fine
-      !> Sampled like the coarse one
+      !> Extrapolated quantities, at the samples of the first run
       type(motion_facts_t), intent(out) :: limit
-      !> The power; default 2
+      !> Order of the errors; default 2
       integer, intent(in), optional :: order
 
       integer :: every, samples
-      real(wp) :: part
+      real(wp) :: weight
 
-      part = 1.0_wp/3.0_wp
-      if (present(order)) part = 1.0_wp/real(2**order - 1, wp)
+      weight = 1.0_wp/3.0_wp
+      if (present(order)) weight = 1.0_wp/real(2**order - 1, wp)
       every = merge(2, 1, size(fine%history, 1) > size(coarse%history, 1))
       samples = min(size(coarse%history, 1), (size(fine%history, 1) - 1)/every + 1)
-      limit%impact_tau = fine%impact_tau + part*(fine%impact_tau - coarse%impact_tau)
-      limit%impact_velocity = fine%impact_velocity + part*(fine%impact_velocity - coarse%impact_velocity)
-      limit%energy = fine%energy + part*(fine%energy - coarse%energy)
-      limit%impulse = fine%impulse + part*(fine%impulse - coarse%impulse)
+      limit%impact_tau = fine%impact_tau + weight*(fine%impact_tau - coarse%impact_tau)
+      limit%impact_velocity = fine%impact_velocity + weight*(fine%impact_velocity - coarse%impact_velocity)
+      limit%energy = fine%energy + weight*(fine%energy - coarse%energy)
+      limit%impulse = fine%impulse + weight*(fine%impulse - coarse%impulse)
       associate (last => every*(samples - 1) + 1)
          limit%history = fine%history(:last:every, :) &
-            + part*(fine%history(:last:every, :) - coarse%history(:samples, :))
+            + weight*(fine%history(:last:every, :) - coarse%history(:samples, :))
       end associate
    end subroutine extrapolate
 

@@ -1,5 +1,5 @@
-!> Run time against error of motion: every method at every setting, against exact motion with all modes and the
-!> tightest hop tolerance, which itself is checked against Newmark's steps extrapolated to none.
+!> Run time and error of motion for every method and every setting. The reference is exact motion with all modes and the
+!> strictest hop tolerance; Newmark's method, extrapolated to a vanishing step, checks the reference.
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
@@ -19,23 +19,23 @@ module motion_precision
    private
    public :: compare_motion, comparison_step, finer
 
-   !> Distance of the samples at which exact runs are compared, tau.
+   !> Interval of the samples at which exact runs are compared, tau.
    real(wp), parameter :: comparison_step = 0.01_wp
    !> Hop tolerance of the reference.
    real(wp), parameter :: tightest_hop = 1.0e-14_wp
-   !> Errors fall with this power of the elements' length where no part of an element is struck.
-   integer, parameter :: order = 4
-   !> The reference of meshes has so many times the elements of the largest.
+   !> Order of the error in the length of the elements if the mass that is hit does not contain a part of an element.
+   integer, parameter :: convergence_order = 4
+   !> Ratio of the number of elements of the reference for meshes to the maximum number of elements compared.
    integer, parameter :: finer = 2
 
 contains
 
-   !> Run and time all that the scene compares.
+   !> Compute and time all runs that the scene compares.
    subroutine compare_motion(scene, study, error)
       type(scene_t), intent(in) :: scene
-      !> Gets entries, horizon and check
+      !> Study; entries, horizon and check of the reference are set
       type(precision_t), intent(inout) :: study
-      !> Set when the reference fails
+      !> Set if the reference fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(task_t) :: reference, finest
@@ -72,7 +72,7 @@ contains
       end do
    end subroutine compare_motion
 
-   !> Distance of instants that all runs sample.
+   !> Interval of the instants that all runs sample, tau.
    pure function grid_of(scene) result(grid)
       type(scene_t), intent(in) :: scene
       real(wp) :: grid
@@ -80,10 +80,10 @@ contains
       grid = max(comparison_step, maxval(scene%precision%steps))
    end function grid_of
 
-   !> What is compared: each list varied by itself.
+   !> List the runs to compare. Each list of settings of the scene is varied separately.
    pure subroutine list_entries(scene, entries)
       type(scene_t), intent(in) :: scene
-      !> The entries, nothing measured yet
+      !> Entries with their settings but without results
       type(motion_entry_t), allocatable, intent(out) :: entries(:)
 
       type(motion_entry_t) :: entry
@@ -91,74 +91,74 @@ contains
       integer :: i, k
 
       allocate (entries(0))
-      associate (asked => scene%precision)
-         do i = 1, size(asked%methods)
-            entry = motion_entry_t(contender=asked%methods(i), varied=varied_step, step=comparison_step, &
+      associate (requested => scene%precision)
+         do i = 1, size(requested%methods)
+            entry = motion_entry_t(contender=requested%methods(i), varied=varied_step, step=comparison_step, &
                hop_tolerance=defaults%hop_tolerance, mode_tolerance=strict_mode_tolerance, &
                elements=scene%mesh%elements, mass=scene%mesh%mass)
-            if (asked%methods(i) /= contender_exact) then
-               do k = 1, size(asked%steps)
-                  entry%step = asked%steps(k)
+            if (requested%methods(i) /= contender_exact) then
+               do k = 1, size(requested%steps)
+                  entry%step = requested%steps(k)
                   entries = [entries, entry]
-                  if (asked%against_beam) call add_meshes(asked, entry, entries)
+                  if (requested%against_beam) call add_mesh_entries(requested, entry, entries)
                end do
                cycle
             end if
             entry%varied = varied_hop
-            do k = 1, size(asked%hop_tolerances)
-               entry%hop_tolerance = asked%hop_tolerances(k)
+            do k = 1, size(requested%hop_tolerances)
+               entry%hop_tolerance = requested%hop_tolerances(k)
                entries = [entries, entry]
             end do
             entry%hop_tolerance = tightest_hop
-            if (allocated(asked%mode_tolerances)) then
+            if (allocated(requested%mode_tolerances)) then
                entry%varied = varied_modes
-               do k = 1, size(asked%mode_tolerances)
-                  entry%mode_tolerance = asked%mode_tolerances(k)
+               do k = 1, size(requested%mode_tolerances)
+                  entry%mode_tolerance = requested%mode_tolerances(k)
                   entries = [entries, entry]
                end do
                entry%mode_tolerance = strict_mode_tolerance
             end if
-            if (asked%against_beam) then
+            if (requested%against_beam) then
                entry%hop_tolerance = defaults%hop_tolerance
                entry%mass = mass_consistent
-               call add_meshes(asked, entry, entries)
+               call add_mesh_entries(requested, entry, entries)
                entry%mass = mass_redistributed
                if (.not. is_rigid(scene%stop)) cycle
             end if
-            call add_meshes(asked, entry, entries)
+            call add_mesh_entries(requested, entry, entries)
          end do
       end associate
    end subroutine list_entries
 
-   !> The same on every mesh.
-   pure subroutine add_meshes(asked, entry, entries)
-      type(precision_settings_t), intent(in) :: asked
+   !> Add the settings of an entry with every mesh of the scene.
+   pure subroutine add_mesh_entries(requested, entry, entries)
+      type(precision_settings_t), intent(in) :: requested
       type(motion_entry_t), intent(in) :: entry
       type(motion_entry_t), allocatable, intent(inout) :: entries(:)
 
-      type(motion_entry_t) :: one
+      type(motion_entry_t) :: mesh_entry
       integer :: i
 
-      if (.not. allocated(asked%mesh_elements)) return
-      one = entry
-      one%varied = varied_mesh
-      do i = 1, size(asked%mesh_elements)
-         one%elements = asked%mesh_elements(i)
-         entries = [entries, one]
+      if (.not. allocated(requested%mesh_elements)) return
+      mesh_entry = entry
+      mesh_entry%varied = varied_mesh
+      do i = 1, size(requested%mesh_elements)
+         mesh_entry%elements = requested%mesh_elements(i)
+         entries = [entries, mesh_entry]
       end do
-   end subroutine add_meshes
+   end subroutine add_mesh_entries
 
-   !> The strictest run on a mesh.
+   !> Compute the run with the strictest settings on a mesh.
    subroutine make_reference(scene, elements, mass, task, error, horizon)
       type(scene_t), intent(in) :: scene
-      !> Its mesh, and one of the `mass_` constants
+      !> Number of elements, and one of the `mass_` constants
       integer, intent(in) :: elements
       integer, intent(in) :: mass
-      !> Gets the response
+      !> Task with the response of the run
       type(task_t), intent(out) :: task
-      !> Set when it fails
+      !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Keep the shapes at the start and at this instant
+      !> Store the shapes at the start and at this instant, tau
       real(wp), intent(in), optional :: horizon
 
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
@@ -173,17 +173,17 @@ contains
       call task%run(error)
    end subroutine make_reference
 
-   !> The reference against Newmark's steps extrapolated to none, events located to rounding.
+   !> Compare the reference with Newmark's method, extrapolated to a vanishing step; events are located to rounding.
    subroutine check_reference(scene, horizon, reference, check)
       type(scene_t), intent(in) :: scene
-      !> Up to here
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
-      !> The reference; its model is used
+      !> Task of the reference; its model and modes are used
       type(task_t), intent(inout) :: reference
-      !> What differs
+      !> Differences from the reference
       type(check_t), intent(out) :: check
 
-      real(wp), parameter :: locating = 1.0e-13_wp
+      real(wp), parameter :: event_tolerance = 1.0e-13_wp
       type(balance_t) :: balance
       type(motion_facts_t) :: exact, runs(2), limit
       type(failure_t), allocatable :: error
@@ -201,8 +201,8 @@ contains
       end if
       do i = 1, 2
          newmark%settings = settings_for(contender_average, scene%precision, check%steps(i))
-         newmark%settings%contact_tolerance = locating
-         newmark%settings%release_tolerance = locating
+         newmark%settings%contact_tolerance = event_tolerance
+         newmark%settings%release_tolerance = event_tolerance
          call newmark%run(error)
          if (allocated(error)) then
             check%failure = error%message
@@ -210,7 +210,7 @@ contains
          end if
          call facts_of(newmark%response, horizon, balance, runs(i))
       end do
-      call reference_facts(reference, check%steps(1), horizon, exact, error)
+      call find_reference_results(reference, check%steps(1), horizon, exact, error)
       if (allocated(error)) then
          check%failure = error%message
          return
@@ -220,73 +220,75 @@ contains
       check%between_steps = difference_of(runs(1), limit)
    end subroutine check_reference
 
-   !> How far from the run that stands for the beam are the same on half the elements and the other mass matrix.
+   !> Compare the run that represents the beam (converged in the mesh) with runs on half as many elements and with the
+   !> other mass matrix.
    subroutine check_beam(scene, horizon, finest, beam, error)
       type(scene_t), intent(in) :: scene
-      !> Up to here
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
-      !> That run
+      !> Task of the run that represents the beam
       type(task_t), intent(inout) :: finest
       type(beam_t), allocatable, intent(out) :: beam
-      !> Set when it cannot be repeated
+      !> Set when the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(motion_facts_t) :: facts, half, other(2)
-      type(failure_t), allocatable :: trouble
+      type(motion_facts_t) :: results, half, other(2)
+      type(failure_t), allocatable :: other_error
       integer :: other_mass, i
 
       allocate (beam)
       beam%elements = finest%elements
       beam%mass = merge(mass_redistributed, mass_consistent, finest%model%is_redistributed)
       other_mass = merge(mass_consistent, mass_redistributed, finest%model%is_redistributed)
-      call reference_facts(finest, comparison_step, horizon, facts, error)
+      call find_reference_results(finest, comparison_step, horizon, results, error)
       if (.not. allocated(error)) call compute(beam%elements/finer, beam%mass, half, error)
       if (allocated(error)) return
-      beam%half = difference_of(half, facts)
-      beam%uncertainty = beam%half%history/real(finer**order - 1, wp)
+      beam%half = difference_of(half, results)
+      beam%uncertainty = beam%half%history/real(finer**convergence_order - 1, wp)
       do i = 1, 2
-         if (.not. allocated(trouble)) call compute(beam%elements*i/finer, other_mass, other(i), trouble)
+         if (.not. allocated(other_error)) call compute(beam%elements*i/finer, other_mass, other(i), other_error)
       end do
-      if (allocated(trouble)) then
-         beam%no_other = trouble%message
+      if (allocated(other_error)) then
+         beam%no_other = other_error%message
          return
       end if
-      ! a point mass struck together with part of an element: an error of the first order
+      ! with the consistent matrix the mass that is hit contains a part of an element: an error of first order
       if (finest%model%is_redistributed) call extrapolate(other(1), other(2), half, order=1)
       if (.not. finest%model%is_redistributed) half = other(2)
-      beam%other = difference_of(half, facts)
+      beam%other = difference_of(half, results)
 
    contains
 
-      !> The facts of a run.
-      subroutine compute(elements, mass, found, failure)
-         !> Its mesh, and one of the `mass_` constants
+      !> Compute the compared quantities of the run with the strictest settings on a mesh.
+      subroutine compute(elements, mass, results, failure)
+         !> Number of elements, and one of the `mass_` constants
          integer, intent(in) :: elements
          integer, intent(in) :: mass
-         type(motion_facts_t), intent(out) :: found
-         !> Set when it fails
+         type(motion_facts_t), intent(out) :: results
+         !> Set when the run fails
          type(failure_t), allocatable, intent(out) :: failure
 
          type(task_t) :: task
 
          call make_reference(scene, elements, mass, task, failure, horizon)
-         if (.not. allocated(failure)) call reference_facts(task, comparison_step, horizon, found, failure)
+         if (.not. allocated(failure)) call find_reference_results(task, comparison_step, horizon, results, failure)
       end subroutine compute
 
    end subroutine check_beam
 
-   !> The reference sampled as another run is.
-   subroutine reference_facts(reference, step, horizon, facts, error, every)
-      !> The reference, modes and settings
+   !> Extract the compared quantities of the reference at a given interval of samples.
+   subroutine find_reference_results(reference, step, horizon, results, error, every)
+      !> Task of the reference, with modes and settings
       type(task_t), intent(inout) :: reference
-      !> Distance of samples
+      !> Interval of the samples, tau
       real(wp), intent(in) :: step
-      !> Up to here
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
-      type(motion_facts_t), intent(out) :: facts
+      type(motion_facts_t), intent(out) :: results
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Every so many of its own samples are at that distance; default: it runs again where they are not
+      !> Stride of the reference's samples that gives this interval; absent: the reference is computed again with the
+      !> interval if its own interval differs
       integer, intent(in), optional :: every
 
       type(balance_t) :: balance
@@ -298,37 +300,37 @@ contains
       end if
       call make_balance(reference%model, reference%modes, run_of(reference%scene), balance, error)
       if (allocated(error)) return
-      call facts_of(reference%response, horizon, balance, facts, every)
-   end subroutine reference_facts
+      call facts_of(reference%response, horizon, balance, results, every)
+   end subroutine find_reference_results
 
-   !> Every which of the samples of two runs are at the same instants; 0: they have no such.
-   pure function common_samples(step, other) result(every)
-      !> Distances of their samples
+   !> Strides by which two runs are sampled at the same instants; 0: there are no such strides.
+   pure function common_strides(step, other) result(every)
+      !> Intervals of the samples of the two runs
       real(wp), intent(in) :: step
       real(wp), intent(in) :: other
       integer :: every(2)
 
       every = max(1, nint([other/step, step/other]))
       if (abs(real(every(1), wp)*step - real(every(2), wp)*other) > 1.0e-9_wp*other) every = 0
-   end function common_samples
+   end function common_strides
 
-   !> Errors and time of an entry. An entry that fails keeps the reason.
+   !> Compute the errors and the run time of an entry. If the run fails, the entry stores the reason.
    subroutine measure_entry(scene, horizon, reference, entry)
       type(scene_t), intent(in) :: scene
-      !> Up to here
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
       type(task_t), intent(inout) :: reference
       type(motion_entry_t), intent(inout) :: entry
 
       type(failure_t), allocatable :: error
       type(balance_t) :: balance
-      type(motion_facts_t) :: facts, exact
+      type(motion_facts_t) :: results, exact
       type(task_t) :: task
       integer :: every(2)
 
       if (entry%varied == varied_mesh) then
          call prepare_task(scene, entry%elements, task, error, with_modes=.true., mass=entry%mass)
-         every = common_samples(entry%step, reference%settings%step)
+         every = common_strides(entry%step, reference%settings%step)
       else
          every = [1, 1]
          task%scene = scene
@@ -346,14 +348,14 @@ contains
       if (.not. allocated(error)) call make_balance(task%model, task%modes, run_of(scene), balance, error)
       if (.not. allocated(error)) then
          if (entry%varied == varied_mesh .and. every(1) > 0) then
-            call reference_facts(reference, entry%step, horizon, exact, error, every(2))
+            call find_reference_results(reference, entry%step, horizon, exact, error, every(2))
          else
-            call reference_facts(reference, entry%step, horizon, exact, error)
+            call find_reference_results(reference, entry%step, horizon, exact, error)
          end if
       end if
       if (.not. allocated(error)) then
-         call facts_of(task%response, horizon, balance, facts, max(every(1), 1))
-         entry%errors = difference_of(facts, exact)
+         call facts_of(task%response, horizon, balance, results, max(every(1), 1))
+         entry%errors = difference_of(results, exact)
          entry%errors%ledger = miss_of_energies(task%response)/task%response%initial_energy
          task%output = no_output()
          call measure_time(task, scene%precision, entry%whole, error)

@@ -1,4 +1,4 @@
-!> What the study times: a run by any method, or one of its parts.
+!> Tasks that the study times: a run by any method, or one part of a run.
 module motion_tasks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -18,34 +18,34 @@ module motion_tasks
    public :: task_t, task_assembly, task_modes, task_run, task_motion, task_few_modes, task_solver
    public :: prepare_task, settings_for, no_output, full_output
 
-   !> Assemble the beam.
+   !> Task: assemble the beam.
    integer, parameter :: task_assembly = 1
-   !> All its modes.
+   !> Compute all modes of the beam.
    integer, parameter :: task_modes = 2
-   !> A whole run of the assembled beam.
+   !> Compute a whole run of the assembled beam.
    integer, parameter :: task_run = 3
-   !> The same in modes found beforehand.
+   !> Compute a run with modes that are already known.
    integer, parameter :: task_motion = 4
-   !> Assemble the beam and find its lowest modes.
+   !> Assemble the beam and compute its lowest modes.
    integer, parameter :: task_few_modes = 5
-   !> Frequencies by one solver.
+   !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
    type, extends(timed_task_t) :: task_t
-      !> One of the `task_` constants
+      !> Kind of the task, one of the `task_` constants
       integer :: what = task_run
       type(scene_t) :: scene
       type(response_settings_t) :: settings
       type(output_settings_t) :: output
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
-      !> Mesh, for assembly
+      !> Mesh to assemble: number of elements, and ratio of the lengths of neighbouring elements
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
-      !> Modes and solver, for frequencies
+      !> Number of modes, and solver
       integer :: count = 0
       integer :: solver = 0
-      !> What came out
+      !> Results: response of a run, and lambda of the modes
       type(response_t) :: response
       real(wp), allocatable :: lambda(:)
    contains
@@ -54,18 +54,18 @@ module motion_tasks
 
 contains
 
-   !> A task of the scene's with its beam assembled, which keeps events only.
+   !> Prepare a task of a scene: assemble the beam; the output is set to events only.
    subroutine prepare_task(scene, elements, task, error, with_modes, mass)
       type(scene_t), intent(in) :: scene
-      !> Its mesh
+      !> Number of elements
       integer, intent(in) :: elements
-      !> Gets the model
+      !> Task; scene, mesh and model are set
       class(task_t), intent(inout) :: task
-      !> Set when that fails
+      !> Set when the assembly or the computation of modes fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Find all modes, too; default false
+      !> Compute all modes, too; default false
       logical, intent(in), optional :: with_modes
-      !> One of the `mass_` constants; default the scene's
+      !> One of the `mass_` constants; default: that of the scene
       integer, intent(in), optional :: mass
 
       task%scene = scene
@@ -80,10 +80,10 @@ contains
       if (with_modes) call task%run(error)
    end subroutine prepare_task
 
-   !> Do the task once.
+   !> Execute the task once.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
-      !> Set when it fails
+      !> Set when the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: modes(:, :)
@@ -108,7 +108,7 @@ contains
       end associate
    end subroutine run
 
-   !> The scene's run with the settings and the output of the task.
+   !> Settings of the scene's run, with the response settings and the output of the task.
    pure function run_of_task(self) result(settings)
       type(task_t), intent(in) :: self
       type(run_settings_t) :: settings
@@ -118,14 +118,14 @@ contains
       settings%output = self%output
    end function run_of_task
 
-   !> Settings of a run by one of the methods compared. Newmark's tolerances are those of the paper at the paper's step,
-   !> 0.01, and fall with its square as the method's error does.
+   !> Settings of a run by one of the compared methods. Newmark's tolerances are those of the paper at the paper's step
+   !> of 0.01 and are proportional to the square of the step, as the error of the method is.
    pure function settings_for(contender, precision, step) result(settings)
       !> One of the `contender_` constants
       integer, intent(in) :: contender
-      !> The study
+      !> Settings of the study
       type(precision_settings_t), intent(in) :: precision
-      !> Newmark's step, or the distance of samples
+      !> Newmark's step, or the interval of the samples of exact motion, tau
       real(wp), intent(in) :: step
       type(response_settings_t) :: settings
 
@@ -150,14 +150,14 @@ contains
       end select
    end function settings_for
 
-   !> Events only.
+   !> Output of events only.
    pure function no_output() result(output)
       type(output_settings_t) :: output
 
       output%history = .false.
    end function no_output
 
-   !> All histories and the ledger.
+   !> Output of all histories and of the energy balance.
    pure function full_output() result(output)
       type(output_settings_t) :: output
 

@@ -1,4 +1,4 @@
-!> The results file of a study of run time against error.
+!> Writes the results file of a study of run time and error.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
@@ -19,13 +19,13 @@ module precision_file
 
 contains
 
-   !> Write the file, whole or not at all.
+   !> Write the complete results file; after an error no incomplete file is left.
    subroutine write_precision(folder, scene, study, error)
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
       type(precision_t), intent(in) :: study
-      !> Why the file could not be written
+      !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
@@ -48,7 +48,7 @@ contains
       call finish_results(root, folder, scene, error)
    end subroutine write_precision
 
-   !> Time and error of motion, and the check of the reference.
+   !> Write run time and error of motion, and the check of the reference.
    subroutine write_motion(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study
@@ -96,18 +96,18 @@ contains
       end associate
    end subroutine write_motion
 
-   !> What stands for the beam, and the fastest way to each error against it.
+   !> Write the run that represents the beam, and the fastest run of each scheme within each error bound.
    subroutine write_beam(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
+      !> Results of the study
       type(precision_t), intent(in) :: study
 
-      type(hdf5_group_t) :: one
+      type(hdf5_group_t) :: child
       integer, allocatable :: varied(:)
       real(wp), allocatable :: parts(:, :)
       integer :: i, k
 
-      associate (beam => study%beam, entries => study%motion, ways => ways_of(study%motion))
+      associate (beam => study%beam, entries => study%motion, schemes => ways_of(study%motion))
          call group%attribute('elements', real(beam%elements, wp))
          call group%attribute('mass', mass_names(beam%mass))
          call group%attribute('uncertainty', beam%uncertainty)
@@ -116,33 +116,33 @@ contains
             '1: the run for the beam and the same on half the elements; 2: and one with the other mass matrix', &
             is_scale=.true.)
          call write_errors(group, 'difference', [beam%half, beam%other], 'pair')
-         do k = 1, size(ways)
-            one = group%group('way_'//to_text(k))
-            call one%attribute('name', way_name(entries(ways(k))))
-            call one%add('error', error_bounds, '1', 'largest difference of eta from the beam', is_scale=.true.)
-            call one%add('entry', [(cheapest_of(entries, entries(ways(k)), error_bounds(i)), i=1, &
+         do k = 1, size(schemes)
+            child = group%group('way_'//to_text(k))
+            call child%attribute('name', way_name(entries(schemes(k))))
+            call child%add('error', error_bounds, '1', 'largest difference of eta from the beam', is_scale=.true.)
+            call child%add('entry', [(cheapest_of(entries, entries(schemes(k)), error_bounds(i)), i=1, &
                size(error_bounds))], '1', 'the fastest entry of ../../motion within it; 0: none', along='error')
          end do
          allocate (varied, source=pack([(i, i=1, size(entries))], entries%varied == varied_step))
-         one = group%group('parts_of_error')
-         call one%add('entry', varied, '1', 'entry of ../../motion: steps on the mesh of the scene', is_scale=.true.)
+         child = group%group('parts_of_error')
+         call child%add('entry', varied, '1', 'entry of ../../motion: steps on the mesh of the scene', is_scale=.true.)
          allocate (parts(3, size(varied)))
          do i = 1, size(varied)
             parts(:, i) = parts_of_error(entries, varied(i))
          end do
-         call one%add('step', parts(1, :), '1', 'error of eta against exact motion on that mesh', along='entry')
-         call one%add('mesh', parts(2, :), '1', 'error of exact motion on that mesh; -1: not known', along='entry')
-         call one%add('both', parts(3, :), '1', 'error against the beam; -1: not known', along='entry')
+         call child%add('step', parts(1, :), '1', 'error of eta against exact motion on that mesh', along='entry')
+         call child%add('mesh', parts(2, :), '1', 'error of exact motion on that mesh; -1: not known', along='entry')
+         call child%add('both', parts(3, :), '1', 'error against the beam; -1: not known', along='entry')
       end associate
    end subroutine write_beam
 
-   !> A dataset for each kind of error.
+   !> Write a dataset for each error quantity.
    subroutine write_errors(group, prefix, errors, along)
       type(hdf5_group_t), intent(in) :: group
-      !> What their names begin with
+      !> First part of the names of the datasets
       character(*), intent(in) :: prefix
       type(motion_errors_t), intent(in) :: errors(:)
-      !> The scale
+      !> Name of the dimension scale
       character(*), intent(in) :: along
 
       call group%add(prefix//'_impact_tau', errors%impact_tau, '1', 'instant of the first impact, d tau', along=along)
@@ -156,7 +156,7 @@ contains
          'largest gap in the ledger of energy, in that at the start', along=along)
    end subroutine write_errors
 
-   !> Where the time goes.
+   !> Write the times of the parts of a run.
    subroutine write_parts(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study
@@ -172,7 +172,7 @@ contains
       end associate
    end subroutine write_parts
 
-   !> What skipping saves.
+   !> Write the run times without and with each skip.
    subroutine write_savings(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study
@@ -193,11 +193,11 @@ contains
 
    contains
 
-      !> Three datasets.
+      !> Write median and quartiles of timings.
       subroutine write_seconds(which, timings)
          !> 'without' or 'with'
          character(*), intent(in) :: which
-         !> All of them
+         !> Timings, [skips]
          type(timing_t), intent(in) :: timings(:)
 
          call group%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
@@ -209,26 +209,26 @@ contains
 
    end subroutine write_savings
 
-   !> Growth of cost and memory, one group a curve.
+   !> Write growth of time and memory, one group for each curve.
    subroutine write_curves(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study
 
-      type(hdf5_group_t) :: one
+      type(hdf5_group_t) :: child
       integer :: i
 
       do i = 1, size(study%curves)
          associate (curve => study%curves(i))
-            one = group%group('curve_'//to_text(i))
-            call one%attribute('name', trim(curve%name))
-            call one%attribute('exponent', curve%exponent)
-            call one%add('x', curve%abscissa, '1', trim(curve%abscissa_name), is_scale=.true.)
-            call one%add('y', curve%ordinate, trim(curve%unit), trim(curve%name), along='x')
+            child = group%group('curve_'//to_text(i))
+            call child%attribute('name', trim(curve%name))
+            call child%attribute('exponent', curve%exponent)
+            call child%add('x', curve%abscissa, '1', trim(curve%abscissa_name), is_scale=.true.)
+            call child%add('y', curve%ordinate, trim(curve%unit), trim(curve%name), along='x')
          end associate
       end do
    end subroutine write_curves
 
-   !> Time and error of frequencies.
+   !> Write run time and error of the frequency solvers.
    subroutine write_solvers(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study

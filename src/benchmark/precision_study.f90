@@ -1,4 +1,4 @@
-!> What the program `impactbeam-benchmark` does with a scene: run time against error.
+!> Runs the program `impactbeam-benchmark` for one scene: a study of run time and error.
 module precision_study
    use cost_growth, only: measure_growth, measure_parts
    use failures, only: failure_t
@@ -22,7 +22,7 @@ module precision_study
    private
    public :: needs_of_precision, run_precision_scene, run_precision
 
-   !> Writing the file of a run.
+   !> Task that writes the results file of a run.
    type, extends(timed_task_t) :: file_task_t
       character(:), allocatable :: folder
       type(scene_t) :: scene
@@ -33,10 +33,10 @@ module precision_study
 
 contains
 
-   !> One run after the other, beside a reference.
+   !> Memory that the scene needs. One run is computed at a time, in addition to the reference.
    subroutine needs_of_precision(scene, threads, need)
       type(scene_t), intent(in) :: scene
-      !> Of no meaning here
+      !> Not used, because runs are not computed in parallel
       integer, intent(in) :: threads
       type(need_t), intent(out) :: need
 
@@ -57,11 +57,11 @@ contains
       call add_modes(elements, 1, 'give fewer elements', need)
    end subroutine needs_of_precision
 
-   !> Compare run time and error, write the file, print the tables.
+   !> Compute the study, write the results file and print the tables.
    subroutine run_precision_scene(scene, job, error)
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set when the study fails or its file cannot be written
+      !> Set if the study fails or its file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(precision_t) :: study
@@ -76,14 +76,14 @@ contains
       call print_precision(job%unit, scene, study)
    end subroutine run_precision_scene
 
-   !> Do the study. The file whose writing is timed goes under the scene's own name, where the study's file then takes
-   !> its place.
+   !> Compute the study. The file whose writing is timed has the name of the study's results file, which overwrites it
+   !> later.
    subroutine run_precision(scene, folder, study, error)
       type(scene_t), intent(in) :: scene
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(precision_t), intent(out) :: study
-      !> Set when something that the study stands on fails
+      !> Set when a run on which the whole study depends fails; a failed entry stores its reason instead
       type(failure_t), allocatable, intent(out) :: error
 
       if (scene%has_stop) then
@@ -102,12 +102,12 @@ contains
       call measure_writing(scene, folder, study, error)
    end subroutine run_precision
 
-   !> How long it takes to write a file with all histories and the ledger.
+   !> Time the writing of a results file with all histories and the energy balance.
    subroutine measure_writing(scene, folder, study, error)
       type(scene_t), intent(in) :: scene
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
-      !> Gets a part
+      !> Study, to which the part is added
       type(precision_t), intent(inout) :: study
       !> Set when the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
@@ -132,10 +132,10 @@ contains
       study%parts = [study%parts, part]
    end subroutine measure_writing
 
-   !> Write the file once.
+   !> Write the results file once.
    subroutine run(self, error)
       class(file_task_t), intent(inout) :: self
-      !> Set when it cannot be written
+      !> Set when the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       call write_results(self%folder, self%scene, error, response=self%response)

@@ -1,4 +1,4 @@
-!> Tables of run time against error for people to read.
+!> Prints the tables of a study of run time and error.
 module precision_tables
    use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
    use kinds, only: wp
@@ -14,7 +14,7 @@ module precision_tables
 
 contains
 
-   !> All that was found.
+   !> Print all tables of the study.
    subroutine print_precision(unit, scene, study)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
@@ -30,7 +30,7 @@ contains
       if (allocated(study%solvers)) call print_solvers(unit, study)
    end subroutine print_precision
 
-   !> Time and error of motion.
+   !> Print run time and error of motion.
    subroutine print_motion(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
@@ -77,22 +77,23 @@ contains
       end associate
    end subroutine print_motion
 
-   !> What to take for each error against the beam itself, and what Newmark's error is made of on the scene's mesh.
+   !> Print the fastest run of each scheme within each error bound, and the contributions of step and mesh to the error
+   !> of Newmark's method on the scene's mesh.
    subroutine print_beam(unit, study)
-      !> Where to
+      !> Unit of the output
       integer, intent(in) :: unit
-      !> What was found
+      !> Results of the study
       type(precision_t), intent(in) :: study
 
       integer :: i, k
 
-      associate (entries => study%motion, beam => study%beam, ways => ways_of(study%motion))
+      associate (entries => study%motion, beam => study%beam, schemes => ways_of(study%motion))
          write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
             study%horizon, ': ms, elements, step'
-         write (unit, '(2x, a8, *(a36))') 'error', (trim(way_name(entries(ways(k)))), k=1, size(ways))
+         write (unit, '(2x, a8, *(a36))') 'error', (trim(way_name(entries(schemes(k)))), k=1, size(schemes))
          do i = 1, size(error_bounds)
             write (unit, '(2x, es8.0, *(a36))') error_bounds(i), &
-               (cell(cheapest_of(entries, entries(ways(k)), error_bounds(i))), k=1, size(ways))
+               (cell(cheapest_of(entries, entries(schemes(k)), error_bounds(i))), k=1, size(schemes))
          end do
          write (unit, '(2x, a, i0, a, es8.1)') 'the beam: exact, '//trim(mass_names(beam%mass))//', ', beam%elements, &
             ' elements; on half of them eta differs by', beam%half%history
@@ -112,16 +113,16 @@ contains
 
    contains
 
-      !> An entry in short; none: a dash.
+      !> Short text of an entry (time in ms, elements, step); a dash if there is none.
       function cell(number) result(text)
          integer, intent(in) :: number
          character(36) :: text
 
          text = '-'
          if (number > 0) then
-            associate (one => study%motion(number))
-               write (text, '(es8.2, i6)') 1.0e3_wp*one%whole%median, one%elements
-               if (one%contender /= contender_exact) write (text(15:), '(es9.1)') one%step
+            associate (entry => study%motion(number))
+               write (text, '(es8.2, i6)') 1.0e3_wp*entry%whole%median, entry%elements
+               if (entry%contender /= contender_exact) write (text(15:), '(es9.1)') entry%step
             end associate
          end if
          text = adjustr(text)
@@ -129,7 +130,7 @@ contains
 
    end subroutine print_beam
 
-   !> The value that an entry varies.
+   !> Value of the setting that an entry varies.
    pure function value_of(entry) result(value)
       type(motion_entry_t), intent(in) :: entry
       real(wp) :: value
@@ -146,7 +147,7 @@ contains
       end select
    end function value_of
 
-   !> Two digits.
+   !> Text of a number with three significant digits.
    function short(value) result(text)
       real(wp), intent(in) :: value
       character(8) :: text
@@ -154,7 +155,7 @@ contains
       write (text, '(es8.2)') value
    end function short
 
-   !> Where the time goes.
+   !> Print the times of the parts of a run.
    subroutine print_parts(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
@@ -170,7 +171,7 @@ contains
       end do
    end subroutine print_parts
 
-   !> What skipping saves.
+   !> Print the run times without and with each skip.
    subroutine print_savings(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
@@ -193,7 +194,7 @@ contains
       end do
    end subroutine print_savings
 
-   !> Exponents of growth.
+   !> Print the exponents of the growth curves.
    subroutine print_curves(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
@@ -215,13 +216,13 @@ contains
       end do
    end subroutine print_curves
 
-   !> Time and error of frequencies, and where rounding takes over.
+   !> Print run time and error of the frequency solvers, and the mesh beyond which rounding errors dominate.
    subroutine print_solvers(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: rounding = '  rounding takes over beyond'
-      integer :: i, start
+      integer :: i, rounding_mesh
 
       write (unit, '(/, 2x, a12, a10, a8, 2a12, a11)') adjustl('solver      '), 'elements', 'ratio', 'lambda_1', &
          'largest', 'seconds'
@@ -229,8 +230,8 @@ contains
          associate (entry => study%solvers(i))
             write (unit, '(2x, a12, i10, f8.2, 2es12.1, es11.2)', advance='no') entry%solver(:12), entry%elements, &
                entry%ratio, entry%first_error, entry%largest_error, entry%timing%median
-            start = rounding_start(study%solvers, trim(entry%solver), entry%ratio)
-            if (start == entry%elements) write (unit, '(a)', advance='no') rounding
+            rounding_mesh = rounding_start(study%solvers, trim(entry%solver), entry%ratio)
+            if (rounding_mesh == entry%elements) write (unit, '(a)', advance='no') rounding
             write (unit, '()')
          end associate
       end do

@@ -1,4 +1,4 @@
-!> What a study of run time against error finds.
+!> Results of a study of run time and error.
 module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t
@@ -10,7 +10,7 @@ module precision_types
    public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t, beam_t
    public :: varied_step, varied_hop, varied_modes, varied_mesh, varied_names
 
-   !> What an entry differs in from its neighbours.
+   !> Setting by which an entry differs from its neighbours in the list.
    integer, parameter :: varied_step = 1
    integer, parameter :: varied_hop = 2
    integer, parameter :: varied_modes = 3
@@ -18,104 +18,109 @@ module precision_types
    character(*), parameter :: varied_names(4) = [character(name_length) :: &
       'step', 'hop_tolerance', 'mode_tolerance', 'mesh_elements']
 
-   !> Longest reason of a failure that is kept.
+   !> Maximum length of the stored reason of a failure.
    integer, parameter :: failure_length = 256
 
-   !> One way through one scene.
+   !> Run time and error of motion for one method with one set of settings.
    type :: motion_entry_t
-      !> One of the `contender_` constants, and of the `varied_` ones
+      !> Method, one of the `contender_` constants, and setting that is varied, one of the `varied_` constants
       integer :: contender = 0
       integer :: varied = 0
-      !> Newmark's step; tolerances of `exact`; mesh
+      !> Newmark's step or the interval of the compared samples of exact motion, tau; tolerances of exact motion; number
+      !> of elements
       real(wp) :: step = 0.0_wp
       real(wp) :: hop_tolerance = 0.0_wp
       real(wp) :: mode_tolerance = 0.0_wp
       integer :: elements = 0
-      !> One of the `mass_` constants
+      !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
-      !> A whole run from the assembled beam, events only; and without what runs of one beam share
+      !> Time of a whole run of the assembled beam with events only, and time without the computation of modes, which
+      !> several runs of one beam can share
       type(timing_t) :: whole
       type(timing_t) :: motion
-      !> Against the reference
+      !> Errors against the reference
       type(motion_errors_t) :: errors
       integer :: event_count = 0
       integer :: modes_kept = 0
       integer(i8) :: evaluations = 0_i8
-      !> Why there is nothing; empty: there is
+      !> Reason of a failure; empty: the run succeeded
       character(failure_length) :: failure = ''
    end type motion_entry_t
 
-   !> A part of a run, and the seconds it takes.
+   !> Part of a run, and its run time.
    type :: timed_part_t
       character(name_length) :: name = ''
       type(timing_t) :: timing
    end type timed_part_t
 
-   !> How something grows.
+   !> Growth of a quantity.
    type :: curve_t
-      !> What grows, with what, and its unit
+      !> Name of the quantity that grows, name of the quantity on which it depends, and unit of the former
       character(name_length) :: name = ''
       character(name_length) :: abscissa_name = ''
       character(name_length) :: unit = ''
       real(wp), allocatable :: abscissa(:)
       real(wp), allocatable :: ordinate(:)
-      !> Fitted to the upper half: ordinate ~ abscissa^exponent
+      !> Exponent of the fit ordinate ~ abscissa^exponent to the upper half of the points
       real(wp) :: exponent = 0.0_wp
    end type curve_t
 
-   !> One eigen-solver on one mesh.
+   !> Run time and error of one frequency solver on one mesh.
    type :: solver_entry_t
       character(name_length) :: solver = ''
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
       type(timing_t) :: timing
-      !> |lambda/exact - 1| of the first mode and the largest of all asked for; negative: not known
+      !> |lambda/exact - 1| of the first mode, and its maximum over all requested modes; negative: not known
       real(wp) :: first_error = -1.0_wp
       real(wp) :: largest_error = -1.0_wp
    end type solver_entry_t
 
-   !> The reference against Newmark's steps 1/4 extrapolated to none.
+   !> Check of the reference by Newmark's method with beta = 1/4, extrapolated from two steps to a vanishing step.
    type :: check_t
-      !> The two steps
+      !> The two steps, tau
       real(wp) :: steps(2) = 0.0_wp
-      !> How far the longer step is from the extrapolation, and the extrapolation from the reference
+      !> Differences of the run with the longer step from the extrapolation, and of the extrapolation from the reference
       type(motion_errors_t) :: between_steps
       type(motion_errors_t) :: difference
-      !> Why there is none; empty: there is
+      !> Reason of a failure; empty: the check succeeded
       character(failure_length) :: failure = ''
    end type check_t
 
-   !> What is skipped where a scene does not need it.
+   !> Run time without and with a skip, a computation that the program omits if a scene does not need it.
    type :: saving_t
       character(name_length) :: name = ''
-      !> The same thing done without the skip and with it
+      !> Time of the same task without the skip and with the skip
       type(timing_t) :: without
       type(timing_t) :: with
-      !> Greatest difference of the two answers, and of what; negative: there is none to compare
+      !> Maximum difference of the results with and without the skip (negative: there are none to compare), and the
+      !> quantity compared
       real(wp) :: difference = -1.0_wp
       character(name_length) :: compared = ''
    end type saving_t
 
-   !> The run that stands for the beam itself, and how far from it are what should meet it.
+   !> Run that represents the beam itself, because its mesh is finer than all meshes compared, and its differences from
+   !> other runs.
    type :: beam_t
       integer :: elements = 0
-      !> One of the `mass_` constants
+      !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
-      !> The same on half the elements; with the other mass matrix, extrapolated where that is of the first order
+      !> Differences from the run on half as many elements, and from the run with the other mass matrix, which is
+      !> extrapolated if its error is of first order
       type(motion_errors_t) :: half
       type(motion_errors_t) :: other
-      !> Why there is no other; empty: there is
+      !> Reason why the run with the other mass matrix failed; empty: the run succeeded
       character(failure_length) :: no_other = ''
-      !> What is left of an error of the fourth order when the elements are halved: how well it knows eta
+      !> Estimated error of eta of this run, from the difference on half as many elements and an error of fourth order
       real(wp) :: uncertainty = 0.0_wp
    end type beam_t
 
    type :: precision_t
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check
-      !> Unallocated: not asked for
+      !> Run that represents the beam; unallocated: not requested
       type(beam_t), allocatable :: beam
-      !> Up to here histories are compared: the peak of the third rebound, or the end of the run
+      !> End of the comparison of histories, tau: the peak of the third rebound, or the end of the run
       real(wp) :: horizon = 0.0_wp
       type(timed_part_t), allocatable :: parts(:)
       type(curve_t), allocatable :: curves(:)

@@ -1,5 +1,5 @@
-!> What a scene saves by what it does not need: the same thing done without each skip and with it, how long both take,
-!> and how far their answers differ.
+!> Measures the time saved by skips. A skip is a computation that the program omits if a scene does not need it. The
+!> same task is executed without and with each skip, and the results are compared.
 module skip_savings
    use command_line, only: argument_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
@@ -29,76 +29,77 @@ module skip_savings
    private
    public :: measure_savings
 
-   !> Surface of a stop that the beam never reaches, delta: it swings down to -0.5 at most.
+   !> Preload delta of a stop that the beam never reaches, because the beam oscillates down to eta = -0.5 at most.
    real(wp), parameter :: contact_out_of_reach = -0.6_wp
-   !> Distance of the shapes that are kept, tau.
+   !> Interval of the stored shapes, tau.
    real(wp), parameter :: shape_step = 0.1_wp
 
-   !> What a task does besides that of `task_t`: nothing; the modes of the contact first; or, instead of it, reading the
-   !> scene's file only; reading it, running and writing the results.
-   integer, parameter :: plain = 0
+   !> Sequence of actions of a task: the task of `task_t` only; first the modes of the beam in contact, then this task;
+   !> only reading the scene file; reading the scene file, computing the run and writing the results file.
+   integer, parameter :: task_only = 0
    integer, parameter :: contact_modes_first = 1
    integer, parameter :: reading_only = 2
    integer, parameter :: file_to_file = 3
 
    type, extends(task_t) :: skip_task_t
-      !> One of the constants above
-      integer :: besides = plain
+      !> Sequence of actions, one of the constants above
+      integer :: sequence = task_only
       !> Folder of the results
       character(:), allocatable :: folder
    contains
       procedure :: run
    end type skip_task_t
 
-   !> What was found so far.
-   type :: findings_t
-      !> The scene's run, its beam and its modes at hand
+   !> Measured savings.
+   type :: measured_savings_t
+      !> Task of the scene's run, with assembled beam and modes
       type(skip_task_t) :: base
       type(saving_t), allocatable :: savings(:)
-      !> Set when something has failed; nothing is measured after it
+      !> Set when a task fails; after a failure nothing more is measured
       type(failure_t), allocatable :: error
-   end type findings_t
+   end type measured_savings_t
 
 contains
 
-   !> Measure every skip.
+   !> Measure the savings of all skips.
    subroutine measure_savings(scene, folder, horizon, savings, error)
-      !> The scene, with a stop
+      !> Scene with a stop
       type(scene_t), intent(in) :: scene
-      !> Folder of the results; the file that is written there is the scene's own
+      !> Folder of the results; the results file that is written there has the name of the study's results file
       character(*), intent(in) :: folder
-      !> Up to here runs with different modes are compared, tau
+      !> End of the comparison of runs with different numbers of modes, tau
       real(wp), intent(in) :: horizon
-      !> What was found
+      !> Measured savings
       type(saving_t), allocatable, intent(out) :: savings(:)
-      !> Set when something fails
+      !> Set when a task fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(findings_t) :: found
+      type(measured_savings_t) :: measured
 
-      allocate (found%savings(0))
-      call prepare_task(scene, scene%mesh%elements, found%base, found%error, with_modes=.true.)
-      found%base%folder = folder
-      found%base%settings = settings_for(contender_exact, scene%precision, comparison_step)
-      found%base%what = task_motion
-      if (scene%beam%shape == shape_taper) call save_quadrature(found)
-      call save_eigen_solve(found)
-      call save_modes(found, horizon)
-      call save_contact_modes(found)
-      call save_output(found)
-      call save_everything(found)
-      call move_alloc(found%savings, savings)
-      call move_alloc(found%error, error)
+      allocate (measured%savings(0))
+      call prepare_task(scene, scene%mesh%elements, measured%base, measured%error, with_modes=.true.)
+      measured%base%folder = folder
+      measured%base%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      measured%base%what = task_motion
+      if (scene%beam%shape == shape_taper) call measure_quadrature(measured)
+      call measure_eigen_solve(measured)
+      call measure_mode_selection(measured, horizon)
+      call measure_contact_modes(measured)
+      call measure_output(measured)
+      call measure_complete_run(measured)
+      call move_alloc(measured%savings, savings)
+      call move_alloc(measured%error, error)
    end subroutine measure_savings
 
-   !> Closed forms of the element matrices against quadrature, for which the same heights are given as a table.
-   subroutine save_quadrature(found)
-      type(findings_t), intent(inout) :: found
+   !> Compare closed forms of the element matrices with quadrature. For quadrature the same heights are given as a
+   !> table.
+   subroutine measure_quadrature(measured)
+      type(measured_savings_t), intent(inout) :: measured
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(found%base, with)
+      call copy(measured%base, with)
       with%what = task_assembly
       call copy(with, without)
       associate (beam => without%scene%beam)
@@ -106,31 +107,32 @@ contains
          allocate (beam%station, source=[0.0_wp, beam%length])
          allocate (beam%height, source=[beam%height_root, beam%height_tip])
       end associate
-      call run_both(found, without, with)
-      if (allocated(found%error)) return
+      call run_both(measured, without, with)
+      if (allocated(measured%error)) return
       saving%name = 'quadrature of element matrices'
       saving%compared = 'K and M, in their greatest entries'
       saving%difference = max(relative_difference(to_dense(with%model%stiffness), to_dense(without%model%stiffness)), &
          relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
-      call time_both(found, without, with, saving)
-   end subroutine save_quadrature
+      call time_both(measured, without, with, saving)
+   end subroutine measure_quadrature
 
-   !> An eigen-solve for each run against one that runs share.
-   subroutine save_eigen_solve(found)
-      type(findings_t), intent(inout) :: found
+   !> Compare runs that share one computation of the modes with runs that compute the modes each time.
+   subroutine measure_eigen_solve(measured)
+      type(measured_savings_t), intent(inout) :: measured
 
       type(skip_task_t) :: without, with
 
-      call copy(found%base, with)
-      call copy(found%base, without)
+      call copy(measured%base, with)
+      call copy(measured%base, without)
       without%what = task_run
-      call compare_histories(found, 'eigen-solve, shared by runs', without, with, with%settings%duration)
-   end subroutine save_eigen_solve
+      call compare_histories(measured, 'eigen-solve, shared by runs', without, with, with%settings%duration)
+   end subroutine measure_eigen_solve
 
-   !> All modes against those that matter, for each mode tolerance that the scene asks for or the default.
-   subroutine save_modes(found, horizon)
-      type(findings_t), intent(inout) :: found
-      !> Up to here the runs are compared, tau
+   !> Compare the modes that the mode tolerance requires with all modes, for each mode tolerance of the scene or for the
+   !> default.
+   subroutine measure_mode_selection(measured, horizon)
+      type(measured_savings_t), intent(inout) :: measured
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
 
       type(skip_task_t) :: without, with
@@ -138,38 +140,38 @@ contains
       integer :: i
 
       allocate (tolerances(0))
-      call copy(found%base, with)
+      call copy(measured%base, with)
       if (allocated(with%scene%precision%mode_tolerances)) then
          tolerances = pack(with%scene%precision%mode_tolerances, with%scene%precision%mode_tolerances > 0.0_wp)
       end if
       if (size(tolerances) == 0) tolerances = [strict_mode_tolerance]
-      call copy(found%base, without)
+      call copy(measured%base, without)
       without%settings%keep_all_modes = .true.
       do i = 1, size(tolerances)
          with%settings%mode_tolerance = tolerances(i)
-         call compare_histories(found, 'modes that move eta by < '//to_text(tolerances(i)), without, with, horizon)
+         call compare_histories(measured, 'modes that move eta by < '//to_text(tolerances(i)), without, with, horizon)
       end do
-   end subroutine save_modes
+   end subroutine measure_mode_selection
 
-   !> A run that never touches, with the modes of the contact found beforehand against without.
-   subroutine save_contact_modes(found)
-      type(findings_t), intent(inout) :: found
+   !> Compare a run without contact with the same run after a computation of the modes of the beam in contact.
+   subroutine measure_contact_modes(measured)
+      type(measured_savings_t), intent(inout) :: measured
 
       type(skip_task_t) :: without, with
 
-      if (allocated(found%error)) return
-      call copy(found%base, with)
+      if (allocated(measured%error)) return
+      call copy(measured%base, with)
       with%scene%stop%preload = contact_out_of_reach
       with%settings%keep_all_modes = .true.
-      call find_free_modes(with%model, with%modes, found%error)
+      call find_free_modes(with%model, with%modes, measured%error)
       call copy(with, without)
-      without%besides = contact_modes_first
-      call compare_histories(found, 'contact modes, no contact', without, with, with%settings%duration)
-   end subroutine save_contact_modes
+      without%sequence = contact_modes_first
+      call compare_histories(measured, 'contact modes, no contact', without, with, with%settings%duration)
+   end subroutine measure_contact_modes
 
-   !> Each kind of output by itself against events only.
-   subroutine save_output(found)
-      type(findings_t), intent(inout) :: found
+   !> Compare a run with events only with runs that record one kind of output each.
+   subroutine measure_output(measured)
+      type(measured_savings_t), intent(inout) :: measured
 
       type(output_settings_t) :: output
 
@@ -177,43 +179,44 @@ contains
       output%history(eta_stop) = .true.
       output%history(eta_tip) = .true.
       output%history(velocity_stop) = .true.
-      call compare_events(found, 'histories of eta', output)
+      call compare_events(measured, 'histories of eta', output)
       output = no_output()
       output%history(force_stop) = .true.
-      call compare_events(found, 'history of the contact force', output)
+      call compare_events(measured, 'history of the contact force', output)
       output = no_output()
       output%energy = .true.
-      call compare_events(found, 'ledger of energy', output)
+      call compare_events(measured, 'ledger of energy', output)
       output = no_output()
       output%shape_step = shape_step
-      call compare_events(found, 'shapes, ten per unit of tau', output)
-   end subroutine save_output
+      call compare_events(measured, 'shapes, ten per unit of tau', output)
+   end subroutine measure_output
 
-   !> From file to file against reading and checking the scene's file, which is what --check does.
-   subroutine save_everything(found)
-      type(findings_t), intent(inout) :: found
+   !> Compare reading and checking the scene file (the option --check) with a complete run from the scene file to the
+   !> results file.
+   subroutine measure_complete_run(measured)
+      type(measured_savings_t), intent(inout) :: measured
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(found%base, with)
-      with%besides = reading_only
-      call copy(found%base, without)
-      without%besides = file_to_file
+      call copy(measured%base, with)
+      with%sequence = reading_only
+      call copy(measured%base, without)
+      without%sequence = file_to_file
       without%output = output_settings_t()
       saving%name = 'run and file, by --check'
       saving%compared = 'nothing is computed'
-      call time_both(found, without, with, saving)
-   end subroutine save_everything
+      call time_both(measured, without, with, saving)
+   end subroutine measure_complete_run
 
-   !> Compare the histories of two runs, then time them by their events alone.
-   subroutine compare_histories(found, name, without, with, horizon)
-      type(findings_t), intent(inout) :: found
-      !> What is skipped
+   !> Compare the histories of two runs, then time both runs with events only.
+   subroutine compare_histories(measured, name, without, with, horizon)
+      type(measured_savings_t), intent(inout) :: measured
+      !> Name of the skip
       character(*), intent(in) :: name
       type(skip_task_t), intent(inout) :: without
       type(skip_task_t), intent(inout) :: with
-      !> Up to here they are compared, tau
+      !> End of the comparison, tau
       real(wp), intent(in) :: horizon
 
       type(saving_t) :: saving
@@ -221,8 +224,8 @@ contains
 
       without%output = output_settings_t()
       with%output = output_settings_t()
-      call run_both(found, without, with)
-      if (allocated(found%error)) return
+      call run_both(measured, without, with)
+      if (allocated(measured%error)) return
       saving%name = name
       saving%compared = 'eta at stop and tip'
       if (horizon < with%settings%duration) saving%compared = 'eta at stop and tip up to tau = '//to_text(horizon)
@@ -233,57 +236,57 @@ contains
       end associate
       without%output = no_output()
       with%output = no_output()
-      call time_both(found, without, with, saving)
+      call time_both(measured, without, with, saving)
    end subroutine compare_histories
 
-   !> Compare the events of a run that keeps something with those of one that keeps nothing else, and time both.
-   subroutine compare_events(found, name, output)
-      type(findings_t), intent(inout) :: found
-      !> What is skipped
+   !> Compare the events of a run with some output with the events of a run without it, and time both runs.
+   subroutine compare_events(measured, name, output)
+      type(measured_savings_t), intent(inout) :: measured
+      !> Name of the skip
       character(*), intent(in) :: name
-      !> What is kept
+      !> Output that is skipped
       type(output_settings_t), intent(in) :: output
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(found%base, with)
-      call copy(found%base, without)
+      call copy(measured%base, with)
+      call copy(measured%base, without)
       without%output = output
-      call run_both(found, without, with)
-      if (allocated(found%error)) return
+      call run_both(measured, without, with)
+      if (allocated(measured%error)) return
       saving%name = name
       saving%compared = 'events'
       saving%difference = difference_of_events(without%response, with%response)
-      call time_both(found, without, with, saving)
+      call time_both(measured, without, with, saving)
    end subroutine compare_events
 
-   !> Do it without the skip and with it, unless something has failed.
-   subroutine run_both(found, without, with)
-      type(findings_t), intent(inout) :: found
+   !> Execute a task without and with the skip, unless a task has failed before.
+   subroutine run_both(measured, without, with)
+      type(measured_savings_t), intent(inout) :: measured
       type(skip_task_t), intent(inout) :: without
       type(skip_task_t), intent(inout) :: with
 
-      if (allocated(found%error)) return
-      call without%run(found%error)
-      if (.not. allocated(found%error)) call with%run(found%error)
+      if (allocated(measured%error)) return
+      call without%run(measured%error)
+      if (.not. allocated(measured%error)) call with%run(measured%error)
    end subroutine run_both
 
-   !> Time both ways and keep what was found, unless something has failed.
-   subroutine time_both(found, without, with, saving)
-      type(findings_t), intent(inout) :: found
+   !> Time a task without and with the skip and append the saving, unless a task has failed before.
+   subroutine time_both(measured, without, with, saving)
+      type(measured_savings_t), intent(inout) :: measured
       type(skip_task_t), intent(inout) :: without
       type(skip_task_t), intent(inout) :: with
-      !> Names and difference in; times are added
+      !> Saving with name and difference; the times are set
       type(saving_t), intent(inout) :: saving
 
-      if (allocated(found%error)) return
-      call measure_time(without, without%scene%precision, saving%without, found%error)
-      if (.not. allocated(found%error)) call measure_time(with, with%scene%precision, saving%with, found%error)
-      if (.not. allocated(found%error)) found%savings = [found%savings, saving]
+      if (allocated(measured%error)) return
+      call measure_time(without, without%scene%precision, saving%without, measured%error)
+      if (.not. allocated(measured%error)) call measure_time(with, with%scene%precision, saving%with, measured%error)
+      if (.not. allocated(measured%error)) measured%savings = [measured%savings, saving]
    end subroutine time_both
 
-   !> The greatest difference of two matrices in the greatest entry of one.
+   !> Maximum difference of the entries of two matrices, over the maximum entry of the second matrix, all in magnitude.
    pure function relative_difference(a, b) result(difference)
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(in) :: b(:, :)
@@ -292,10 +295,10 @@ contains
       difference = maxval(abs(a - b))/maxval(abs(b))
    end function relative_difference
 
-   !> The greatest difference of instant, place, velocities or impulse of all events; if there are not as many, how many
-   !> more.
+   !> Maximum difference of instant, eta, impulse or velocities over all events of two runs; if the numbers of events
+   !> differ, the difference of these numbers.
    pure function difference_of_events(one, other) result(difference)
-      !> The runs
+      !> Compared runs
       type(response_t), intent(in) :: one
       type(response_t), intent(in) :: other
       real(wp) :: difference
@@ -309,29 +312,30 @@ contains
       end associate
    end function difference_of_events
 
-   !> Another task like one. All that a task holds is copied in one place: in line it would be most of this file's code.
+   !> Copy a task. The assignment stands in one procedure, because its inlined code is long and would be repeated at
+   !> each copy.
    subroutine copy(task, other)
       type(skip_task_t), intent(in) :: task
-      !> Becomes like it
+      !> Copy of the task
       type(skip_task_t), intent(inout) :: other
 
       other = task
    end subroutine copy
 
-   !> Do a task once.
+   !> Execute a task once.
    subroutine run(self, error)
       class(skip_task_t), intent(inout) :: self
-      !> Set when it fails
+      !> Set when the task fails
       type(failure_t), allocatable, intent(out) :: error
 
-      select case (self%besides)
+      select case (self%sequence)
       case (contact_modes_first)
          call find_contact_modes(self, error)
          if (.not. allocated(error)) call self%task_t%run(error)
       case (reading_only)
-         call read_again(self%scene%file, error)
+         call read_scene_file(self%scene%file, error)
       case (file_to_file)
-         call read_again(self%scene%file, error)
+         call read_scene_file(self%scene%file, error)
          if (allocated(error)) return
          self%what = task_assembly
          call self%task_t%run(error)
@@ -345,10 +349,10 @@ contains
       end select
    end subroutine run
 
-   !> Read and check a scene's file, as the program does.
-   subroutine read_again(file, error)
+   !> Read and check a scene file, as the program does.
+   subroutine read_scene_file(file, error)
       character(*), intent(in) :: file
-      !> Set when it cannot be read
+      !> Set when the file cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(argument_t) :: files(1)
@@ -356,13 +360,13 @@ contains
 
       files(1)%text = file
       call read_scenes(program_benchmark, files, scenes, error)
-   end subroutine read_again
+   end subroutine read_scene_file
 
-   !> The modes of the beam in contact, of all its free modes.
+   !> Compute the modes of the beam in contact from all modes of the free beam.
    subroutine find_contact_modes(self, error)
-      !> The task, with its modes
+      !> Task with the modes of the free beam
       class(skip_task_t), intent(inout) :: self
-      !> Set when they cannot be found
+      !> Set when the modes cannot be computed
       type(failure_t), allocatable, intent(out) :: error
 
       type(free_beam_t) :: beam

@@ -1,4 +1,4 @@
-!> Run time against error of frequencies: every solver on every mesh of the scene's table.
+!> Run time and error of frequencies for every solver and every mesh of the scene.
 module solver_precision
    use failures, only: failure_t
    use frequency_study, only: find_exact
@@ -13,20 +13,20 @@ module solver_precision
 
 contains
 
-   !> Time every solver on every mesh.
+   !> Time every solver on every mesh, and compute the errors of its frequencies.
    subroutine compare_solvers(scene, study, error)
-      !> The scene, with &frequencies
+      !> Scene with &frequencies
       type(scene_t), intent(in) :: scene
-      !> Gets the entries
+      !> Study; the entries of the solvers are set
       type(precision_t), intent(inout) :: study
-      !> Set when a mesh cannot be made; a solver that fails leaves no error and no time
+      !> Set when a mesh or the exact values fail; a solver that fails leaves an entry without errors and time
       type(failure_t), allocatable, intent(out) :: error
 
       integer, parameter :: default_count = 6
-      type(failure_t), allocatable :: trouble
+      type(failure_t), allocatable :: solver_error
       type(task_t) :: task
       real(wp), allocatable :: exact(:)
-      integer :: i, j, count, place
+      integer :: i, j, count, entry_index
 
       associate (asked => scene%frequencies)
          count = asked%count
@@ -36,11 +36,11 @@ contains
             if (allocated(error)) return
          end if
          allocate (study%solvers(size(asked%mesh_elements)*size(asked%solver)))
-         place = 0
+         entry_index = 0
          do j = 1, size(asked%solver)
             do i = 1, size(asked%mesh_elements)
-               place = place + 1
-               associate (entry => study%solvers(place))
+               entry_index = entry_index + 1
+               associate (entry => study%solvers(entry_index))
                   entry%solver = solver_names(asked%solver(j))
                   entry%elements = asked%mesh_elements(i)
                   entry%ratio = asked%mesh_ratios(i)
@@ -53,21 +53,21 @@ contains
                   task%what = task_solver
                   task%solver = asked%solver(j)
                   task%count = min(count, 2*entry%elements)
-                  call measure_time(task, scene%precision, entry%timing, trouble)
-                  if (.not. allocated(trouble)) call take_errors(task%lambda, exact, entry)
+                  call measure_time(task, scene%precision, entry%timing, solver_error)
+                  if (.not. allocated(solver_error)) call find_errors(task%lambda, exact, entry)
                end associate
             end do
          end do
       end associate
    end subroutine compare_solvers
 
-   !> Relative errors of the frequencies found.
-   pure subroutine take_errors(lambda, exact, entry)
-      !> Found
+   !> Compute the relative errors of frequencies.
+   pure subroutine find_errors(lambda, exact, entry)
+      !> Computed lambda, [modes]
       real(wp), intent(in) :: lambda(:)
-      !> Exact; unallocated: not known
+      !> Exact lambda, [modes]; unallocated: not known
       real(wp), allocatable, intent(in) :: exact(:)
-      !> Gets the errors
+      !> Entry; the errors are set
       type(solver_entry_t), intent(inout) :: entry
 
       integer :: modes
@@ -77,13 +77,13 @@ contains
       if (modes == 0) return
       entry%first_error = abs(lambda(1)/exact(1) - 1.0_wp)
       entry%largest_error = maxval(abs(lambda(:modes)/exact(:modes) - 1.0_wp))
-   end subroutine take_errors
+   end subroutine find_errors
 
-   !> The mesh beyond which more elements no longer make the first frequency better: there rounding takes over. 0:
-   !> nowhere.
+   !> Number of elements beyond which the error of the first frequency no longer decreases, because rounding errors
+   !> dominate; 0: the error decreases up to the finest mesh.
    pure function rounding_start(entries, solver, ratio) result(elements)
       type(solver_entry_t), intent(in) :: entries(:)
-      !> Solver and ratio
+      !> Name of the solver, and ratio of the lengths of neighbouring elements
       character(*), intent(in) :: solver
       real(wp), intent(in) :: ratio
       integer :: elements
@@ -92,25 +92,25 @@ contains
 
       best = 0
       do i = 1, size(entries)
-         if (.not. of_kind(entries(i))) cycle
+         if (.not. matches(entries(i))) cycle
          if (best == 0) best = i
          if (entries(i)%first_error < entries(best)%first_error) best = i
       end do
       elements = 0
       if (best == 0) return
       do i = 1, size(entries)
-         if (of_kind(entries(i)) .and. entries(i)%elements > entries(best)%elements) elements = entries(best)%elements
+         if (matches(entries(i)) .and. entries(i)%elements > entries(best)%elements) elements = entries(best)%elements
       end do
 
    contains
 
-      !> Does an entry belong to the solver and the ratio, and has it an error?
-      pure function of_kind(entry) result(belongs)
+      !> Does an entry belong to the solver and the ratio, with a known error?
+      pure function matches(entry) result(belongs)
          type(solver_entry_t), intent(in) :: entry
          logical :: belongs
 
          belongs = entry%solver == solver .and. abs(entry%ratio - ratio) <= 0.0_wp .and. entry%first_error >= 0.0_wp
-      end function of_kind
+      end function matches
 
    end function rounding_start
 

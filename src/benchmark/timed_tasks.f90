@@ -1,4 +1,4 @@
-!> How long a task takes: by repetition, with the system's monotonic clock.
+!> Measures the run time of a task by repetition, with the monotonic clock of the system.
 module timed_tasks
    use failures, only: failure_t
    use kinds, only: i8, wp
@@ -8,37 +8,37 @@ module timed_tasks
    private
    public :: timed_task_t, timing_t, measure_time, clock_resolution
 
-   !> Something that can be done again and again.
+   !> Task that can be executed repeatedly.
    type, abstract :: timed_task_t
    contains
       procedure(run_interface), deferred :: run
    end type timed_task_t
 
    abstract interface
-      !> Do it once.
+      !> Execute the task once.
       subroutine run_interface(self, error)
          import :: failure_t, timed_task_t
          implicit none (type, external)
          class(timed_task_t), intent(inout) :: self
-         !> Set when it fails
+         !> Set if the task fails
          type(failure_t), allocatable, intent(out) :: error
       end subroutine run_interface
    end interface
 
-   !> Seconds that a task takes once.
+   !> Run time of one execution of a task, s.
    type :: timing_t
-      !> Median of the timings, and the quartiles about it
+      !> Median and quartiles of the timings
       real(wp) :: median = 0.0_wp
       real(wp) :: lower_quartile = 0.0_wp
       real(wp) :: upper_quartile = 0.0_wp
-      !> Timings, and how often the task was done within each
+      !> Number of timings, and number of executions in each timing
       integer :: timings = 0
       integer :: runs_each = 0
    end type timing_t
 
 contains
 
-   !> Seconds between two ticks of the clock.
+   !> Resolution of the clock, s.
    function clock_resolution() result(seconds)
       real(wp) :: seconds
 
@@ -48,32 +48,32 @@ contains
       seconds = 1.0_wp/real(rate, wp)
    end function clock_resolution
 
-   !> Time a task.
-   subroutine measure_time(task, asked, timing, error)
+   !> Measure the run time of a task.
+   subroutine measure_time(task, requested, timing, error)
       class(timed_task_t), intent(inout) :: task
-      !> How often, and how long at least; a task of more than a second gets three timings at most
-      type(precision_settings_t), intent(in) :: asked
+      !> Number of timings, and minimum length of a timing; a task of more than a second is timed three times at most
+      type(precision_settings_t), intent(in) :: requested
       type(timing_t), intent(out) :: timing
-      !> Set when the task fails
+      !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: long_run = 1.0_wp
-      integer, parameter :: most_of_long = 3, most_runs = 1000000
+      integer, parameter :: max_long_timings = 3, max_runs = 1000000
       real(wp), allocatable :: seconds(:)
       real(wp) :: once
       integer :: i, runs, timings
 
-      ! the first run fills caches and tells how often to repeat
+      ! the first execution fills the caches; its time starts the search for the number of executions in a timing
       call time_runs(task, 1, once, error)
       if (allocated(error)) return
       runs = 1
-      do while (once*real(runs, wp) < asked%shortest_timing .and. runs < most_runs)
+      do while (once*real(runs, wp) < requested%shortest_timing .and. runs < max_runs)
          runs = 2*runs
          call time_runs(task, runs, once, error)
          if (allocated(error)) return
       end do
-      timings = asked%repetitions
-      if (once > long_run) timings = min(asked%repetitions, most_of_long)
+      timings = requested%repetitions
+      if (once > long_run) timings = min(requested%repetitions, max_long_timings)
       allocate (seconds(timings))
       do i = 1, timings
          call time_runs(task, runs, seconds(i), error)
@@ -87,14 +87,14 @@ contains
       timing%runs_each = runs
    end subroutine measure_time
 
-   !> Seconds a run, over several.
+   !> Mean time of one execution over several executions, s.
    subroutine time_runs(task, runs, seconds, error)
       class(timed_task_t), intent(inout) :: task
-      !> How often
+      !> Number of executions
       integer, intent(in) :: runs
-      !> Seconds of one
+      !> Time of one execution, s
       real(wp), intent(out) :: seconds
-      !> Set when the task fails
+      !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       integer(i8) :: start, finish, rate
@@ -110,22 +110,22 @@ contains
       seconds = real(finish - start, wp)/real(rate, wp)/real(runs, wp)
    end subroutine time_runs
 
-   !> A quantile of sorted values, linear between them.
-   pure function quantile(sorted, share) result(value)
-      !> Ascending
+   !> Quantile of sorted values, with linear interpolation.
+   pure function quantile(sorted, probability) result(value)
+      !> Values in ascending order
       real(wp), intent(in) :: sorted(:)
-      !> 0 ... 1
-      real(wp), intent(in) :: share
+      !> Probability of the quantile, 0 to 1
+      real(wp), intent(in) :: probability
       real(wp) :: value
 
-      real(wp) :: place
+      real(wp) :: position
       integer :: below
 
-      place = 1.0_wp + share*real(size(sorted) - 1, wp)
-      below = min(int(place), size(sorted) - 1)
+      position = 1.0_wp + probability*real(size(sorted) - 1, wp)
+      below = min(int(position), size(sorted) - 1)
       value = sorted(size(sorted))
       if (below < 1) return
-      value = sorted(below) + (place - real(below, wp))*(sorted(below + 1) - sorted(below))
+      value = sorted(below) + (position - real(below, wp))*(sorted(below + 1) - sorted(below))
    end function quantile
 
 end module timed_tasks
