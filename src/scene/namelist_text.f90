@@ -6,7 +6,7 @@
 !> and `&end`, and anything except blanks and comments outside of groups.
 module namelist_text
    use kinds, only: i8
-   use namelist_tokens, only: advance, cursor_t, equals_follows, is_name, lower_case, &
+   use namelist_tokens, only: advance, cursor_t, next_is_equals, is_name, lower_case, &
       normalise_lines, slice, token_comma, token_end, token_equals, token_group, token_slash, token_value, value_t
    use number_text, only: to_text
    use printable_text, only: excerpt
@@ -169,7 +169,7 @@ contains
       item%first_value = namelist%value_count + 1
       first = cursor%first
       next = cursor%next
-      if (cursor%value%is_quoted .or. .not. equals_follows(namelist%text, cursor%next)) then
+      if (cursor%value%is_quoted .or. .not. next_is_equals(namelist%text, cursor%next)) then
          problem = subject()//': name = value expected here'
          return
       end if
@@ -188,7 +188,7 @@ contains
          end if
          select case (cursor%kind)
          case (token_value)
-            if (equals_follows(namelist%text, cursor%next)) exit
+            if (next_is_equals(namelist%text, cursor%next)) exit
             call add_value(namelist, cursor%value)
             wants_value = .false.
          case (token_comma)

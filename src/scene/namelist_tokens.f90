@@ -3,7 +3,7 @@ module namelist_tokens
    use printable_text, only: excerpt
    implicit none (type, external)
    private
-   public :: cursor_t, value_t, advance, equals_follows, is_name, normalise_lines, lower_case, slice, line_of
+   public :: cursor_t, value_t, advance, next_is_equals, is_name, normalise_lines, lower_case, slice, line_of
    public :: token_end, token_group, token_slash, token_comma, token_equals, token_value
 
    character(1), parameter :: newline = achar(10)
@@ -207,11 +207,11 @@ contains
    end subroutine skip_blanks
 
    !> Is the next token an = sign?
-   pure function equals_follows(text, next) result(follows)
+   pure function next_is_equals(text, next) result(answer)
       character(*), intent(in) :: text
       !> Position at which the search begins
       integer, intent(in) :: next
-      logical :: follows
+      logical :: answer
 
       integer :: position, line
       logical :: starts_line
@@ -220,9 +220,9 @@ contains
       line = 0
       starts_line = .false.
       call skip_blanks(text, position, line, starts_line)
-      follows = .false.
-      if (position <= len(text)) follows = text(position:position) == '='
-   end function equals_follows
+      answer = .false.
+      if (position <= len(text)) answer = text(position:position) == '='
+   end function next_is_equals
 
    !> Position of the last character of the word that begins at `first`; first - 1: there is no word.
    pure function word_last(text, first) result(last)

@@ -150,7 +150,7 @@ contains
       type(draft_t), intent(inout), optional :: draft
 
       ! allocated, because the type is large and stacks of threads are small
-      type(draft_t), allocatable :: local_draft
+      type(draft_t), allocatable :: new_draft
       logical :: uses_file
       integer :: k
 
@@ -158,8 +158,8 @@ contains
       if (uses_file .and. present(draft)) then
          call set_by_file(scene, parameters, values, draft, problem)
       else if (uses_file) then
-         allocate (local_draft)
-         call set_by_file(scene, parameters, values, local_draft, problem)
+         allocate (new_draft)
+         call set_by_file(scene, parameters, values, new_draft, problem)
       end if
       if (allocated(problem)) return
       do k = 1, size(parameters)
