@@ -83,6 +83,7 @@ contains
          contact%is_active = state%is_active
          contact%holds = contact%is_closed .and. .not. contact%yields
          contact%flights = state%flights
+         contact%first_at_place = self%now%alike(k)
       end associate
    end function contact
 

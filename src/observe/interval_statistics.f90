@@ -74,7 +74,7 @@ contains
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
 
-      type(observed_contact_t) :: contact
+      type(observed_contact_t) :: contact, twin
       real(wp), dimension(2*interval%contacts + 1) :: first, second
       real(wp) :: force(2)
       integer :: k, row
@@ -95,6 +95,12 @@ contains
                if (contact%holds) then
                   sums(low_displacement) = min(sums(low_displacement), sign*contact%height)
                   sums(top_displacement) = max(sums(top_displacement), sign*contact%height)
+               else if (contact%first_at_place < k) then
+                  twin = interval%contact(contact%first_at_place)
+                  associate (range => blocks%contact(twin%number)%sums([low_displacement, top_displacement], block))
+                     sums(low_displacement) = min(sums(low_displacement), range(1))
+                     sums(top_displacement) = max(sums(top_displacement), range(2))
+                  end associate
                else
                   call widen_range(interval, row_t(k, sign, sign*contact%height), stretch, &
                      sums(low_displacement:top_displacement), &

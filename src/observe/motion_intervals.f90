@@ -28,6 +28,8 @@ module motion_intervals
       logical :: holds = .false.
       !> Number of flights since the start of the run
       integer :: flights = 0
+      !> First contact at the same place of the beam, which has the same displacement, if that is known
+      integer :: first_at_place = huge(1)
    end type observed_contact_t
 
    !> The quantity offset + factor times a row.
