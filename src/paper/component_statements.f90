@@ -1,5 +1,5 @@
-!> Statements 9 and 10 of the paper: components of high modes in displacement and velocity, and the measures that reduce
-!> them.
+!> Judges statements 9 and 10 of the paper: contributions of high modes to displacement and velocity, and the parameters
+!> that reduce these contributions.
 module component_statements
    use kinds, only: wp
    use paper_cases, only: fine, way_count
@@ -12,17 +12,17 @@ module component_statements
 
 contains
 
-   !> Judge statement 9, high components in velocity and displacement and scatter of the peaks, and statement 10, the
-   !> measures that reduce high components, displacements and velocities.
+   !> Judge statement 9 (contributions of high modes to velocity and displacement; scatter of the peaks of the rebounds)
+   !> and statement 10 (parameters that reduce high modes, displacements and velocities).
    subroutine judge_components(series, list)
       !> All series, indexed by the `vary_` constants
       type(series_t), intent(in) :: series(:)
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: remedies = 5
-      integer, parameter :: parameter_of(remedies) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
-      integer, parameter :: case_of(remedies) = [3, 4, 4, 4, 5]
-      character(*), parameter :: name_of(remedies) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
+      integer, parameter :: remedy_count = 5
+      integer, parameter :: parameter_of(remedy_count) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
+      integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
+      character(*), parameter :: name_of(remedy_count) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
       real(wp), dimension(way_count) :: ratio, scatter, reduced
       character(:), allocatable :: detail, exceptions
@@ -31,11 +31,11 @@ contains
       detail = ''
       exceptions = ''
       do way = 1, way_count
-         associate (reference => series(vary_zeta)%outcome(1, way), heavy => series(vary_mass)%outcome(6, way))
+         associate (reference => series(vary_zeta)%outcome(1, way), heavy_tip => series(vary_mass)%outcome(6, way))
             ratio(way) = reference%high_velocity/max(reference%high_displacement, 1.0e-12_wp)
-            scatter(way) = scatter_of(reference)/max(scatter_of(heavy), 1.0e-12_wp)
+            scatter(way) = scatter_of(reference)/max(scatter_of(heavy_tip), 1.0e-12_wp)
             reduced(way) = 0.0_wp
-            do k = 1, remedies
+            do k = 1, remedy_count
                associate (other => series(parameter_of(k))%outcome(case_of(k), way))
                   reductions = count([other%high_velocity < reference%high_velocity, &
                      other%main_peak < reference%main_peak, other%later_velocity < reference%later_velocity])
@@ -49,7 +49,7 @@ contains
             end do
          end associate
       end do
-      associate (reference => series(vary_zeta)%outcome(1, fine), heavy => series(vary_mass)%outcome(6, fine), &
+      associate (reference => series(vary_zeta)%outcome(1, fine), heavy_tip => series(vary_mass)%outcome(6, fine), &
          damped => series(vary_zeta)%outcome(3, fine))
          call add_statement(list, '9a', &
             'After an impact the velocity shows high components far more than the displacement.', &
@@ -60,7 +60,7 @@ contains
          call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
             'scatter of log10(peak) about a parabola in tau, reference over mu = 2, over 2', min(scatter, 1.0e6_wp), &
             scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(reference), 3)//', mu = 2 '// &
-            number(scatter_of(heavy), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
+            number(scatter_of(heavy_tip), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
       end associate
       call add_statement(list, '10', &
          'More damping, more preload, a suitable mass, shape and contact position reduce high '// &

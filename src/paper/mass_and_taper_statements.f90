@@ -12,37 +12,38 @@ module mass_and_taper_statements
 
 contains
 
-   !> Judge statement 7: high components with small tip mass, one degree of freedom with large tip mass, small
-   !> displacements at mu = 0.5, weak dependence of the end of motion on mu.
+   !> Judge statement 7: a small tip mass excites high modes, a large tip mass makes the beam an oscillator of one
+   !> degree of freedom, mu = 0.5 gives small displacements, and the end of motion depends little on mu.
    subroutine judge_mass(mass, list)
       !> Cases with mu = 0, 0.1, 0.25, 0.5, 1, 2 of the figure, then 10 and 30
       type(series_t), intent(in) :: mass
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: printed = 6, half = 4, two = 6
+      integer, parameter :: printed_count = 6, mu_half = 4, mu_two = 6
       !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
       !> equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
       real(wp), dimension(way_count) :: ratio, deviation, best_mass, spread
-      real(wp) :: peaks(size(mass%cases)), ends(printed), cycles(printed)
-      logical :: alike(definition_count, way_count)
+      real(wp) :: peaks(size(mass%cases)), ends(printed_count), cycles(printed_count)
+      logical :: similar(definition_count, way_count)
       integer :: way, i, definition, limit_case
 
       do way = 1, way_count
-         ratio(way) = mass%outcome(1, way)%high_velocity/max(mass%outcome(two, way)%high_velocity, 1.0e-12_wp)
+         ratio(way) = mass%outcome(1, way)%high_velocity/max(mass%outcome(mu_two, way)%high_velocity, 1.0e-12_wp)
          peaks = mass%outcome(:, way)%main_peak
-         deviation(way) = abs(peaks(two)/one_dof_peak - 1.0_wp)
-         best_mass(way) = mass%value(minloc(peaks(:printed), dim=1))
-         spread(way) = spread_of(mass%outcome(:printed, way), usual_end)
+         deviation(way) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
+         best_mass(way) = mass%value(minloc(peaks(:printed_count), dim=1))
+         spread(way) = spread_of(mass%outcome(:printed_count, way), usual_end)
          do definition = 1, definition_count
-            alike(definition, way) = spread_of(mass%outcome(:printed, way), definition) < 0.2_wp
+            similar(definition, way) = spread_of(mass%outcome(:printed_count, way), definition) < 0.2_wp
          end do
       end do
       peaks = mass%outcome(:, fine)%main_peak
-      ! the series extends far beyond the figure, up to masses that satisfy the limit of one degree of freedom
+      ! first case from which on the main peak is within 10 percent of the oscillator's; mu = 10 and 30, beyond the
+      ! paper's figure, serve to find this case
       limit_case = 1 + findloc(abs(peaks/one_dof_peak - 1.0_wp) < 0.1_wp, .false., dim=1, back=.true.)
       limit_case = min(limit_case, size(peaks))
-      ends = [(mass%outcome(i, fine)%ends(usual_end), i=1, printed)]
+      ends = [(mass%outcome(i, fine)%ends(usual_end), i=1, printed_count)]
       call add_statement(list, '7a', 'With a small tip mass high components are strong.', &
          'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2, over 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at mu = 0 ... 2, 10, 30: '// &
@@ -55,19 +56,19 @@ contains
          'at mu = 2; from mu = '//number(mass%value(limit_case), 0)//' on it does')
       call add_statement(list, '7c', 'mu = 0.5 gives small displacements after the impact.', &
          'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
-         'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed), 3)//'; at 0.5 '// &
-         percent(peaks(half)/maxval(peaks(:printed)))//' of the highest', '')
-      cycles = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed)]
+         'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed_count), 3)//'; at 0.5 '// &
+         percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
+      cycles = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed_count)]
       call add_statement_of_ends(list, '7d', 'The end hardly depends on mu.', &
-         'spread of the ends over mu = 0 ... 2, under 0.2', spread, alike, 'ends at tau = '//listed(ends, 1)// &
-         '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed)], 1)// &
+         'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(ends, 1)// &
+         '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed_count)], 1)// &
          '; times the lowest frequency of the beam with its mass: '//listed(cycles, 1), &
          'a heavier tip swings more slowly; counted in its own swings the end does depend little on mu, but for 0.25')
    end subroutine judge_mass
 
    !> Whether the main peak at mu = 0.5 exceeds the lowest main peak by at most a tenth.
    pure function half_is_low(mass) result(low)
-      !> The series of `judge_mass`
+      !> Cases of tip mass, as in `judge_mass`
       type(series_t), intent(in) :: mass
       logical :: low(way_count)
 
@@ -101,7 +102,7 @@ contains
       type(series_t), intent(in) :: taper
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: none = 1, middle = 4, much = 6, wedge = 7
+      integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
       real(wp), dimension(way_count) :: excess, soonest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: ends(size(taper%cases))
       logical, dimension(definition_count, way_count) :: outlasts, first, tied
@@ -109,18 +110,18 @@ contains
 
       do way = 1, way_count
          ends = ends_of(taper, way, usual_end)
-         excess(way) = min(ends(none), ends(wedge))/ends(middle) - 1.0_wp
+         excess(way) = min(ends(uniform), ends(wedge))/ends(middle) - 1.0_wp
          soonest(way) = taper%value(minloc(ends, dim=1))
-         peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(none, way)%main_peak
+         peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(uniform, way)%main_peak
          kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_first &
-            /max(taper%outcome(none, way)%kinetic_at_first, 1.0e-12_wp)
+            /max(taper%outcome(uniform, way)%kinetic_at_first, 1.0e-12_wp)
          loss_ratio(way) = taper%outcome(wedge, way)%lost_at_first &
-            /max(taper%outcome(none, way)%lost_at_first, 1.0e-12_wp)
+            /max(taper%outcome(uniform, way)%lost_at_first, 1.0e-12_wp)
       end do
       do way = 1, way_count
          do definition = 1, definition_count
             ends = ends_of(taper, way, definition)
-            outlasts(definition, way) = min(ends(none), ends(wedge)) > 1.05_wp*ends(middle)
+            outlasts(definition, way) = min(ends(uniform), ends(wedge)) > 1.05_wp*ends(middle)
          end do
       end do
       call find_soonest(taper, middle, first, tied)

@@ -16,8 +16,8 @@ module paper_cases
    !> Mean height hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp
 
-   !> Ways of computing motion: exact motion on a coarse or fine mesh, with a momentum impulse or with replacement of
-   !> the nodal velocity (nodal), and the Newmark steps of the paper.
+   !> Ways of computing motion: exact motion on a coarse or fine mesh, with an impulse on the whole beam or with
+   !> replacement of the nodal velocity (nodal), and Newmark's method with the paper's time step on the coarse mesh.
    integer, parameter :: coarse = 1
    integer, parameter :: fine = 2
    integer, parameter :: coarse_nodal = 3
@@ -25,8 +25,8 @@ module paper_cases
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
    integer, parameter :: way_count = 6
-   !> The way with which each way is compared to estimate the uncertainty of its results: the same computation on the
-   !> other mesh, or the other integration method on the same mesh.
+   !> For each way, the way with which its results are compared to estimate their error: the same computation on the
+   !> other mesh, or the other integration method on the coarse mesh.
    integer, parameter :: comparison_way(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. The defaults are the parameters of the paper's first example.
@@ -47,7 +47,7 @@ module paper_cases
       real(wp) :: stiffness = 0.0_wp
    end type figure_case_t
 
-   !> A way of computing motion.
+   !> A way of computing motion: mesh, integration method, kind of impulse and mass matrix.
    type :: way_t
       character(24) :: name = ''
       !> Number of elements of equal length
@@ -56,7 +56,8 @@ module paper_cases
       integer :: method = method_exact
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
-      !> Use the more accurate mass matrix instead of the consistent mass matrix of the paper
+      !> True: use the more accurate of the consistent and the redistributed mass matrix; false: always use the
+      !> consistent mass matrix of the paper
       logical :: chooses_mass = .false.
    end type way_t
 

@@ -1,5 +1,5 @@
-!> Convergence of the paper's first example under mesh refinement, with a momentum impulse and with replacement of the
-!> nodal velocity.
+!> Convergence of the paper's first example under mesh refinement, with an impulse on the whole beam and with
+!> replacement of the nodal velocity.
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
@@ -10,24 +10,25 @@ module paper_convergence
    private
    public :: convergence_t, find_convergence, impulse_kinds
 
-   !> Kinds of impulse in the order of the `impulse_` constants.
+   !> Names of the kinds of impulse in tables, in the order of the `impulse_` constants.
    character(*), parameter :: impulse_kinds(2) = [character(8) :: 'momentum', 'nodal']
 
    type :: convergence_t
       !> Number of equal elements of each mesh, [meshes]
       integer, allocatable :: elements(:)
-      !> Mass that takes part in an impact, relative to the beam, [meshes]
+      !> Effective mass at the stop in an impact, relative to the mass of the beam, [meshes]
       real(wp), allocatable :: mass(:)
-      !> Instant tau of the first contact, [meshes]
+      !> Instant tau of the first impact, [meshes]
       real(wp), allocatable :: first_tau(:)
       !> Main peak in eta, [meshes, kinds of impulse]
       real(wp), allocatable :: main_peak(:, :)
       !> Instant tau of the last exceedance of 2 percent by |eta_c|, [meshes, kinds of impulse]
       real(wp), allocatable :: settling_tau(:, :)
-      !> Instant tau at which 1 percent of the energy remains, [meshes, kinds of impulse]
-      real(wp), allocatable :: energy_tau(:, :)
-      !> Energy dissipated at impacts and energy created, relative to the energy to be dissipated, [meshes, kinds of
+      !> Instant tau at which the energy above rest last exceeds 1 percent of its initial value, [meshes, kinds of
       !> impulse]
+      real(wp), allocatable :: energy_tau(:, :)
+      !> Energy lost at impacts and energy created by replacing nodal velocities, relative to the initial energy above
+      !> rest, [meshes, kinds of impulse]
       real(wp), allocatable :: lost(:, :)
       real(wp), allocatable :: created(:, :)
    end type convergence_t

@@ -17,9 +17,11 @@ module paper_outcomes
 
    !> Levels of |eta_c| whose last exceedance is the end of motion by the first three definitions.
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]
-   !> Fractions of the initial energy above the rest energy at which the motion ends by the last three definitions.
+   !> Fractions of the initial energy above rest; the last exceedance of each fraction is the end of motion by one of
+   !> the last three definitions.
    real(wp), parameter :: end_shares(3) = [0.05_wp, 0.01_wp, 0.002_wp]
-   !> The two definitions that the results quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy remains.
+   !> Indices of the two definitions that statements quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy
+   !> remains.
    integer, parameter :: usual_end = 2
    integer, parameter :: energy_end = size(end_levels) + 2
    integer, parameter :: definition_count = size(end_levels) + size(end_shares)
@@ -33,45 +35,47 @@ module paper_outcomes
    !> Value of an instant of an event that does not happen within the run.
    real(wp), parameter :: never = 1.0e9_wp
 
-   !> Value of eta below which the contact counts as closed.
-   real(wp), parameter :: touching_level = 1.0e-3_wp
+   !> Value of eta below which a sample counts as time in contact.
+   real(wp), parameter :: contact_level = 1.0e-3_wp
 
    type :: outcome_t
       !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
       real(wp) :: ends(definition_count) = never
-      !> Instant tau of the first contact
+      !> Instant tau of the first impact
       real(wp) :: first_tau = never
       !> Peaks of the rebounds and their instants
       real(wp), allocatable :: peak_eta(:), peak_tau(:)
       !> Maximum indentation of the stop in eta
       real(wp) :: indentation = 0.0_wp
-      !> Whether there is a main rebound, the highest rebound within a period of the free beam after the first contact
+      !> Whether there is a main rebound, the highest rebound within a period of the first mode after the first impact
       logical :: rebounds = .false.
-      !> Peak of the main rebound
+      !> Peak of the main rebound in eta
       real(wp) :: main_peak = 0.0_wp
-      !> Duration of the first lasting contact, and time from the first contact to the main rebound
+      !> Duration of the first closed contact, and time from the first impact to the start of the main rebound, both in
+      !> tau
       real(wp) :: first_contact = 0.0_wp
       real(wp) :: first_touching = 0.0_wp
-      !> Ratio of the time with closed contact to the time with open contact, from the first contact to the end of
-      !> motion
+      !> Ratio of the time in contact to the time out of contact, from the first impact to the last exceedance of 2
+      !> percent by |eta_c|
       real(wp) :: contact_ratio = 0.0_wp
-      !> Energy dissipated at impacts until the main rebound and in total, and energy created in total, relative to the
-      !> energy to be dissipated
+      !> Energies relative to the initial energy above rest: lost at events until the peak of the main rebound, lost at
+      !> impacts in the whole run, and created by replacing nodal velocities in the whole run
       real(wp) :: lost_at_first = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
       real(wp) :: created = 0.0_wp
-      !> Maximum velocity of approach after the main rebound
+      !> Maximum velocity of approach in impacts after the main rebound
       real(wp) :: later_velocity = 0.0_wp
-      !> Fraction of the energy in each of the lowest modes early in the main rebound
+      !> Fraction of the energy in each of the lowest modes, shortly after the start of the main rebound
       real(wp) :: energy_share(measured_modes) = 0.0_wp
-      !> Fraction of the modes above the second in displacement and in velocity at the stop early in the main rebound
+      !> Fraction of the modes above the second in the sum of all modal amplitudes at the stop, for displacement and for
+      !> velocity, shortly after the start of the main rebound
       real(wp) :: high_displacement = 0.0_wp
       real(wp) :: high_velocity = 0.0_wp
       !> Lowest frequency of the beam with its tip mass, in omega1
       real(wp) :: own_frequency = 1.0_wp
-      !> Reciprocal of the mass that takes part in an impact, rho Abar L = 1
+      !> Inverse of the effective mass at the stop in an impact, in 1/(rho Abar L)
       real(wp) :: mobility = 0.0_wp
-      !> Kinetic energy at the first contact, relative to the energy to be dissipated
+      !> Kinetic energy before the first impact, relative to the initial energy above rest
       real(wp) :: kinetic_at_first = 0.0_wp
    end type outcome_t
 
@@ -93,7 +97,7 @@ contains
       type(free_modes_t) :: modes
       type(response_t) :: response
       type(output_settings_t) :: output
-      real(wp) :: start
+      real(wp) :: rebound_start
 
       call model_of_case(this, way, model, error)
       if (allocated(error)) return
@@ -103,22 +107,22 @@ contains
       output%history(force_stop) = .false.
       output%energy = .true.
       output%measures = .true.
-      call respond(this, way, model, modes, duration, output, response, error)
+      call run_case(this, way, model, modes, duration, output, response, error)
       if (allocated(error)) return
       outcome%own_frequency = sqrt(modes%square(1))
       outcome%mobility = sum(modes%mode(modes%stop_dof, :)**2)
-      call measure(response, response%measures, outcome, start)
+      call measure(response, response%measures, outcome, rebound_start)
       if (.not. outcome%rebounds) return
       ! the shape is taken one sample after the release, when its effect on the highest modes has passed
       output = output_settings_t(history=.false.)
-      allocate (output%shape_times, source=[start + 0.01_wp])
-      call respond(this, way, model, modes, start + 0.05_wp, output, response, error)
+      allocate (output%shape_times, source=[rebound_start + 0.01_wp])
+      call run_case(this, way, model, modes, rebound_start + 0.05_wp, output, response, error)
       if (allocated(error)) return
       call measure_components(this, model, modes, response, outcome)
    end subroutine find_outcome
 
    !> Compute the motion of a case.
-   subroutine respond(this, way, model, modes, duration, output, response, error)
+   subroutine run_case(this, way, model, modes, duration, output, response, error)
       type(figure_case_t), intent(in) :: this
       !> Way of computing
       type(way_t), intent(in) :: way
@@ -145,22 +149,22 @@ contains
       settings%output = output
       settings%height_ratio = height_ratio
       call run_motion(model, settings, response, error, modes)
-   end subroutine respond
+   end subroutine run_case
 
    !> Compute the measures from histories and events.
-   pure subroutine measure(response, measures, outcome, start)
+   pure subroutine measure(response, measures, outcome, rebound_start)
       !> Motion of the case
       type(response_t), intent(in) :: response
       type(run_measures_t), intent(in) :: measures
       !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
-      !> Start of the main rebound in tau
-      real(wp), intent(out) :: start
+      !> Start of the main rebound in tau: the last event before its peak
+      real(wp), intent(out) :: rebound_start
 
       real(wp) :: to_dissipate, rest_energy, kinetic_before
       integer :: i, first, last, closed_samples, main
 
-      start = 0.0_wp
+      rebound_start = 0.0_wp
       allocate (outcome%peak_eta, source=measures%peak_eta)
       allocate (outcome%peak_tau, source=measures%peak_tau)
       rest_energy = measures%rest_energy
@@ -184,7 +188,7 @@ contains
          kinetic_before = energy%kinetic(max(first - 1, 1))
          outcome%kinetic_at_first = kinetic_before/to_dissipate
          last = max(first, findloc(eta > end_levels(2), .true., dim=1, back=.true.))
-         closed_samples = count(eta(first:last) < touching_level)
+         closed_samples = count(eta(first:last) < contact_level)
          outcome%contact_ratio = real(closed_samples, wp)/real(max(last - first + 1 - closed_samples, 1), wp)
       end associate
       if (size(measures%contact_start) > 0) outcome%first_contact = measures%contact_end(1) - measures%contact_start(1)
@@ -197,17 +201,17 @@ contains
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%tau <= outcome%peak_tau(main)) then
-               start = event%tau
+               rebound_start = event%tau
                outcome%lost_at_first = outcome%lost_at_first + max(0.0_wp, -event%energy_change)/to_dissipate
             else if (event%kind == event_impact .or. event%kind == event_contact) then
                outcome%later_velocity = max(outcome%later_velocity, -event%velocity_before)
             end if
          end associate
       end do
-      outcome%first_touching = start - measures%first_impact_tau
+      outcome%first_touching = rebound_start - measures%first_impact_tau
    end subroutine measure
 
-   !> Compute the contributions of the modes early in the main rebound.
+   !> Compute the contributions of the modes shortly after the start of the main rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
       type(figure_case_t), intent(in) :: this
       !> Model and free modes of the beam
@@ -218,17 +222,17 @@ contains
       !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
 
-      real(wp), dimension(2*model%mesh%elements) :: shape, rate, product, q, v, energy, amplitude
+      real(wp), dimension(2*model%mesh%elements) :: shape, velocity, product, q, v, energy, amplitude
       integer :: n
 
       n = model%mesh%elements
       shape(1::2) = response%shape_displacement(1:n, 1) + this%preload
       shape(2::2) = response%shape_slope(1:n, 1)
-      rate(1::2) = response%shape_velocity(1:n, 1)
-      rate(2::2) = response%shape_slope_velocity(1:n, 1)
+      velocity(1::2) = response%shape_velocity(1:n, 1)
+      velocity(2::2) = response%shape_slope_velocity(1:n, 1)
       call multiply(model%mass, shape, product)
       q = matmul(product, modes%mode)
-      call multiply(model%mass, rate, product)
+      call multiply(model%mass, velocity, product)
       v = matmul(product, modes%mode)
       energy = 0.5_wp*(v**2 + modes%square*q**2)
       n = min(measured_modes, 2*n)

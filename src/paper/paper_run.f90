@@ -1,4 +1,4 @@
-!> The computation of a scene by the program `impactbeam-paper`.
+!> Runs the program `impactbeam-paper` for one scene.
 module paper_run
    use failures, only: failure_t
    use kinds, only: wp
@@ -20,17 +20,17 @@ module paper_run
 
 contains
 
-   !> Estimate the memory for runs one after the other, each with its energy balance.
+   !> Estimate the memory that the scene needs. The runs are computed one after the other, each with its energy balance.
    subroutine needs_of_statements(scene, threads, need)
       type(scene_t), intent(in) :: scene
-      !> Not used
+      !> Not used, because the runs are not computed in parallel
       integer, intent(in) :: threads
       type(need_t), intent(out) :: need
 
       associate (unused => threads, statements => scene%statements)
          call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', &
             need)
-         ! the convergence study runs the example on a mesh with twice as many elements
+         ! the convergence study uses up to twice as many elements as the fine mesh
          call add_modes(2*statements%fine_elements, 1, 'give &statements fewer fine_elements', need)
       end associate
    end subroutine needs_of_statements

@@ -1,4 +1,5 @@
-!> The cases of the paper's figures, in each of which one parameter is varied, computed in every way.
+!> Series of cases of the paper's figures. Each series varies one parameter; each case is computed in every way of
+!> `paper_cases`.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
@@ -18,13 +19,13 @@ module paper_series
    integer, parameter :: vary_taper = 6
    integer, parameter :: vary_stiffness = 7
 
-   !> Names of the varied parameters in scenes, and their symbols in the paper
+   !> Names of the varied parameters in scene files, and their symbols in the paper
    character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
       'tip_mass_ratio', 'taper', 'stiffness_ratio']
    character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', 'kappa']
 
    type :: series_t
-      !> Values of the varied parameter
+      !> Values of the varied parameter, [cases]
       real(wp), allocatable :: value(:)
       type(figure_case_t), allocatable :: cases(:)
       !> Measures of the cases, [cases, ways]
@@ -75,7 +76,7 @@ contains
       end select
    end subroutine make_series
 
-   !> Compute all cases of a series in every way.
+   !> Compute all cases of a series in every way of computing.
    subroutine compute_series(ways, duration, series, error)
       type(way_t), intent(in) :: ways(way_count)
       !> Duration of the runs in tau
@@ -108,40 +109,40 @@ contains
       ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
    end function ends_of
 
-   !> Whether each case may be the one whose motion ends soonest. The uncertainty of an end is its difference from the
-   !> end in the way of comparison (`comparison_way`) plus a sampling interval.
-   pure function soonest_of(series, way, definition) result(may_be)
+   !> Whether each case may be the one whose motion ends soonest. The error of an end is estimated by its difference
+   !> from the end in the way of comparison (`comparison_way`) plus a sampling interval.
+   pure function soonest_of(series, way, definition) result(may_be_soonest)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
       !> Number of the definition of the end of motion
       integer, intent(in) :: definition
-      logical :: may_be(size(series%cases))
+      logical :: may_be_soonest(size(series%cases))
 
       integer :: first
 
       associate (ends => ends_of(series, way, definition), compared => ends_of(series, comparison_way(way), definition))
          first = minloc(ends, dim=1)
-         may_be = min(ends, compared) < max(ends(first), compared(first)) + sample_step
+         may_be_soonest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
       end associate
    end function soonest_of
 
-   !> For each definition of the end and each way, whether the motion of one case ends soonest, or is tied with other
-   !> cases.
-   pure subroutine find_soonest(series, number, is_first, is_tied)
+   !> For each definition of the end and each way of computing, whether the motion of the given case ends soonest, or is
+   !> tied with other cases within the error.
+   pure subroutine find_soonest(series, case_number, is_first, is_tied)
       type(series_t), intent(in) :: series
-      !> Number of the case
-      integer, intent(in) :: number
+      !> Number of the given case
+      integer, intent(in) :: case_number
       logical, dimension(definition_count, way_count), intent(out) :: is_first
       logical, dimension(definition_count, way_count), intent(out) :: is_tied
 
-      logical :: may_be(size(series%cases))
+      logical :: may_be_soonest(size(series%cases))
       integer :: definition, way
 
       do way = 1, way_count
          do definition = 1, definition_count
-            may_be = soonest_of(series, way, definition)
-            is_first(definition, way) = may_be(number) .and. count(may_be) == 1
-            is_tied(definition, way) = may_be(number) .and. count(may_be) > 1
+            may_be_soonest = soonest_of(series, way, definition)
+            is_first(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) == 1
+            is_tied(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) > 1
          end do
       end do
    end subroutine find_soonest

@@ -18,31 +18,31 @@ contains
       type(series_t), intent(in) :: position
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: half = 1, seventy = 2, eighty_seven = 4, seven_eighths = 5
+      integer, parameter :: at_050 = 1, at_070 = 2, at_087 = 4, at_0875 = 5
       !> Fraction of the energy below which a mode counts as absent
-      real(wp), parameter :: absent = 1.0e-3_wp
-      real(wp), dimension(way_count) :: third, second, soonest
+      real(wp), parameter :: absent_fraction = 1.0e-3_wp
+      real(wp), dimension(way_count) :: third_mode, second_mode, soonest
       real(wp) :: ends(size(position%cases))
       logical, dimension(definition_count, way_count) :: first, tied
       integer :: way, i
 
       do way = 1, way_count
-         third(way) = max(position%outcome(half, way)%energy_share(3), &
-            position%outcome(eighty_seven, way)%energy_share(3))
-         second(way) = position%outcome(seventy, way)%energy_share(2)
+         third_mode(way) = max(position%outcome(at_050, way)%energy_share(3), &
+            position%outcome(at_087, way)%energy_share(3))
+         second_mode(way) = position%outcome(at_070, way)%energy_share(2)
          ends = ends_of(position, way, usual_end)
          soonest(way) = position%value(minloc(ends, dim=1))
       end do
-      call find_soonest(position, seven_eighths, first, tied)
+      call find_soonest(position, at_0875, first, tied)
       ends = ends_of(position, fine, usual_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
-         'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third, &
-         third < absent, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third_mode, &
+         third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_share(3), i=1, size(ends))], 5), &
          'nodes of mode 3 lie at 0.504 and 0.868')
       call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
-         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second, &
-         second < absent, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second_mode, &
+         second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_share(2), i=1, size(ends))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_statement_of_ends(list, '5c', 'Contact at 0.875 ends soonest.', &
@@ -57,31 +57,31 @@ contains
       call mark_ties(list, tied)
    end subroutine judge_position
 
-   !> Judge statement 6: strong high components with small damping, an earlier end of motion with larger damping, and a
-   !> ratio of 1/3 of the time with closed contact to the time with open contact.
+   !> Judge statement 6: contributions of high modes are large with small damping, the motion ends earlier with larger
+   !> damping, and the time in contact is a third of the time out of contact.
    subroutine judge_damping(zeta, list)
       !> Cases with zeta = 0.001, 0.01, 0.05, 0.1
       type(series_t), intent(in) :: zeta
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: smallest = 1, one_percent = 2, five_percent = 3
+      integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
-      real(wp), dimension(way_count) :: ratio, fall, on_stop, max_deviation
-      logical :: falls(definition_count, way_count)
+      real(wp), dimension(way_count) :: ratio, end_correlation, mean_ratio, max_deviation
+      logical :: decreases(definition_count, way_count)
       integer :: way, i, definition
 
       do way = 1, way_count
-         ratio(way) = zeta%outcome(smallest, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
+         ratio(way) = zeta%outcome(lowest, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
             1.0e-12_wp)
-         fall(way) = order(ends_of(zeta, way, usual_end))
-         on_stop(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
+         end_correlation(way) = order(ends_of(zeta, way, usual_end))
+         mean_ratio(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
             + zeta%outcome(five_percent, way)%contact_ratio)
          max_deviation(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
             abs(zeta%outcome(five_percent, way)%contact_ratio - third))
       end do
       do way = 1, way_count
          do definition = 1, definition_count
-            falls(definition, way) = order(ends_of(zeta, way, definition)) < -0.6_wp
+            decreases(definition, way) = order(ends_of(zeta, way, definition)) < -0.6_wp
          end do
       end do
       call add_statement(list, '6a', 'With small damping high components are strong.', &
@@ -89,12 +89,12 @@ contains
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%high_velocity, i=1, size(zeta%cases))], 4), '')
       call add_statement_of_ends(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
-         'order of the ends over zeta, under -0.6', fall, falls, 'ends at tau = '// &
+         'order of the ends over zeta, under -0.6', end_correlation, decreases, 'ends at tau = '// &
          listed(ends_of(zeta, fine, usual_end), 1)//'; energy down to 1 %: '// &
          listed(ends_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
-         'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', on_stop, &
+         'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', mean_ratio, &
          max_deviation < 0.5_wp*(third - quarter), &
          'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &

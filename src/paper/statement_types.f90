@@ -1,4 +1,4 @@
-!> A statement of the paper, its measures in every way of computing, and its verdict.
+!> Statements of the paper, each with its measured values in all ways of computing motion and its verdict.
 module statement_types
    use kinds, only: wp
    use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, way_count
@@ -17,8 +17,8 @@ module statement_types
    integer, parameter :: verdict_nodal = 3
    !> The statement holds on the coarse mesh of the paper, but not on the fine mesh.
    integer, parameter :: verdict_coarse = 4
-   !> The statement is undecided: for most definitions of the end of motion it either holds or compares values whose
-   !> difference is within their uncertainty.
+   !> The statement is undecided: by most definitions of the end of motion the statement either holds or compares values
+   !> whose difference is within their error.
    integer, parameter :: verdict_tie = 5
    character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
       'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
@@ -30,7 +30,7 @@ module statement_types
       character(:), allocatable :: text
       !> Description of the measured value, and the condition on it
       character(:), allocatable :: measure
-      !> Value that decides in each way; equal for all ways if the statement does not involve motion
+      !> Value that decides, in each way of computing; equal in all ways if the statement does not involve motion
       real(wp) :: figure(way_count) = 0.0_wp
       !> Whether the condition is met in each way
       logical :: holds(way_count) = .false.
@@ -165,8 +165,8 @@ contains
       end if
    end function verdict_in_words
 
-   !> Kendall's rank correlation of a sequence with its order: the fraction of ascending pairs minus that of descending
-   !> pairs.
+   !> Kendall's rank correlation of a sequence with its index: the fraction of ascending pairs minus the fraction of
+   !> descending pairs.
    pure function order(value) result(tau)
       real(wp), intent(in) :: value(:)
       !> Rank correlation; 1: ascending, -1: descending
@@ -184,7 +184,7 @@ contains
       tau = tau/(0.5_wp*real(size(value)*(size(value) - 1), wp))
    end function order
 
-   !> Numbers separated by commas.
+   !> Text of numbers, separated by commas.
    pure function listed(values, digits) result(text)
       real(wp), intent(in) :: values(:)
       !> Number of decimals
@@ -200,7 +200,7 @@ contains
       end do
    end function listed
 
-   !> A number, or the word for an event that does not happen.
+   !> Text of a number; 'never' for an instant that is not reached within the run.
    pure function number(value, digits) result(text)
       real(wp), intent(in) :: value
       !> Number of decimals
@@ -224,7 +224,7 @@ contains
       if (index(text, '-.') == 1) text = '-0'//text(2:)
    end function number
 
-   !> A fraction in percent.
+   !> Text of a fraction in percent.
    pure function percent(share) result(text)
       real(wp), intent(in) :: share
       character(:), allocatable :: text

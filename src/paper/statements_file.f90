@@ -1,4 +1,4 @@
-!> The results file and the text file of the statements.
+!> Writes the results file and the text file of the statements.
 module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -29,7 +29,7 @@ module statements_file
 
 contains
 
-   !> Write the results file, either complete or not at all, and then the text file.
+   !> Write the results file, either completely or not at all, and then the text file.
    subroutine write_statements(folder, scene, study, error)
       !> Folder of the results file
       character(*), intent(in) :: folder
@@ -63,7 +63,7 @@ contains
       !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> Set if there is such a file
+      !> Set if the file exists and is not a text of statements
       type(failure_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: path
@@ -122,8 +122,7 @@ contains
       end do
    end subroutine write_verdicts
 
-   !> Write the measures of the cases of one figure as tables over cases and ways. Instants of events that did not
-   !> happen are NaN.
+   !> Write the results of the cases of one figure, [cases, ways of computing]. An instant that is not reached is NaN.
    subroutine write_series(group, name, ways, series)
       type(hdf5_group_t), intent(in) :: group
       !> Name of the varied parameter
@@ -166,7 +165,7 @@ contains
 
    contains
 
-      !> Write one table.
+      !> Write one dataset.
       subroutine add(dataset, values, long_name)
          !> Name of the dataset
          character(*), intent(in) :: dataset
@@ -241,7 +240,7 @@ contains
       call replace_file(folder, name, bytes, error)
    end subroutine write_text
 
-   !> A name with a number appended.
+   !> Append a number of one digit to a name.
    pure function name_of(name, index) result(text)
       character(*), intent(in) :: name
       !> Number, 0 to 9

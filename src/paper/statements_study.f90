@@ -1,4 +1,4 @@
-!> Computation and judgement of every statement of the paper.
+!> Computes and judges all statements of the paper.
 module statements_study
    use component_statements, only: judge_components
    use failures, only: failure_t
@@ -28,7 +28,7 @@ module statements_study
 
 contains
 
-   !> Compute all cases in every way and judge all statements in order.
+   !> Compute all cases in every way of `paper_cases` and judge all statements in the order of the paper.
    subroutine judge_statements(ways, duration, study, error)
       type(way_t), intent(in) :: ways(way_count)
       !> Duration of the runs in tau
@@ -40,7 +40,7 @@ contains
 
       integer, parameter :: coarsest = 4
       ! the motion of the example ends long before this instant
-      real(wp), parameter :: longest_example = 40.0_wp
+      real(wp), parameter :: max_example_duration = 40.0_wp
       integer :: i
 
       study%ways = ways
@@ -50,7 +50,7 @@ contains
          if (allocated(error)) return
       end do
       call find_convergence(min(coarsest, ways(coarse)%elements), 2*ways(fine)%elements, &
-         min(duration, longest_example), study%convergence, error)
+         min(duration, max_example_duration), study%convergence, error)
       if (allocated(error)) return
       call judge_frequencies(study%list, error)
       if (allocated(error)) return

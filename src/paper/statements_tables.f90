@@ -1,4 +1,5 @@
-!> The statements as text: a block for each statement with its measured values in every way, and a summary.
+!> Prints the statements as text: a block for each statement with its measured values in every way of computing, and a
+!> summary.
 module statements_tables
    use kinds, only: wp
    use paper_cases, only: way_count, way_t
@@ -11,7 +12,7 @@ module statements_tables
    private
    public :: print_statements, print_outcomes
 
-   integer, parameter :: width = 116
+   integer, parameter :: line_width = 116
 
 contains
 
@@ -26,7 +27,7 @@ contains
          associate (item => study%list%item(i), ways => study%ways)
             call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
             call print_wrapped(unit, '', item%measure//':')
-            call print_wrapped(unit, '', figures(item, ways))
+            call print_wrapped(unit, '', figures_text(item, ways))
             call print_wrapped(unit, '', item%detail)
             if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//item%reason//'.')
             write (unit, '(a)') ''
@@ -94,8 +95,8 @@ contains
       cell = words
    end function padded
 
-   !> The deciding value of each way, followed by yes or no.
-   function figures(item, ways) result(text)
+   !> Text of the deciding value in each way of computing, followed by yes or no for the condition.
+   function figures_text(item, ways) result(text)
       type(statement_t), intent(in) :: item
       type(way_t), intent(in) :: ways(way_count)
       character(:), allocatable :: text
@@ -119,9 +120,9 @@ contains
       end do
       if (item%has_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
          //' definitions of the end'
-   end function figures
+   end function figures_text
 
-   !> A value with four decimals, or with an exponent if it is very small or large.
+   !> Text of a number with four decimals, or with an exponent if the number is very small or large.
    function short_text(value) result(text)
       real(wp), intent(in) :: value
       character(:), allocatable :: text
@@ -151,9 +152,9 @@ contains
       first = 1
       do while (first <= len_trim(text))
          last = len_trim(text)
-         if (last - first + 1 > width) then
-            last = first + index(text(first:first + width), ' ', back=.true.) - 2
-            if (last < first) last = first + width - 1
+         if (last - first + 1 > line_width) then
+            last = first + index(text(first:first + line_width), ' ', back=.true.) - 2
+            if (last < first) last = first + line_width - 1
          end if
          write (unit, '(a, 1x, a)') margin, text(first:last)
          first = last + 1

@@ -1,4 +1,4 @@
-!> Statements 2, 3 and 4 of the paper: the two models of the stop, the preload, the coefficient of restitution.
+!> Judges statements 2, 3 and 4 of the paper: the two models of the stop, the preload, the coefficient of restitution.
 module stop_statements
    use kinds, only: pi, wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -21,39 +21,39 @@ contains
       type(statements_t), intent(inout) :: list
 
       real(wp), parameter :: period = 2.0_wp*pi
-      real(wp), dimension(size(soft%cases)) :: difference, yielding, share
-      real(wp), dimension(way_count) :: worst_difference, worst_yielding, worst_share
-      logical, dimension(way_count) :: alike, stiff, short
+      real(wp), dimension(size(soft%cases)) :: difference, indentation, share
+      real(wp), dimension(way_count) :: difference_10, indentation_10, share_10
+      logical, dimension(way_count) :: similar, stiff, short
       character(240) :: detail(3)
       character(60) :: remark(3)
       integer :: way
 
       detail = ''
       do way = 1, way_count
-         call compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
+         call compare(soft, rigid, rigid_case, way, period, difference, indentation, share)
          ! the value printed in the paper is kappa = 10, the first of the series
-         worst_difference(way) = difference(1)
-         worst_yielding(way) = yielding(1)
-         worst_share(way) = share(1)
-         alike(way) = difference(1) < 0.05_wp
-         stiff(way) = yielding(1) < 0.01_wp
+         difference_10(way) = difference(1)
+         indentation_10(way) = indentation(1)
+         share_10(way) = share(1)
+         similar(way) = difference(1) < 0.05_wp
+         stiff(way) = indentation(1) < 0.01_wp
          short(way) = share(1) < 0.05_wp
          if (way /= fine) cycle
          detail(1) = 'at kappa = 10, 1e2 ... 1e5: '//listed(difference, 4)
-         remark(1) = 'with the printed kappa; from kappa = '//first_of(difference, 0.05_wp)//' on it does'
-         detail(2) = 'at kappa = 10, 1e2 ... 1e5: '//listed(yielding, 5)
-         remark(2) = 'with the printed kappa; from kappa = '//first_of(yielding, 0.01_wp)//' on it does'
+         remark(1) = 'with the printed kappa; from kappa = '//first_kappa_below(difference, 0.05_wp)//' on it does'
+         detail(2) = 'at kappa = 10, 1e2 ... 1e5: '//listed(indentation, 5)
+         remark(2) = 'with the printed kappa; from kappa = '//first_kappa_below(indentation, 0.01_wp)//' on it does'
          detail(3) = 'at kappa = 10, 1e2 ... 1e5: '//listed(share, 4)
-         remark(3) = 'with the printed kappa; from kappa = '//first_of(share, 0.05_wp)//' on it does'
+         remark(3) = 'with the printed kappa; from kappa = '//first_kappa_below(share, 0.05_wp)//' on it does'
       end do
       call add_statement(list, '2a', 'The two models of the stop give no marked difference.', &
-         'difference of the main peaks at the printed kappa = 10, under 0.05', worst_difference, alike, &
+         'difference of the main peaks at the printed kappa = 10, under 0.05', difference_10, similar, &
          trim(detail(1)), 'the printed kappa has probably lost its exponent', trim(remark(1)))
       call add_statement(list, '2b', 'The stop yields very slightly.', &
-         'deepest indentation in eta at the printed kappa = 10, under 0.01', worst_yielding, stiff, trim(detail(2)), &
+         'deepest indentation in eta at the printed kappa = 10, under 0.01', indentation_10, stiff, trim(detail(2)), &
          'the printed kappa has probably lost its exponent', trim(remark(2)))
       call add_statement(list, '2c', 'The time of an impact is short against the period.', &
-         'first contact over 2 pi at the printed kappa = 10, under 0.05', worst_share, short, trim(detail(3)), &
+         'first contact over 2 pi at the printed kappa = 10, under 0.05', share_10, short, trim(detail(3)), &
          'a first contact is a series of impacts and rests that lasts as long as the higher modes press the beam '// &
          'on the stop', &
          trim(remark(3)))
@@ -61,7 +61,7 @@ contains
    contains
 
       !> Minimum kappa of the series from which on a value stays below its limit.
-      function first_of(figure, limit) result(text)
+      function first_kappa_below(figure, limit) result(text)
          !> Value for each kappa
          real(wp), intent(in) :: figure(:)
          real(wp), intent(in) :: limit
@@ -72,12 +72,12 @@ contains
          last = findloc(figure < limit, .false., dim=1, back=.true.)
          text = 'none of these'
          if (last < size(figure)) text = number(soft%value(last + 1), 0)
-      end function first_of
+      end function first_kappa_below
 
    end subroutine judge_models
 
    !> Compare both models of the stop in one way of computing.
-   subroutine compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
+   subroutine compare(soft, rigid, rigid_case, way, period, difference, indentation, share)
       !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
@@ -88,7 +88,7 @@ contains
       !> Difference of the main peaks, [kappa]
       real(wp), intent(out) :: difference(:)
       !> Maximum indentation, [kappa]
-      real(wp), intent(out) :: yielding(:)
+      real(wp), intent(out) :: indentation(:)
       !> Duration of the first contact relative to the period, [kappa]
       real(wp), intent(out) :: share(:)
 
@@ -97,7 +97,7 @@ contains
       do i = 1, size(soft%cases)
          associate (compliant => soft%outcome(i, way), other => rigid%outcome(rigid_case, way))
             difference(i) = abs(compliant%main_peak - other%main_peak)
-            yielding(i) = compliant%indentation
+            indentation(i) = compliant%indentation
             share(i) = compliant%first_contact/period
          end associate
       end do
@@ -114,9 +114,9 @@ contains
       integer :: way, definition
 
       do way = 1, way_count
-         figure(way) = ratio_of(way, usual_end)
+         figure(way) = end_ratio(way, usual_end)
          do definition = 1, definition_count
-            sooner(definition, way) = ratio_of(way, definition) < 0.8_wp .and. &
+            sooner(definition, way) = end_ratio(way, definition) < 0.8_wp .and. &
                order(ends_of(preload, way, definition)) < -0.3_wp
          end do
       end do
@@ -132,14 +132,14 @@ contains
    contains
 
       !> Ratio of the end of motion at the maximum preload to that without preload.
-      function ratio_of(way, definition) result(ratio)
+      function end_ratio(way, definition) result(ratio)
          !> Numbers of the way and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
          real(wp) :: ratio
 
          ratio = preload%outcome(size(preload%cases), way)%ends(definition)/preload%outcome(1, way)%ends(definition)
-      end function ratio_of
+      end function end_ratio
 
    end subroutine judge_preload
 
@@ -149,26 +149,26 @@ contains
       type(series_t), intent(in) :: restitution
       type(statements_t), intent(inout) :: list
 
-      real(wp), dimension(way_count) :: gain, spread_above
-      logical, dimension(definition_count, way_count) :: sooner, alike
+      real(wp), dimension(way_count) :: reduction, spread_above
+      logical, dimension(definition_count, way_count) :: sooner, similar
       real(wp) :: ends(size(restitution%cases)), peaks(size(restitution%cases))
-      integer :: way, i, definition, base
+      integer :: way, i, definition, first_high
 
-      base = findloc(restitution%value >= 0.6_wp, .true., dim=1)
+      first_high = findloc(restitution%value >= 0.6_wp, .true., dim=1)
       do way = 1, way_count
-         gain(way) = gain_of(way, usual_end)
+         reduction(way) = end_reduction(way, usual_end)
          do definition = 1, definition_count
-            sooner(definition, way) = gain_of(way, definition) > 0.05_wp
+            sooner(definition, way) = end_reduction(way, definition) > 0.05_wp
             ends = ends_of(restitution, way, definition)
-            alike(definition, way) = maxval(ends(base:))/minval(ends(base:)) - 1.0_wp < 0.1_wp
+            similar(definition, way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp < 0.1_wp
          end do
          ends = ends_of(restitution, way, usual_end)
-         spread_above(way) = maxval(ends(base:))/minval(ends(base:)) - 1.0_wp
+         spread_above(way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp
       end do
       ends = ends_of(restitution, fine, usual_end)
       peaks = [(restitution%outcome(i, fine)%main_peak, i=1, size(peaks))]
       call add_statement_of_ends(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
-         'by what share eps = 0 ends before eps = 0.6, over 0.05', gain, sooner, &
+         'by what share eps = 0 ends before eps = 0.6, over 0.05', reduction, sooner, &
          'ends at tau = '//listed(ends, 2)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(restitution, coarse_nodal, usual_end), 2)//', energy down to 1 %: '// &
          listed(ends_of(restitution, coarse_nodal, energy_end), 2)//'; spread of the main peaks '// &
@@ -178,24 +178,24 @@ contains
          ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip '// &
          'mass; by the nodal reading eps matters, but its order is not the same by eta and by energy')
       call add_statement_of_ends(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
-         'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, alike, 'ends at tau = '// &
-         listed(ends(base:), 2)//"; paper's mesh, nodal reading: "// &
-         listed(values_from(ends_of(restitution, coarse_nodal, usual_end), base), 2), '')
+         'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, similar, 'ends at tau = '// &
+         listed(ends(first_high:), 2)//"; paper's mesh, nodal reading: "// &
+         listed(values_from(ends_of(restitution, coarse_nodal, usual_end), first_high), 2), '')
 
    contains
 
-      !> Relative reduction of the end of motion from eps = 0.6 to eps = 0.
-      function gain_of(way, definition) result(gain)
+      !> Relative reduction of the end of motion from the first eps of at least 0.6 to the lowest eps.
+      function end_reduction(way, definition) result(reduction)
          !> Numbers of the way and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
-         real(wp) :: gain
+         real(wp) :: reduction
 
-         associate (none => restitution%outcome(1, way)%ends(definition), &
-            usual => restitution%outcome(base, way)%ends(definition))
-            gain = (usual - none)/usual
+         associate (end_at_lowest => restitution%outcome(1, way)%ends(definition), &
+            end_at_06 => restitution%outcome(first_high, way)%ends(definition))
+            reduction = (end_at_06 - end_at_lowest)/end_at_06
          end associate
-      end function gain_of
+      end function end_reduction
 
    end subroutine judge_restitution
 
