@@ -43,8 +43,8 @@ contains
                   if (way == fine .and. reductions < 3) exceptions = exceptions &
                      //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
                   if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': '// &
-                     listed([other%high_velocity/reference%high_velocity, other%main_peak/reference%main_peak, &
-                     other%later_velocity/reference%later_velocity], 2)
+                     listed([other%high_velocity/reference%high_velocity, &
+                     other%main_peak/reference%main_peak, other%later_velocity/reference%later_velocity], 2)
                end associate
             end do
          end associate

@@ -29,7 +29,8 @@ contains
       integer :: way, i, definition, limit_case
 
       do way = 1, way_count
-         ratio(way) = mass%outcome(1, way)%high_velocity/max(mass%outcome(mu_two, way)%high_velocity, 1.0e-12_wp)
+         ratio(way) = mass%outcome(1, way)%high_velocity &
+            /max(mass%outcome(mu_two, way)%high_velocity, 1.0e-12_wp)
          peaks = mass%outcome(:, way)%main_peak
          deviation(way) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
          best_mass(way) = mass%value(minloc(peaks(:printed_count), dim=1))

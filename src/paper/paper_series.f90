@@ -22,7 +22,8 @@ module paper_series
    !> Names of the varied parameters in scene files, and their symbols in the paper
    character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
       'tip_mass_ratio', 'taper', 'stiffness_ratio']
-   character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', 'kappa']
+   character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', &
+      'kappa']
 
    type :: series_t
       !> Values of the varied parameter, [cases]

@@ -71,8 +71,8 @@ contains
       integer :: way, i, definition
 
       do way = 1, way_count
-         ratio(way) = zeta%outcome(lowest, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
-            1.0e-12_wp)
+         ratio(way) = zeta%outcome(lowest, way)%high_velocity &
+            /max(zeta%outcome(five_percent, way)%high_velocity, 1.0e-12_wp)
          end_correlation(way) = order(ends_of(zeta, way, usual_end))
          mean_ratio(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
             + zeta%outcome(five_percent, way)%contact_ratio)

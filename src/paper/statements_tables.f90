@@ -68,8 +68,8 @@ contains
          'of the modes'
       write (unit, '(a)') 'above the second in displacement and velocity of the stop point early in that rebound'
       do i = 1, size(study%series)
-         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', 'eta 2 %', &
-            'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
+         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', &
+            'eta 2 %', 'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
          do k = 1, size(study%series(i)%cases)
             do way = 1, way_count
                associate (outcome => study%series(i)%outcome(k, way))
@@ -78,7 +78,8 @@ contains
                   end do
                   write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%ways(way)%name, &
                      (adjustr(cells(definition)(:9)), definition=1, definition_count), outcome%main_peak, &
-                     outcome%lost_at_impacts, outcome%created, outcome%high_displacement, outcome%high_velocity
+                     outcome%lost_at_impacts, outcome%created, outcome%high_displacement, &
+                     outcome%high_velocity
                end associate
             end do
          end do
