@@ -1,6 +1,6 @@
 !> The few lowest frequencies and modes of a large mesh in O(n), by Lanczos iteration on K^-1 M in element curvatures.
-!> In these coordinates K^-1 M is B^T B (`support_coordinates`): a step takes two sums along the beam, without
-!> factorisation and without cancellation.
+!> In these coordinates q, with strain energy q.q/2 and kinetic energy |B q'|^2/2, K^-1 M is B^T B
+!> (`support_coordinates`): a step takes two sums along the beam, without factorisation and without cancellation.
 !>
 !> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
 !> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore left to

@@ -1,5 +1,7 @@
 !> The beam in its element curvatures with a pinned root (docs/theory.md, section 5).
 !>
+!> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B q'|^2/2.
+!>
 !> The curvatures do not determine the rigid-body rotation about the root, which has no strain energy. Each coordinate
 !> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
 !> makes the deflection orthogonal in the mass product to the rotation. Projecting the rotation out loses digits if the

@@ -1,6 +1,8 @@
 !> Residual modes: a few vectors that represent the flexibility of the truncated modes at some points (docs/theory.md,
 !> section 13).
 !>
+!> Vectors are given in coordinates q with strain energy q.q/2 and kinetic energy |B q'|^2/2 (`support_coordinates`).
+!>
 !> The static shapes under forces at these points, minus their components along the retained modes, are orthogonal to
 !> the retained modes in strain energy and therefore in mass (MacNeal, Computers and Structures 1 (1971) 581; Rubin,
 !> AIAA J. 13 (1975) 995). The Rayleigh-Ritz method makes modes of these vectors. With the residual modes the

@@ -1,16 +1,17 @@
 !> The beam in its element curvatures with any root and supports (docs/theory.md, section 5).
 !>
-!> The curvature coordinates of `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root,
-!> whose amount follows from a support or, without supports, from orthogonality in the mass product; coordinates of
-!> springs along the beam, sqrt(k) times the displacement; and a displacement that is continued from others
-!> (`redistributed_mass`). The constraints of rigid supports are imposed by projection. Every product with B or B^T then
-!> takes two sums along the beam, without the cancellation of a factorised stiffness matrix.
+!> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B q'|^2/2. The curvature coordinates of
+!> `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root, whose amount follows from a
+!> support or, without supports, from orthogonality in the mass product; coordinates of springs along the beam, sqrt(k)
+!> times the displacement; and a displacement that is continued from others (`redistributed_mass`). The constraints of
+!> supports are imposed by projection. Every product with B or B^T then takes two sums along the beam, without the
+!> cancellation of a factorised stiffness matrix.
 !>
 !> A projection leaves a rounding error of q in the excluded direction. In a high mode displacements are smaller than q
 !> by a factor lambda_i^2, and the excluded direction deflects the beam like a force at the support, so that the
 !> rounding error would be lambda_i^4 times as large in B^T B q. Displacements at supports are therefore computed by the
-!> sums that give B q, with the rounding error of displacements, and the deflection under a force at the support is
-!> subtracted from B q until the displacement satisfies the constraint.
+!> sums that give B q, with the rounding error of displacements, and a multiple of the deflection under a force at the
+!> support is subtracted from B q so that the displacement satisfies the constraint.
 module support_coordinates
    use beam_model, only: beam_model_t, has_rigid_mode
    use kinds, only: wp

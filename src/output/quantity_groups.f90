@@ -126,7 +126,8 @@ contains
       scales(1) = self%named(along(1))
       scales(2) = self%named(along(2))
       if (self%units%are_of_scene) then
-         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scales, in_scene_units=scene_factor)
+         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scales, &
+            in_scene_units=scene_factor)
       else
          call self%add(self%named(name), values, unit, self%worded(meaning), scales, in_scene_units=scene_factor)
       end if
