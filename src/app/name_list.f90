@@ -26,15 +26,15 @@ contains
 
       type(reference_t), allocatable :: names(:)
       character(:), allocatable :: wanted
-      integer, allocatable :: places(:)
+      integer, allocatable :: selected(:)
       integer :: i, unit
 
       text = ''
       call list_names(names, program)
       wanted = lower_case(group)
       if (index(wanted, '&') == 1) wanted = wanted(2:)
-      places = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
-      names = names(places)
+      selected = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
+      names = names(selected)
       if (size(names) == 0) then
          call fail(error, status_bad_input, '--names '//group//': there is no such group; '// &
             hint_for_group(program, wanted))

@@ -167,15 +167,15 @@ contains
 
       real(wp), allocatable :: reduced(:, :)
       real(wp) :: projection(size(matrix, 1))
-      integer :: column, place
+      integer :: column, new_column
 
       projection = 2.0_wp*matmul(matrix, axis)
       allocate (reduced(size(matrix, 1), size(matrix, 2) - 1))
-      place = 0
+      new_column = 0
       do column = 1, size(matrix, 2)
          if (column == pivot) cycle
-         place = place + 1
-         reduced(:, place) = matrix(:, column) - projection*axis(column)
+         new_column = new_column + 1
+         reduced(:, new_column) = matrix(:, column) - projection*axis(column)
       end do
       call move_alloc(reduced, matrix)
    end subroutine reflect_and_drop

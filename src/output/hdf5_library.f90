@@ -35,19 +35,19 @@ contains
       !> Status that HDF5 returned; negative is a failure
       integer, intent(out) :: status
 
-      integer :: quiet_status
+      integer :: ignored_status
 
       status = 0
       ! HDF5's file locking is switched off because it prevents opening files on disks without locks; the program locks
       ! results files itself.
       if (.not. is_open) then
-         quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
+         ignored_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
          call h5open_f(status)
       end if
       is_open = status == 0
       ! HDF5's own error messages are switched off because the callers report failures. The setting belongs to a thread,
       ! so each calling thread must set it.
-      call h5eset_auto_f(0, quiet_status)
+      call h5eset_auto_f(0, ignored_status)
    end subroutine open_hdf5
 
    !> Make the HDF5 type of texts: UTF-8 of variable length.

@@ -99,12 +99,12 @@ contains
       character(24) :: settled(measure_count)
       character(:), allocatable :: prefixed_unit
       real(wp), dimension(measure_count) :: factors, max_error
-      integer, allocatable :: places(:)
+      integer, allocatable :: shown(:)
       integer :: cases, i
 
       cases = size(errors%case)
       ! measures of events that happened in no case are left out
-      places = pack([(i, i=1, measure_count)], [(is_shown(i) .and. .not. all(ieee_is_nan(errors%row(i, :))), &
+      shown = pack([(i, i=1, measure_count)], [(is_shown(i) .and. .not. all(ieee_is_nan(errors%row(i, :))), &
          i=1, measure_count)])
       factors = 1.0_wp
       do i = 1, measure_count
@@ -118,18 +118,18 @@ contains
             settled(i) = to_text(count(known))//' of '//to_text(cases)
          end associate
       end do
-      call add_texts(table, 'measure', labels(places))
+      call add_texts(table, 'measure', labels(shown))
       if (cases == 1) then
          write (unit, '(/, 2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
-         call add_numbers(table, 'value', factors(places)*errors%row(places, 1), 6)
-         call add_numbers(table, 'error', max_error(places), with_exponent, none='does not settle')
-         call add_numbers(table, 'order', errors%order(places, 1), 1)
+         call add_numbers(table, 'value', factors(shown)*errors%row(shown, 1), 6)
+         call add_numbers(table, 'error', max_error(shown), with_exponent, none='does not settle')
+         call add_numbers(table, 'order', errors%order(shown, 1), 1)
       else
          write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         call add_numbers(table, 'greatest error', max_error(places), with_exponent, none='none')
-         call add_texts(table, 'settled', settled(places))
+         call add_numbers(table, 'greatest error', max_error(shown), with_exponent, none='none')
+         call add_texts(table, 'settled', settled(shown))
       end if
       call print_table(unit, table)
    end subroutine print_mesh_errors

@@ -20,8 +20,9 @@ module quantity_groups
       !> The unit of a dimensionless dataset is the symbol of its quantity instead of 1
       logical :: tells_symbols = .false.
    contains
-      !> Make a subgroup; the same group for values that need no scaling
+      !> Make a subgroup
       procedure :: part
+      !> The same group, for values that need no scaling
       procedure :: as_they_are
       !> Write a dataset: name, values, quantity as in `quantity_table` (absent for integers), meaning. Of {a~b} in the
       !> meaning, a stands in dimensionless files and b in files with units. Dimension scales are called by their names
@@ -31,10 +32,11 @@ module quantity_groups
       procedure :: put_column, put_rows
       !> Write a numeric attribute
       procedure :: put_attribute
-      !> Name of a dataset in this file, a text with its {a~b} resolved, and the unit of a quantity that is in units of
-      !> the scene in every file
+      !> Name of a dataset in this file
       procedure :: named
+      !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units
       procedure :: worded
+      !> Unit of a quantity that is in units of the scene in every file
       procedure :: given_unit
       procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find_unit, write_scale_unit
    end type quantity_group_t
@@ -248,17 +250,17 @@ contains
       !> One dimensionless unit in units of the scene; 0: unknown, or a pure number
       real(wp), intent(out) :: scene_factor
 
-      integer :: place
+      integer :: entry
 
-      place = quantity_named(quantity)
+      entry = quantity_named(quantity)
       unit = '1'
-      if (self%tells_symbols) unit = trim(quantity_table(place)%symbol)
+      if (self%tells_symbols) unit = trim(quantity_table(entry)%symbol)
       factor = 1.0_wp
       scene_factor = 0.0_wp
       if (quantity == 'number') return
-      scene_factor = self%units%factor(place)
+      scene_factor = self%units%factor(entry)
       if (.not. self%units%are_of_scene) return
-      unit = unit_of(place, self%units)
+      unit = unit_of(entry, self%units)
       if (self%multiplies) factor = scene_factor
    end subroutine find_unit
 

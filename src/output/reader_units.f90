@@ -67,13 +67,13 @@ contains
    end subroutine find_prefix
 
    !> Index of a unit in `symbols`; 0: the unit takes no prefix.
-   pure function symbol_named(text) result(place)
+   pure function symbol_named(text) result(number)
       character(*), intent(in) :: text
-      integer :: place
+      integer :: number
 
       ! findloc of gfortran 12 does not find any of the texts
-      do place = size(symbols), 1, -1
-         if (symbols(place)%text == text) return
+      do number = size(symbols), 1, -1
+         if (symbols(number)%text == text) return
       end do
    end function symbol_named
 

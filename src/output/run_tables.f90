@@ -168,13 +168,13 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
 
-      integer :: k, place
+      integer :: k, entry_number
 
       do k = 1, size(shown)
-         place = measure_named(shown(k)%measure)
-         associate (measure => measure_table(place))
+         entry_number = measure_named(shown(k)%measure)
+         associate (measure => measure_table(entry_number))
             call add_numbers(table, words_in(units, trim(merge(measure%label, shown(k)%text, shown(k)%text == ''))), &
-               rows(place, :), merge(whole, decimals, measure%is_whole), unit_in(units, measure%quantity))
+               rows(entry_number, :), merge(whole, decimals, measure%is_whole), unit_in(units, measure%quantity))
          end associate
       end do
    end subroutine add_measures

@@ -229,12 +229,12 @@ contains
    end function stops_in_scene
 
    !> Number of the stop from which the beam is released, if there are several stops; 0: there is a single stop.
-   pure function released_stop(scene) result(place)
+   pure function released_stop(scene) result(number)
       type(scene_t), intent(in) :: scene
-      integer :: place
+      integer :: number
 
-      place = 0
-      if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%release_stop)
+      number = 0
+      if (allocated(scene%more_stops)) number = stop_released_from(stops_in_scene(scene), scene%release_stop)
    end function released_stop
 
    !> The law of a stop with its parameters.

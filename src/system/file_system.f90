@@ -14,7 +14,7 @@ module file_system
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
 
    !> Mark between the name of an incomplete file and the number of the process that writes the file.
-   character(*), parameter :: part_mark = '.part-'
+   character(*), parameter :: partial_mark = '.part-'
    !> Maximum length of a name in a folder.
    integer, parameter :: entry_length = 255
 
@@ -303,12 +303,12 @@ contains
    end subroutine load_file
 
    !> Load a regular file. Pipes and devices are refused so that the call never waits.
-   subroutine load_bytes(path, follows_links, longest, bytes, problem)
+   subroutine load_bytes(path, follows_links, max_length, bytes, problem)
       character(*), intent(in) :: path
       !> Whether links are followed
       logical, intent(in) :: follows_links
       !> Maximum size of the file in bytes
-      integer, intent(in) :: longest
+      integer, intent(in) :: max_length
       !> Content of the file
       character(kind=c_char), allocatable, intent(out) :: bytes(:)
       !> Reason why the file could not be read; unallocated: the file was read
@@ -320,8 +320,8 @@ contains
       follows = merge(1_c_int, 0_c_int, follows_links)
       count = 0_c_size_t
       code = impactbeam_read_bytes(trim(path)//c_null_char, follows, count=count)
-      if (code == 0 .and. count > int(longest, c_size_t)) then
-         problem = 'it is too long: at most '//to_text(longest)//' bytes are read'
+      if (code == 0 .and. count > int(max_length, c_size_t)) then
+         problem = 'it is too long: at most '//to_text(max_length)//' bytes are read'
          count = 0_c_size_t
       end if
       allocate (bytes(count))
@@ -353,9 +353,9 @@ contains
       integer :: place
 
       final = name
-      place = index(name, part_mark, back=.true.)
+      place = index(name, partial_mark, back=.true.)
       if (index(name, '.') /= 1 .or. place <= 2) return
-      if (verify(name(place + len(part_mark):), '0123456789') == 0) final = name(2:place - 1)
+      if (verify(name(place + len(partial_mark):), '0123456789') == 0) final = name(2:place - 1)
    end function final_name
 
    !> Start of the temporary names of a file.
@@ -364,7 +364,7 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: prefix
 
-      prefix = '.'//trim(name)//part_mark
+      prefix = '.'//trim(name)//partial_mark
    end function partial_prefix
 
    !> Whether a file descriptor is a terminal.
@@ -381,13 +381,13 @@ contains
       integer(c_int), intent(in) :: code
       character(:), allocatable :: words
 
-      integer, parameter :: longest = 200
-      character(kind=c_char) :: text(longest)
+      integer, parameter :: max_length = 200
+      character(kind=c_char) :: text(max_length)
       integer :: length
 
-      call impactbeam_describe(code, text, int(longest, c_size_t))
-      allocate (character(longest) :: words)
-      do length = 1, longest
+      call impactbeam_describe(code, text, int(max_length, c_size_t))
+      allocate (character(max_length) :: words)
+      do length = 1, max_length
          if (text(length) == c_null_char) exit
          words(length:length) = text(length)
       end do

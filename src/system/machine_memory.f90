@@ -30,7 +30,7 @@ contains
       real(wp), intent(in) :: bytes
       character(:), allocatable :: words
 
-      real(wp), parameter :: megabyte = 1.0e6_wp, gigabyte = 1.0e9_wp, most = 1.0e9_wp
+      real(wp), parameter :: megabyte = 1.0e6_wp, gigabyte = 1.0e9_wp, max_gigabytes = 1.0e9_wp
       character(16) :: digits
 
       if (bytes < gigabyte) then
@@ -39,7 +39,7 @@ contains
          write (digits, '(f0.1)') bytes/gigabyte
          words = trim(digits)//' GB'
       else
-         words = to_text(nint(min(bytes/gigabyte, most)))//' GB'
+         words = to_text(nint(min(bytes/gigabyte, max_gigabytes)))//' GB'
       end if
    end function in_bytes
 

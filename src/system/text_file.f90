@@ -7,7 +7,7 @@ module text_file
    public :: load_text
 
    !> Maximum size in bytes of a file that is read, far beyond any scene.
-   integer, parameter :: longest_file = 2**25
+   integer, parameter :: max_file_size = 2**25
    !> Byte order mark, with which some editors start a UTF-8 file
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
@@ -39,7 +39,7 @@ contains
          return
       end if
 
-      call load_bytes(file, .true., longest_file, bytes, problem)
+      call load_bytes(file, .true., max_file_size, bytes, problem)
       if (allocated(problem)) then
          problem = 'cannot be read: '//problem
          return
