@@ -225,7 +225,7 @@ contains
       !> Kind of the task, one of the `task_` constants
       integer, intent(in) :: what
       real(wp), intent(out) :: median
-      !> Set when the task fails
+      !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(timing_t) :: timing

@@ -38,6 +38,7 @@ contains
       !> Set if the reference fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! references of the runs on the mesh of the scene, and of the runs on other meshes
       type(task_t) :: reference, finest
       integer :: i
 
@@ -156,7 +157,7 @@ contains
       integer, intent(in) :: mass
       !> Task with the response of the run
       type(task_t), intent(out) :: task
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       !> Store the shapes at the start and at this instant, tau
       real(wp), intent(in), optional :: horizon
@@ -229,7 +230,7 @@ contains
       !> Task of the run that represents the beam
       type(task_t), intent(inout) :: finest
       type(beam_t), allocatable, intent(out) :: beam
-      !> Set when the run or its comparison on half as many elements fails
+      !> Set if the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(motion_facts_t) :: results, half, other(2)
@@ -265,7 +266,7 @@ contains
          integer, intent(in) :: elements
          integer, intent(in) :: mass
          type(motion_facts_t), intent(out) :: results
-         !> Set when the run fails
+         !> Set if the run fails
          type(failure_t), allocatable, intent(out) :: failure
 
          type(task_t) :: task
@@ -285,7 +286,7 @@ contains
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon
       type(motion_facts_t), intent(out) :: results
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       !> Stride of the reference's samples that gives this interval; absent: the reference is computed again with the
       !> interval if its own interval differs

@@ -61,7 +61,7 @@ contains
       integer, intent(in) :: elements
       !> Task; scene, mesh and model are set
       class(task_t), intent(inout) :: task
-      !> Set when the assembly or the computation of modes fails
+      !> Set if the assembly or the computation of modes fails
       type(failure_t), allocatable, intent(out) :: error
       !> Compute all modes, too; default false
       logical, intent(in), optional :: with_modes
@@ -83,7 +83,7 @@ contains
    !> Execute the task once.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
-      !> Set when the task fails
+      !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: modes(:, :)

@@ -83,7 +83,7 @@ contains
       !> Folder of the results file
       character(*), intent(in) :: folder
       type(precision_t), intent(out) :: study
-      !> Set when a run on which the whole study depends fails; a failed entry stores its reason instead
+      !> Set if a run on which the whole study depends fails; a failed entry stores its reason instead
       type(failure_t), allocatable, intent(out) :: error
 
       if (scene%has_stop) then
@@ -109,7 +109,7 @@ contains
       character(*), intent(in) :: folder
       !> Study, to which the part is added
       type(precision_t), intent(inout) :: study
-      !> Set when the file cannot be written
+      !> Set if the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(file_task_t) :: writing
@@ -135,7 +135,7 @@ contains
    !> Write the results file once.
    subroutine run(self, error)
       class(file_task_t), intent(inout) :: self
-      !> Set when the file cannot be written
+      !> Set if the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       call write_results(self%folder, self%scene, error, response=self%response)

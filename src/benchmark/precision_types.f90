@@ -87,7 +87,7 @@ module precision_types
       character(failure_length) :: failure = ''
    end type check_t
 
-   !> Run time without and with a skip, a computation that the program omits if a scene does not need it.
+   !> Run time without and with a skip, the omission of a computation that a scene does not need.
    type :: saving_t
       character(name_length) :: name = ''
       !> Time of the same task without the skip and with the skip

@@ -1,5 +1,5 @@
-!> Measures the time saved by skips. A skip is a computation that the program omits if a scene does not need it. The
-!> same task is executed without and with each skip, and the results are compared.
+!> Measures the time saved by skips. A skip is the omission of a computation that a scene does not need. The same task is
+!> executed without and with each skip, and the results are compared.
 module skip_savings
    use command_line, only: argument_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
@@ -55,7 +55,7 @@ module skip_savings
       !> Task of the scene's run, with assembled beam and modes
       type(skip_task_t) :: base
       type(saving_t), allocatable :: savings(:)
-      !> Set when a task fails; after a failure nothing more is measured
+      !> Set if a task fails; after a failure nothing more is measured
       type(failure_t), allocatable :: error
    end type measured_savings_t
 
@@ -71,7 +71,7 @@ contains
       real(wp), intent(in) :: horizon
       !> Measured savings
       type(saving_t), allocatable, intent(out) :: savings(:)
-      !> Set when a task fails
+      !> Set if a task fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(measured_savings_t) :: measured
@@ -325,7 +325,7 @@ contains
    !> Execute a task once.
    subroutine run(self, error)
       class(skip_task_t), intent(inout) :: self
-      !> Set when the task fails
+      !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       select case (self%sequence)
@@ -352,7 +352,7 @@ contains
    !> Read and check a scene file, as the program does.
    subroutine read_scene_file(file, error)
       character(*), intent(in) :: file
-      !> Set when the file cannot be read
+      !> Set if the file cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(argument_t) :: files(1)
@@ -366,7 +366,7 @@ contains
    subroutine find_contact_modes(self, error)
       !> Task with the modes of the free beam
       class(skip_task_t), intent(inout) :: self
-      !> Set when the modes cannot be computed
+      !> Set if the modes cannot be computed
       type(failure_t), allocatable, intent(out) :: error
 
       type(free_beam_t) :: beam

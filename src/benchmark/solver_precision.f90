@@ -19,7 +19,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Study; the entries of the solvers are set
       type(precision_t), intent(inout) :: study
-      !> Set when a mesh or the exact values fail; a solver that fails leaves an entry without errors and time
+      !> Set if a mesh or the exact values fail; a solver that fails leaves an entry without errors and time
       type(failure_t), allocatable, intent(out) :: error
 
       integer, parameter :: default_count = 6

@@ -19,12 +19,13 @@ contains
       type(series_t), intent(in) :: mass
       type(statements_t), intent(inout) :: list
 
+      !> Number of cases in the paper's figure, and indices of the cases mu = 0.5 and mu = 2
       integer, parameter :: printed_count = 6, mu_half = 4, mu_two = 6
       !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
       !> equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
       real(wp), dimension(way_count) :: ratio, deviation, best_mass, spread
-      real(wp) :: peaks(size(mass%cases)), ends(printed_count), cycles(printed_count)
+      real(wp) :: peaks(size(mass%cases)), ends(printed_count), scaled_ends(printed_count)
       logical :: similar(definition_count, way_count)
       integer :: way, i, definition, limit_case
 
@@ -59,11 +60,11 @@ contains
          'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
          'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed_count), 3)//'; at 0.5 '// &
          percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
-      cycles = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed_count)]
+      scaled_ends = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed_count)]
       call add_statement_of_ends(list, '7d', 'The end hardly depends on mu.', &
          'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(ends, 1)// &
          '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed_count)], 1)// &
-         '; times the lowest frequency of the beam with its mass: '//listed(cycles, 1), &
+         '; times the lowest frequency of the beam with its mass: '//listed(scaled_ends, 1), &
          'a heavier tip swings more slowly; counted in its own swings the end does depend little on mu, but for 0.25')
    end subroutine judge_mass
 
@@ -103,6 +104,7 @@ contains
       type(series_t), intent(in) :: taper
       type(statements_t), intent(inout) :: list
 
+      !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
       integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
       real(wp), dimension(way_count) :: excess, soonest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: ends(size(taper%cases))

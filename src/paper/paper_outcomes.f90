@@ -13,7 +13,7 @@ module paper_outcomes
    implicit none (type, external)
    private
    public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, &
-      measured_modes, never, sample_step
+      never, sample_step
 
    !> Levels of |eta_c| whose last exceedance is the end of motion by the first three definitions.
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]

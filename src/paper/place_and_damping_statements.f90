@@ -18,6 +18,7 @@ contains
       type(series_t), intent(in) :: position
       type(statements_t), intent(inout) :: list
 
+      !> Indices of the cases Lc/L = 0.50, 0.70, 0.87 and 0.875
       integer, parameter :: at_050 = 1, at_070 = 2, at_087 = 4, at_0875 = 5
       !> Fraction of the energy below which a mode counts as absent
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
@@ -64,6 +65,7 @@ contains
       type(series_t), intent(in) :: zeta
       type(statements_t), intent(inout) :: list
 
+      !> Indices of the cases zeta = 0.001, 0.01 and 0.05
       integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
       real(wp), dimension(way_count) :: ratio, end_correlation, mean_ratio, max_deviation

@@ -95,8 +95,8 @@ contains
       integer :: i
 
       do i = 1, size(soft%cases)
-         associate (compliant => soft%outcome(i, way), other => rigid%outcome(rigid_case, way))
-            difference(i) = abs(compliant%main_peak - other%main_peak)
+         associate (compliant => soft%outcome(i, way), rigid_result => rigid%outcome(rigid_case, way))
+            difference(i) = abs(compliant%main_peak - rigid_result%main_peak)
             indentation(i) = compliant%indentation
             share(i) = compliant%first_contact/period
          end associate
