@@ -1,5 +1,5 @@
-!> Measures the time saved by skips. A skip is the omission of a computation that a scene does not need. The same task is
-!> executed without and with each skip, and the results are compared.
+!> Measures the time saved by skips. A skip is the omission of a computation that a scene does not need. The same task
+!> is executed without and with each skip, and the results are compared.
 module skip_savings
    use command_line, only: argument_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
