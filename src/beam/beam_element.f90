@@ -6,7 +6,7 @@ module beam_element
    use kinds, only: pi, wp
    implicit none (type, external)
    private
-   public :: element_mass, element_stiffness, hermite_shape, hermite_curvature, gauss_rule, section_pieces
+   public :: element_mass, element_stiffness, hermite_shape, hermite_curvature, gauss_rule, section_breaks
 
 contains
 
@@ -32,7 +32,7 @@ contains
          return
       end if
       mass = 0.0_wp
-      allocate (breakpoint, source=section_pieces(section, length, right_tip_distance))
+      allocate (breakpoint, source=section_breaks(section, length, right_tip_distance))
       call gauss_rule(points_for_degree(6 + area_degree(section)), point, weight)
       do segment = 1, size(breakpoint) - 1
          width = breakpoint(segment + 1) - breakpoint(segment)
@@ -71,7 +71,7 @@ contains
          return
       end if
       stiffness = 0.0_wp
-      allocate (breakpoint, source=section_pieces(section, length, right_tip_distance))
+      allocate (breakpoint, source=section_breaks(section, length, right_tip_distance))
       call gauss_rule(points_for_degree(2 + inertia_degree(section)), point, weight)
       do segment = 1, size(breakpoint) - 1
          width = breakpoint(segment + 1) - breakpoint(segment)
@@ -193,7 +193,7 @@ contains
    end function hermite_curvature
 
    !> Local coordinates of the breakpoints between which the section is a single polynomial within an element.
-   pure function section_pieces(section, length, right_tip_distance) result(breakpoint)
+   pure function section_breaks(section, length, right_tip_distance) result(breakpoint)
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
@@ -210,7 +210,7 @@ contains
       end if
       allocate (xi, source=1.0_wp - (section%tip_distance - right_tip_distance)/length)
       allocate (breakpoint, source=[0.0_wp, pack(xi, xi > 1.0e-12_wp .and. xi < 1.0_wp - 1.0e-12_wp), 1.0_wp])
-   end function section_pieces
+   end function section_breaks
 
    !> Number of Gauss points that integrates a polynomial of a given degree exactly.
    pure function points_for_degree(degree) result(points)

@@ -14,7 +14,7 @@
 !> this node, because a force on a node without mass would move it instantly. The moment between these nodes then has an
 !> error of the order of the square of the element length.
 module beam_loads
-   use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_pieces
+   use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_breaks
    use beam_model, only: beam_model_t, element_dofs, node_dofs
    use beam_section, only: area, area_degree
    use kinds, only: wp
@@ -22,17 +22,17 @@ module beam_loads
    implicit none (type, external)
    private
    public :: base_mass_vector, base_rotation_vector, inertia_of_motion, inertia_of_curve, point_load, line_load
-   public :: curve_t, value_on
+   public :: piecewise_cubic_t, curve_value
    public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
 
    !> A piecewise cubic curve, continued by straight lines beyond its end points.
-   type :: curve_t
+   type :: piecewise_cubic_t
       !> Positions x/L of the points, ascending, two or more
       real(wp), allocatable :: position(:)
       !> y and dy/dx at the points
       real(wp), allocatable :: value(:)
       real(wp), allocatable :: slope(:)
-   end type curve_t
+   end type piecewise_cubic_t
 
    !> Weights of the moment at x, which is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + the moments of
    !> the loads, with gamma and alpha of Rayleigh damping and the acceleration a_b of the base.
@@ -106,7 +106,7 @@ contains
    !> by the mass.
    pure function inertia_of_curve(model, curve) result(vector)
       type(beam_model_t), intent(in) :: model
-      type(curve_t), intent(in) :: curve
+      type(piecewise_cubic_t), intent(in) :: curve
       !> [order of the model]
       real(wp) :: vector(model%mass%order)
 
@@ -117,11 +117,11 @@ contains
          call assemble(element_dofs(model, element), inertia_on_element(model, element, curve), vector)
       end do
       call redistribute_load(model, vector)
-      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*value_on(curve, 1.0_wp)
+      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*curve_value(curve, 1.0_wp)
       do i = 1, size(model%point_masses)
          node = model%point_masses(i)%node
          associate (added => model%point_masses(i), dofs => node_dofs(model, node), x => model%mesh%position(node))
-            vector(dofs) = vector(dofs) + [added%mass*value_on(curve, x), added%rotary_inertia*slope_on(curve, x)]
+            vector(dofs) = vector(dofs) + [added%mass*curve_value(curve, x), added%rotary_inertia*slope_on(curve, x)]
          end associate
       end do
    end function inertia_of_curve
@@ -130,7 +130,7 @@ contains
    pure function inertia_on_element(model, element, curve) result(inertia)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
-      type(curve_t), intent(in) :: curve
+      type(piecewise_cubic_t), intent(in) :: curve
       real(wp) :: inertia(4)
 
       real(wp), allocatable :: breakpoint(:), point(:), weight(:)
@@ -147,7 +147,7 @@ contains
             do i = 1, size(point)
                xi = breakpoint(segment) + width*point(i)
                inertia = inertia + weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
-                  *value_on(curve, left + xi*length)*hermite_shape(xi, length)
+                  *curve_value(curve, left + xi*length)*hermite_shape(xi, length)
             end do
          end do
       end associate
@@ -157,14 +157,14 @@ contains
    pure function breakpoints_of(model, element, curve) result(breakpoint)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
-      type(curve_t), intent(in) :: curve
+      type(piecewise_cubic_t), intent(in) :: curve
       !> Breakpoints, ascending from 0 (left node) to 1 (right node)
       real(wp), allocatable :: breakpoint(:)
 
       real(wp), allocatable :: xi_unsorted(:)
 
       associate (left => model%mesh%position(element - 1), length => model%mesh%length(element))
-         allocate (xi_unsorted, source=[section_pieces(model%section, length, model%mesh%tip_distance(element)), &
+         allocate (xi_unsorted, source=[section_breaks(model%section, length, model%mesh%tip_distance(element)), &
             pack((curve%position - left)/length, curve%position > left .and. &
             curve%position < model%mesh%position(element))])
       end associate
@@ -172,8 +172,8 @@ contains
    end function breakpoints_of
 
    !> Value of a curve at x.
-   pure function value_on(curve, x) result(value)
-      type(curve_t), intent(in) :: curve
+   pure function curve_value(curve, x) result(value)
+      type(piecewise_cubic_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
       real(wp) :: value
@@ -189,11 +189,11 @@ contains
             curve%value(k + 1), curve%slope(k + 1)])
       end associate
       if (abs(x - xc) > 0.0_wp) value = value + (x - xc)*slope_on(curve, xc)
-   end function value_on
+   end function curve_value
 
    !> Slope of a curve at x.
    pure function slope_on(curve, x) result(slope)
-      type(curve_t), intent(in) :: curve
+      type(piecewise_cubic_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
       real(wp) :: slope
@@ -212,7 +212,7 @@ contains
 
    !> Number of the cubic segment of a curve that contains x, or of the nearest segment.
    pure function segment_at(curve, x) result(segment)
-      type(curve_t), intent(in) :: curve
+      type(piecewise_cubic_t), intent(in) :: curve
       real(wp), intent(in) :: x
       integer :: segment
 
@@ -232,7 +232,7 @@ contains
       vector = 0.0_wp
       element = element_at(model, at)
       associate (length => model%mesh%length(element))
-         call assemble(element_dofs(model, element), hermite_shape(local_x(model, element, at)/length, length), &
+         call assemble(element_dofs(model, element), hermite_shape(offset_in(model, element, at)/length, length), &
             vector)
       end associate
       call redistribute_load(model, vector)
@@ -269,11 +269,11 @@ contains
       integer :: element, i, segment
 
       element = element_at(model, x)
-      s = local_x(model, element, x)
+      s = offset_in(model, element, x)
       stiffness = element_stiffness(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
       inertia = end_moment(mass_of(model, element), s)
       associate (length => model%mesh%length(element), right => model%mesh%tip_distance(element))
-         allocate (breakpoint, source=section_pieces(model%section, length, right))
+         allocate (breakpoint, source=section_breaks(model%section, length, right))
          call gauss_rule((4 + area_degree(model%section))/2 + 1, point, weight)
          do segment = 1, size(breakpoint) - 1
             width = min(breakpoint(segment + 1), s/length) - breakpoint(segment)
@@ -307,9 +307,9 @@ contains
       moment = 0.0_wp
       element = element_at(model, x)
       if (element_at(model, at) /= element) return
-      s = local_x(model, element, x)
+      s = offset_in(model, element, x)
       associate (length => model%mesh%length(element))
-         ends = hermite_shape(local_x(model, element, at)/length, length)
+         ends = hermite_shape(offset_in(model, element, at)/length, length)
       end associate
       moment = ends(2) - s*ends(1) + max(x - at, 0.0_wp)
    end function moment_of_point_load
@@ -362,8 +362,8 @@ contains
 
       load = 0.0_wp
       associate (length => model%mesh%length(element))
-         left = max(local_x(model, element, from), 0.0_wp)/length
-         width = min(local_x(model, element, to)/length, 1.0_wp) - left
+         left = max(offset_in(model, element, from), 0.0_wp)/length
+         width = min(offset_in(model, element, to)/length, 1.0_wp) - left
          if (width <= 0.0_wp) return
          call gauss_rule(load_gauss_points, point, weight)
          do i = 1, load_gauss_points
@@ -383,7 +383,7 @@ contains
    end function element_at
 
    !> Distance of x from the left end of an element, in L.
-   pure function local_x(model, element, x) result(s)
+   pure function offset_in(model, element, x) result(s)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       !> x/L
@@ -391,7 +391,7 @@ contains
       real(wp) :: s
 
       s = min(x - model%mesh%position(element - 1), model%mesh%length(element))
-   end function local_x
+   end function offset_in
 
    pure function mass_of(model, element) result(mass)
       type(beam_model_t), intent(in) :: model

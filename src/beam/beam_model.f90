@@ -12,7 +12,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
-   public :: element_dofs, is_mechanism, node_dofs, has_rigid_mode, hold_supports, static_shape
+   public :: element_dofs, is_mechanism, node_dofs, has_rigid_mode, constrain_supports, static_shape
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
    type :: beam_support_t
@@ -224,7 +224,7 @@ contains
    end function is_mechanism
 
    !> The beam with its rigid supports constrained: their degrees of freedom are decoupled and remain at rest.
-   pure function hold_supports(model) result(constrained)
+   pure function constrain_supports(model) result(constrained)
       type(beam_model_t), intent(in) :: model
       type(beam_model_t) :: constrained
 
@@ -236,7 +236,7 @@ contains
          call decouple(constrained%stiffness, model%supports(i)%dof)
          call decouple(constrained%mass, model%supports(i)%dof)
       end do
-   end function hold_supports
+   end function constrain_supports
 
    !> Replace a row and its column by those of the unit matrix.
    pure subroutine decouple(matrix, dof)

@@ -10,7 +10,7 @@ module contact_groups
    use run_measures, only: row_of
    implicit none (type, external)
    private
-   public :: write_contacts, names_of
+   public :: write_contacts, contact_names
 
 contains
 
@@ -28,7 +28,7 @@ contains
       call group%put(along, [(i, i=1, size(contacts))], 'surface, in the order of &stop, below before above', &
          is_scale=.true.)
       call group%attribute('flag_values', [(i, i=1, size(contacts))], along)
-      call group%attribute('flag_meanings', names_of(contacts), along)
+      call group%attribute('flag_meanings', contact_names(contacts), along)
       call group%put('stop', [contacts%stop], 'which &stop it belongs to', along)
       call group%put('side', [contacts%sign], '1: below the beam, -1: above it', along)
       call group%put('position', [contacts%position], 'length', 'position{ Lc/L}', along)
@@ -38,7 +38,7 @@ contains
    end subroutine write_contacts
 
    !> Names of the contacts with blanks between them, such as 'stop_1_below stop_2_above'.
-   pure function names_of(contacts) result(names)
+   pure function contact_names(contacts) result(names)
       type(contact_record_t), intent(in) :: contacts(:)
       character(:), allocatable :: names
 
@@ -49,7 +49,7 @@ contains
          if (i > 1) names = names//' '
          names = names//'stop_'//to_text(contacts(i)%stop)//trim(merge('_below', '_above', contacts(i)%sign > 0))
       end do
-   end function names_of
+   end function contact_names
 
    !> Write the histories that were requested.
    subroutine write_histories(group, contacts, tau)

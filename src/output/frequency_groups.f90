@@ -66,7 +66,7 @@ contains
          call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
          call group%attribute('coordinates', column_coordinates, 'error')
       end if
-      if (allocated(table%shape)) call write_mode_shapes(group%part('shapes'), table)
+      if (allocated(table%shape)) call write_mode_shapes(group%subgroup('shapes'), table)
    end subroutine write_frequencies
 
    !> Write the mode shapes on the first mesh of the table.

@@ -5,7 +5,7 @@ module frequency_tables
    use kinds, only: lambda1, wp
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, unit_of, units_t
-   use reader_units, only: find_prefix
+   use reader_units, only: choose_prefix
    use scene_words, only: mesh_in_words
    use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t
    implicit none (type, external)
@@ -111,7 +111,7 @@ contains
       real(wp) :: hertz
 
       hertz = units%factor(quantity_named('frequency'))/lambda1**2
-      call find_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
+      call choose_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
       factor = hertz*factor
    end subroutine find_hertz
 

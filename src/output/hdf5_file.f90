@@ -43,7 +43,7 @@ module hdf5_file
       integer(hid_t), private :: group_of_scale = -1_hid_t
       character(:), allocatable, private :: name_of_scale
       !> Description of the first HDF5 call that failed; unallocated: none has failed
-      character(:), allocatable :: refused
+      character(:), allocatable :: failed_call
    contains
       procedure :: start
       procedure :: take_image
@@ -119,7 +119,7 @@ contains
       type(c_ptr) :: buffer
 
       length = 0_size_t
-      if (.not. allocated(self%refused)) then
+      if (.not. allocated(self%failed_call)) then
          call h5fflush_f(self%id, h5f_scope_local_f, status)
          call self%check(status, 'finishing the file')
          buffer = c_null_ptr
@@ -127,7 +127,7 @@ contains
          call self%check(status, 'finishing the file')
       end if
       allocate (bytes(length))
-      if (allocated(self%refused) .or. length == 0_size_t) return
+      if (allocated(self%failed_call) .or. length == 0_size_t) return
       buffer = c_loc(bytes)
       call h5fget_file_image_f(self%id, buffer, length, status)
       call self%check(status, 'finishing the file')
@@ -148,7 +148,7 @@ contains
       call h5pclose_f(self%group_properties, status)
       call h5fclose_f(self%id, status)
       call self%check(status, 'closing the file')
-      if (allocated(self%refused)) call fail(error, status_run_failed, 'HDF5 failed at '//self%refused)
+      if (allocated(self%failed_call)) call fail(error, status_run_failed, 'HDF5 failed at '//self%failed_call)
    end subroutine stop
 
    !> Record the first call that failed.
@@ -159,7 +159,7 @@ contains
       !> Description of the call for the message of the failure
       character(*), intent(in) :: what
 
-      if (status < 0 .and. .not. allocated(self%refused)) self%refused = "'"//what//"'"
+      if (status < 0 .and. .not. allocated(self%failed_call)) self%failed_call = "'"//what//"'"
    end subroutine check
 
    function make_group(self, parent, name) result(group)
@@ -171,7 +171,7 @@ contains
       integer :: status
 
       group = -1_hid_t
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       call h5gcreate_f(parent, name, group, status, gcpl_id=self%group_properties)
       call self%check(status, name)
    end function make_group
@@ -194,12 +194,12 @@ contains
       integer(hid_t) :: space
 
       dataset = -1_hid_t
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       space = self%one_value
       if (size(extent) > 0) call h5screate_simple_f(size(extent), extent, space, status)
       call h5dcreate_f(group, name, type, space, dataset, status, dcpl_id=self%dataset_properties)
       call self%check(status, name)
-      if (.not. allocated(self%refused) .and. c_associated(address)) then
+      if (.not. allocated(self%failed_call) .and. c_associated(address)) then
          call h5dwrite_f(dataset, type, address, status, xfer_prp=self%transfer_properties)
          call self%check(status, name)
       end if
@@ -239,7 +239,7 @@ contains
       integer :: status
 
       call self%open_scale(group, scale)
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       call h5dsattach_scale_f(dataset, self%scale, index, status)
       call self%check(status, scale)
    end subroutine attach
@@ -253,7 +253,7 @@ contains
 
       integer :: status
 
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       if (self%group_of_scale == group) then
          if (self%name_of_scale == name) return
       end if
@@ -261,7 +261,7 @@ contains
       self%group_of_scale = -1_hid_t
       call h5dopen_f(group, name, self%scale, status)
       call self%check(status, name)
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       self%group_of_scale = group
       self%name_of_scale = name
    end subroutine open_scale
@@ -280,12 +280,12 @@ contains
       integer :: status
       integer(hid_t) :: attribute, space
 
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       space = self%one_value
       if (present(length)) call h5screate_simple_f(1, [length], space, status)
       call h5acreate_f(object, name, type, space, attribute, status)
       call self%check(status, name)
-      if (allocated(self%refused)) return
+      if (allocated(self%failed_call)) return
       if (c_associated(address)) then
          call h5awrite_f(attribute, type, address, status)
          call self%check(status, name)

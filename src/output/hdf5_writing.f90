@@ -298,7 +298,7 @@ contains
       integer, allocatable, target :: integers(:)
       integer :: status
 
-      if (allocated(self%file%refused) .or. size(values) == 0) return
+      if (allocated(self%file%failed_call) .or. size(values) == 0) return
       call h5screate_simple_f(1, [size(values, kind=hsize_t)], memory, status)
       call h5dget_space_f(self%id, space, status)
       if (self%width > 0) then
@@ -403,7 +403,7 @@ contains
       integer :: status
 
       object = self%id
-      if (allocated(self%file%refused) .or. .not. present(dataset)) return
+      if (allocated(self%file%failed_call) .or. .not. present(dataset)) return
       call h5dopen_f(self%id, dataset, object, status)
       call self%file%check(status, dataset)
    end subroutine open_object
@@ -416,7 +416,7 @@ contains
 
       integer :: status
 
-      if (allocated(self%file%refused) .or. .not. present(dataset)) return
+      if (allocated(self%file%failed_call) .or. .not. present(dataset)) return
       call h5dclose_f(object, status)
    end subroutine close_object
 

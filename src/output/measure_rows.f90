@@ -7,7 +7,7 @@ module measure_rows
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: write_measures_of_run, write_measures_of_cases, row_in
+   public :: write_measures_of_run, write_measures_of_cases, row_in_units
 
 contains
 
@@ -35,7 +35,7 @@ contains
    end subroutine write_measures_of_run
 
    !> Convert measures to the units of the results.
-   pure function row_in(units, row) result(converted)
+   pure function row_in_units(units, row) result(converted)
       type(units_t), intent(in) :: units
       !> Dimensionless measures, [measure_count]
       real(wp), intent(in) :: row(:)
@@ -44,7 +44,7 @@ contains
       converted = row
       if (.not. units%are_of_scene) return
       where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
-   end function row_in
+   end function row_in_units
 
    !> Write a list over the cases for each measure.
    subroutine write_measures_of_cases(group, names, rows, along)

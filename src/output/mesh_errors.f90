@@ -7,11 +7,11 @@ module mesh_errors
    use number_text, only: to_text
    use quantities, only: name_in, units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: find_prefix, unit_in
+   use reader_units, only: choose_prefix, unit_in
    use table_columns, only: add_numbers, add_texts, print_table, table_t, with_exponent
    implicit none (type, external)
    private
-   public :: mesh_errors_t, judge, write_mesh_errors, print_mesh_errors
+   public :: mesh_errors_t, estimate_mesh_error, write_mesh_errors, print_mesh_errors
 
    type :: mesh_errors_t
       !> Numbers of the cases, 1 for a single run, [cases]
@@ -30,7 +30,7 @@ contains
 
    !> Estimate the discretisation error of a measure and its order of convergence. If the two finer meshes differ hardly
    !> less than the two coarser meshes, chatter dominates the discretisation error and an estimate would be random.
-   elemental subroutine judge(value, finer, finest, is_whole, error, order)
+   elemental subroutine estimate_mesh_error(value, finer, finest, is_whole, error, order)
       !> Values on the three meshes; NaN: the event of the measure did not happen
       real(wp), intent(in) :: value
       real(wp), intent(in) :: finer
@@ -59,7 +59,7 @@ contains
          if (fine*2.0_wp**max_order > coarse) order = log(coarse/fine)/log(2.0_wp)
          error = coarse/(1.0_wp - 0.5_wp**order)
       end if
-   end subroutine judge
+   end subroutine estimate_mesh_error
 
    !> Write the group of the estimates: for each measure a dataset of errors and a dataset of orders over the cases.
    subroutine write_mesh_errors(group, errors)
@@ -69,7 +69,7 @@ contains
       type(quantity_group_t) :: unscaled
       integer :: i
 
-      unscaled = group%as_they_are()
+      unscaled = group%unscaled()
       call unscaled%put('case', errors%case, 'case; 1 for a single run', is_scale=.true.)
       call unscaled%put('elements', errors%elements, &
          'elements of its mesh; compared with twice and four times as many', 'case')
@@ -110,7 +110,7 @@ contains
       do i = 1, measure_count
          associate (values => errors%row(i, :), known => .not. ieee_is_nan(errors%error(i, :)))
             labels(i) = name_in(units, measure_table(i)%name)
-            call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
+            call choose_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
                unit_in(units, measure_table(i)%quantity), factors(i), prefixed_unit)
             if (prefixed_unit /= '') labels(i) = trim(labels(i))//', '//prefixed_unit
             max_error(i) = ieee_value(1.0_wp, ieee_quiet_nan)

@@ -16,14 +16,14 @@ module quantity_groups
       type(units_t) :: units
       !> True: dimensionless values are given and the group scales them; false: values are given in the units of the
       !> file
-      logical :: multiplies = .true.
+      logical :: scales_values = .true.
       !> The unit of a dimensionless dataset is the symbol of its quantity instead of 1
-      logical :: tells_symbols = .false.
+      logical :: symbols_as_units = .false.
    contains
       !> Make a subgroup
-      procedure :: part
+      procedure :: subgroup
       !> The same group, for values that need no scaling
-      procedure :: as_they_are
+      procedure :: unscaled
       !> Write a dataset: name, values, quantity as in `quantity_table` (absent for integers), meaning. Of {a~b} in the
       !> meaning, a stands in dimensionless files and b in files with units. Dimension scales are called by their names
       !> in dimensionless files
@@ -35,28 +35,28 @@ module quantity_groups
       !> Name of a dataset in this file
       procedure :: named
       !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units
-      procedure :: worded
+      procedure :: resolved
       !> Unit of a quantity that is in units of the scene in every file
-      procedure :: given_unit
+      procedure :: scene_unit
       procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find_unit, write_scale_unit
    end type quantity_group_t
 
 contains
 
-   function part(self, name) result(made)
+   function subgroup(self, name) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       type(quantity_group_t) :: made
 
       made%hdf5_group_t = self%group(name)
       made%units = self%units
-      made%multiplies = self%multiplies
-      made%tells_symbols = self%tells_symbols
-   end function part
+      made%scales_values = self%scales_values
+      made%symbols_as_units = self%symbols_as_units
+   end function subgroup
 
    !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless or
    !> their scales differ, the units alone describe the values.
-   function as_they_are(self, varied) result(same)
+   function unscaled(self, varied) result(same)
       class(quantity_group_t), intent(in) :: self
       !> Quantities that differ between the scenes
       character(*), intent(in), optional :: varied(:)
@@ -64,13 +64,13 @@ contains
 
       same%hdf5_group_t = self%hdf5_group_t
       same%units = self%units
-      same%multiplies = .false.
-      same%tells_symbols = self%tells_symbols
+      same%scales_values = .false.
+      same%symbols_as_units = self%symbols_as_units
       if (.not. same%units%are_of_scene) same%units%factor = 0.0_wp
       if (.not. present(varied)) return
       ! the height of the stop from which the beam is released changes the unit of displacement
       if (any(varied == 'displacement')) same%units%factor = 0.0_wp
-   end function as_they_are
+   end function unscaled
 
    subroutine put_real(self, name, value, quantity, meaning)
       class(quantity_group_t), intent(in) :: self
@@ -83,7 +83,7 @@ contains
       real(wp) :: factor, scene_factor
 
       call self%find_unit(quantity, unit, factor, scene_factor)
-      call self%add(self%named(name), value*factor, unit, self%worded(meaning), in_scene_units=scene_factor)
+      call self%add(self%named(name), value*factor, unit, self%resolved(meaning), in_scene_units=scene_factor)
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_real
 
@@ -103,9 +103,9 @@ contains
       scale = ''
       if (present(along)) scale = self%named(along)
       if (self%units%are_of_scene) then
-         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scale, is_scale, scene_factor)
+         call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scale, is_scale, scene_factor)
       else
-         call self%add(self%named(name), values, unit, self%worded(meaning), scale, is_scale, scene_factor)
+         call self%add(self%named(name), values, unit, self%resolved(meaning), scale, is_scale, scene_factor)
       end if
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_reals
@@ -128,10 +128,10 @@ contains
       scales(1) = self%named(along(1))
       scales(2) = self%named(along(2))
       if (self%units%are_of_scene) then
-         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scales, &
+         call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scales, &
             in_scene_units=scene_factor)
       else
-         call self%add(self%named(name), values, unit, self%worded(meaning), scales, in_scene_units=scene_factor)
+         call self%add(self%named(name), values, unit, self%resolved(meaning), scales, in_scene_units=scene_factor)
       end if
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_table
@@ -142,7 +142,7 @@ contains
       integer, intent(in) :: value
       character(*), intent(in) :: meaning
 
-      call self%add(self%named(name), value, '1', self%worded(meaning))
+      call self%add(self%named(name), value, '1', self%resolved(meaning))
    end subroutine put_integer
 
    subroutine put_integers(self, name, values, meaning, along, is_scale)
@@ -157,7 +157,7 @@ contains
 
       scale = ''
       if (present(along)) scale = self%named(along)
-      call self%add(self%named(name), values, '1', self%worded(meaning), scale, is_scale)
+      call self%add(self%named(name), values, '1', self%resolved(meaning), scale, is_scale)
    end subroutine put_integers
 
    !> Make a list whose values are written later, in the unit of the list.
@@ -176,7 +176,7 @@ contains
       real(wp) :: factor, scene_factor
 
       call self%find_unit(quantity, unit, factor, scene_factor)
-      made = self%column(self%named(name), length, unit, self%worded(meaning), is_whole, self%named(along), &
+      made = self%column(self%named(name), length, unit, self%resolved(meaning), is_whole, self%named(along), &
          in_scene_units=scene_factor)
       call self%write_scale_unit(name, quantity, scene_factor)
    end function put_column
@@ -196,7 +196,7 @@ contains
       real(wp) :: factor, scene_factor
 
       call self%find_unit(quantity, unit, factor, scene_factor)
-      made = self%rows(self%named(name), extents, unit, self%worded(meaning), self%named(along), scene_factor)
+      made = self%rows(self%named(name), extents, unit, self%resolved(meaning), self%named(along), scene_factor)
       call self%write_scale_unit(name, quantity, scene_factor)
    end function put_rows
 
@@ -221,15 +221,15 @@ contains
       named = name_in(self%units, name)
    end function named
 
-   pure function worded(self, text)
+   pure function resolved(self, text)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: text
-      character(:), allocatable :: worded
+      character(:), allocatable :: resolved
 
-      worded = words_in(self%units, trim(text))
-   end function worded
+      resolved = words_in(self%units, trim(text))
+   end function resolved
 
-   pure function given_unit(self, quantity) result(unit)
+   pure function scene_unit(self, quantity) result(unit)
       class(quantity_group_t), intent(in) :: self
       !> Empty for a pure number
       character(*), intent(in) :: quantity
@@ -237,7 +237,7 @@ contains
 
       unit = '1'
       if (quantity /= '') unit = unit_of(quantity_named(quantity), self%units)
-   end function given_unit
+   end function scene_unit
 
    !> Unit and factors of a quantity in this group.
    pure subroutine find_unit(self, quantity, unit, factor, scene_factor)
@@ -254,14 +254,14 @@ contains
 
       entry = quantity_named(quantity)
       unit = '1'
-      if (self%tells_symbols) unit = trim(quantity_table(entry)%symbol)
+      if (self%symbols_as_units) unit = trim(quantity_table(entry)%symbol)
       factor = 1.0_wp
       scene_factor = 0.0_wp
       if (quantity == 'number') return
       scene_factor = self%units%factor(entry)
       if (.not. self%units%are_of_scene) return
       unit = unit_of(entry, self%units)
-      if (self%multiplies) factor = scene_factor
+      if (self%scales_values) factor = scene_factor
    end subroutine find_unit
 
    !> Write the unit of the attribute `in_scene_units` of a dimensionless dataset, if the scene has a unit system.

@@ -6,7 +6,7 @@ module reader_units
    use quantities, only: quantity_named, unit_of, units_t, words_in
    implicit none (type, external)
    private
-   public :: find_prefix, fixed, phrase, reading, reading_in, unit_given, unit_in
+   public :: choose_prefix, with_decimals, phrase, with_unit, value_in_units, scene_unit_of, unit_in
 
    type :: prefix_t
       character(2) :: text
@@ -28,7 +28,7 @@ module reader_units
 contains
 
    !> Choose the prefix of a unit for numbers of a given size, and the factor that converts the numbers to it.
-   pure subroutine find_prefix(maximum, unit, factor, prefixed_unit)
+   pure subroutine choose_prefix(maximum, unit, factor, prefixed_unit)
       !> Maximum absolute value of the numbers
       real(wp), intent(in) :: maximum
       !> Unit of the numbers
@@ -64,7 +64,7 @@ contains
          ! the prefixes G, M, k need a number of at least 1, the others of at least 0.1: 400 N, 0.4 mm
          if (maximum*factor >= merge(1.0_wp, 0.1_wp, prefixes(i)%decade > 0)) return
       end do
-   end subroutine find_prefix
+   end subroutine choose_prefix
 
    !> Index of a unit in `symbols`; 0: the unit takes no prefix.
    pure function symbol_named(text) result(number)
@@ -78,7 +78,7 @@ contains
    end function symbol_named
 
    !> A number with its unit, if there is one.
-   pure function reading(value, unit) result(words)
+   pure function with_unit(value, unit) result(words)
       real(wp), intent(in) :: value
       character(*), intent(in) :: unit
       character(:), allocatable :: words
@@ -90,13 +90,13 @@ contains
          words = '-'
          return
       end if
-      call find_prefix(abs(value), unit, factor, prefixed_unit)
+      call choose_prefix(abs(value), unit, factor, prefixed_unit)
       words = trim(rounded(value*factor)//' '//prefixed_unit)
-   end function reading
+   end function with_unit
 
    !> A dimensionless number converted to the units of the results, followed by its unit; without a unit if the results
    !> are dimensionless.
-   pure function reading_in(units, quantity, value, decimals) result(words)
+   pure function value_in_units(units, quantity, value, decimals) result(words)
       type(units_t), intent(in) :: units
       !> Name of the quantity in `quantity_table`
       character(*), intent(in) :: quantity
@@ -109,13 +109,13 @@ contains
 
       unit = unit_in(units, quantity)
       if (unit /= '') then
-         words = reading(value*units%factor(quantity_named(quantity)), unit)
+         words = with_unit(value*units%factor(quantity_named(quantity)), unit)
       else if (present(decimals) .and. .not. units%are_of_scene) then
-         words = fixed(value, decimals)
+         words = with_decimals(value, decimals)
       else
          words = rounded(value)
       end if
-   end function reading_in
+   end function value_in_units
 
    !> A text for `words_in`, followed by a number in the units of the results, such as 'at t = 3 ms'.
    pure function phrase(units, words, quantity, value, decimals) result(text)
@@ -128,7 +128,7 @@ contains
       integer, intent(in), optional :: decimals
       character(:), allocatable :: text
 
-      text = words_in(units, words)//reading_in(units, quantity, value, decimals)
+      text = words_in(units, words)//value_in_units(units, quantity, value, decimals)
    end function phrase
 
    !> Unit of a quantity in the results; empty if the quantity is dimensionless in the results.
@@ -143,7 +143,7 @@ contains
    end function unit_in
 
    !> Unit of an input parameter in the scene, whatever the units of the results; empty for a ratio or a pure number.
-   pure function unit_given(units, quantity) result(unit)
+   pure function scene_unit_of(units, quantity) result(unit)
       type(units_t), intent(in) :: units
       !> Name of the quantity in `quantity_table`, or empty
       character(*), intent(in) :: quantity
@@ -151,10 +151,10 @@ contains
 
       unit = ''
       if (quantity /= '') unit = unit_of(quantity_named(quantity), units)
-   end function unit_given
+   end function scene_unit_of
 
    !> A number with a fixed number of decimals, or with an exponent if the number is large.
-   pure function fixed(value, decimals) result(text)
+   pure function with_decimals(value, decimals) result(text)
       real(wp), intent(in) :: value
       !> Number of decimals
       integer, intent(in) :: decimals
@@ -166,6 +166,6 @@ contains
       write (layout, '(a, i0, a)') trim(merge('(f24. ', '(es24.', abs(value) < largest)), decimals, ')'
       write (buffer, layout) value
       text = trim(adjustl(buffer))
-   end function fixed
+   end function with_decimals
 
 end module reader_units

@@ -10,7 +10,7 @@ module response_groups
    use signal_peaks, only: peak_tolerance
    use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
-   use contact_groups, only: names_of, write_contacts
+   use contact_groups, only: contact_names, write_contacts
    implicit none (type, external)
    private
    public :: write_run
@@ -25,23 +25,23 @@ contains
       !> Positions x/L of the nodes, clamp first; without them no shapes are written
       real(wp), contiguous, intent(in), optional :: node_position(:)
 
-      call write_histories(group%part('response'), response)
-      call write_events(group%part('events'), response)
+      call write_histories(group%subgroup('response'), response)
+      call write_events(group%subgroup('events'), response)
       if (allocated(response%shape_tau) .and. present(node_position)) then
-         call write_shapes(group%part('shapes'), response, node_position)
+         call write_shapes(group%subgroup('shapes'), response, node_position)
       end if
-      if (allocated(response%energy)) call write_energy(group%part('energy'), response)
-      if (allocated(response%measures)) call write_measures(group%part('measures'), response%measures, &
+      if (allocated(response%energy)) call write_energy(group%subgroup('energy'), response)
+      if (allocated(response%measures)) call write_measures(group%subgroup('measures'), response%measures, &
          allocated(response%contacts))
       if (allocated(response%statistics)) then
-         call write_statistics(group%part('statistics'), response%statistics, names_of(response%contacts))
+         call write_statistics(group%subgroup('statistics'), response%statistics, contact_names(response%contacts))
       end if
       if (allocated(response%sections)) then
-         call write_sections(group%part('poincare'), response%sections, names_of(response%contacts))
+         call write_sections(group%subgroup('poincare'), response%sections, contact_names(response%contacts))
       end if
       ! an unallocated `response%tau` is an absent argument
-      if (allocated(response%contacts)) call write_contacts(group%part('surfaces'), response%contacts, response%tau)
-      if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)
+      if (allocated(response%contacts)) call write_contacts(group%subgroup('surfaces'), response%contacts, response%tau)
+      if (allocated(response%moments)) call write_stress(group%subgroup('stress'), response%moments, response%tau)
    end subroutine write_run
 
    subroutine write_histories(group, response)
@@ -50,14 +50,14 @@ contains
 
       integer :: i
 
-      if (allocated(response%contacts)) call group%attribute('among_several_surfaces', group%worded( &
+      if (allocated(response%contacts)) call group%attribute('among_several_surfaces', group%resolved( &
          '{eta_stop~displacement_stop} and velocity_stop are of the stop from which the beam ' &
          //'is released, contact_force is the sum over all; each: /surfaces'))
       call group%attribute('evaluations', real(response%evaluations, wp))
       call group%attribute('rejected', real(response%rejected, wp))
       call group%attribute('factorisations', real(response%factorisations, wp))
       associate (check => response%mode_check)
-         call group%attribute('modes_kept', real(check%kept, wp))
+         call group%attribute('modes_kept', real(check%retained, wp))
          if (check%compared > 0) then
             call group%attribute('modes_compared', real(check%compared, wp))
             call group%attribute('mode_difference', check%difference)
@@ -117,7 +117,7 @@ contains
       if (.not. allocated(response%contacts)) return
       call group%put('surface', [(response%events(i)%contact, i=1, count)], 'surface at which it happens', along='tau')
       call group%attribute('flag_values', [(i, i=1, size(response%contacts))], 'surface')
-      call group%attribute('flag_meanings', names_of(response%contacts), 'surface')
+      call group%attribute('flag_meanings', contact_names(response%contacts), 'surface')
    end subroutine write_events
 
    !> Write the shapes of the whole beam at the requested instants.

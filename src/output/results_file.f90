@@ -19,7 +19,7 @@ module results_file
    use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: write_results, results_name, begin_results, expected_size, finish_results, write_head, write_groups
+   public :: write_results, results_name, begin_results, expected_size, finish_results, write_header, write_groups
 
    character(*), parameter :: conventions = &
       'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
@@ -74,8 +74,8 @@ contains
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
 
-      if (present(node_position)) call write_mesh(group%part('mesh'), node_position)
-      if (present(frequencies)) call write_frequencies(group%part('frequencies'), frequencies)
+      if (present(node_position)) call write_mesh(group%subgroup('mesh'), node_position)
+      if (present(frequencies)) call write_frequencies(group%subgroup('frequencies'), frequencies)
       if (present(response)) then
          ! the address sanitizer reports an absent array that is passed on as if the array were read
          if (present(node_position)) then
@@ -96,17 +96,17 @@ contains
 
       call root%begin(expected_bytes)
       root%units = units_in(scene)
-      call write_head(root, scene)
+      call write_header(root, scene)
    end subroutine begin_results
 
    !> Write the start of every file: the attributes of the file and the scene.
-   subroutine write_head(root, scene)
+   subroutine write_header(root, scene)
       type(quantity_group_t), intent(in) :: root
       type(scene_t), intent(in) :: scene
 
       call write_root(root, scene)
-      call write_scene(root%part('scene'), scene)
-   end subroutine write_head
+      call write_scene(root%subgroup('scene'), scene)
+   end subroutine write_header
 
    !> Write the finished file into its folder, which is made if it does not exist.
    subroutine finish_results(root, folder, scene, error)
@@ -192,7 +192,7 @@ contains
          associate (entry => scene%echo(i))
             if (entry%group /= name) then
                name = entry%group
-               echo_group = group%part(name)
+               echo_group = group%subgroup(name)
             end if
             if (.not. allocated(entry%number)) then
                call echo_group%attribute(entry%name, entry%text)

@@ -4,10 +4,10 @@ module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count, measure_named, measure_table
-   use measure_rows, only: row_in
+   use measure_rows, only: row_in_units
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
-   use reader_units, only: phrase, reading_in, unit_in
+   use reader_units, only: phrase, value_in_units, unit_in
    use response_types, only: mesh_check_t, mode_check_t, run_measures_t, contact_record_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
@@ -15,38 +15,38 @@ module run_tables
    use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
    implicit none (type, external)
    private
-   public :: shown_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_contacts
+   public :: measure_column_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_contacts
 
    !> A column of a table of measures.
-   type :: shown_t
+   type :: measure_column_t
       !> Name of the measure in `measure_table`, which also has its quantity
       character(24) :: measure
       !> Heading for `words_in`; empty: the label of the measure
       character(24) :: text = ''
-   end type shown_t
+   end type measure_column_t
 
    !> Decimals of dimensionless measures
    integer, parameter :: decimals = 6
    !> Maximum number of rebounds that are listed; of further rebounds only the number is printed.
    integer, parameter :: max_peaks = 12
 
-   type(shown_t), parameter :: contact_columns(*) = [ &
-      shown_t('impacts', 'impacts'), &
-      shown_t('contacts', 'lasting contacts'), &
-      shown_t('first_impact_tau', 'first at {tau =~t}'), &
-      shown_t('total_contact', 'time in contact'), &
-      shown_t('greatest_force', 'greatest force'), &
-      shown_t('greatest_impulse', 'greatest impulse')]
+   type(measure_column_t), parameter :: contact_columns(*) = [ &
+      measure_column_t('impacts', 'impacts'), &
+      measure_column_t('contacts', 'lasting contacts'), &
+      measure_column_t('first_impact_tau', 'first at {tau =~t}'), &
+      measure_column_t('total_contact', 'time in contact'), &
+      measure_column_t('greatest_force', 'greatest force'), &
+      measure_column_t('greatest_impulse', 'greatest impulse')]
 
-   type(shown_t), parameter :: statistic_columns(*) = [ &
-      shown_t('mean_force', 'mean force'), &
-      shown_t('rms_force', 'RMS force'), &
-      shown_t('maximum_force', 'greatest force'), &
-      shown_t('contact_share', 'share in contact'), &
-      shown_t('impact_rate', 'impact rate'), &
-      shown_t('mean_impact_velocity', 'mean velocity'), &
-      shown_t('mean_impulse', 'mean impulse'), &
-      shown_t('rms_displacement', 'RMS displacement')]
+   type(measure_column_t), parameter :: statistic_columns(*) = [ &
+      measure_column_t('mean_force', 'mean force'), &
+      measure_column_t('rms_force', 'RMS force'), &
+      measure_column_t('maximum_force', 'greatest force'), &
+      measure_column_t('contact_share', 'share in contact'), &
+      measure_column_t('impact_rate', 'impact rate'), &
+      measure_column_t('mean_impact_velocity', 'mean velocity'), &
+      measure_column_t('mean_impulse', 'mean impulse'), &
+      measure_column_t('rms_displacement', 'RMS displacement')]
 
 contains
 
@@ -60,7 +60,7 @@ contains
       type(units_t), intent(in) :: units
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
-      if (check%adds_mass) call print_line(unit, '', &
+      if (check%should_redistribute) call print_line(unit, '', &
          "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
       call print_line(unit, '', 'with '//to_text(check%compared)//phrase(units, ' elements the motion differs by ', &
@@ -82,13 +82,13 @@ contains
       found = 'with '//to_text(check%compared)//phrase(units, ' {eta~the displacement} differs by ', 'displacement', &
          check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
       if (.not. check%agrees) found = 'fewer do not agree: '//found
-      if (check%kept == check%all_modes) then
-         call print_line(unit, 'modes', 'all '//to_text(check%kept)//'; '//found)
+      if (check%retained == check%all_modes) then
+         call print_line(unit, 'modes', 'all '//to_text(check%retained)//'; '//found)
       else
-         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; '//found)
+         call print_line(unit, 'modes', to_text(check%retained)//' of '//to_text(check%all_modes)//'; '//found)
          if (.not. check%agrees) call print_line(unit, '', 'the accuracy that was asked for is NOT shown to be kept')
       end if
-      if (check%goes_on) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
+      if (check%persists) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
          //'statistics, not histories')
    end subroutine print_modes
 
@@ -153,7 +153,7 @@ contains
             if (entry%is_whole) then
                words = words//to_text(nint(value))
             else
-               words = words//reading_in(units, entry%quantity, value, decimals)
+               words = words//value_in_units(units, entry%quantity, value, decimals)
             end if
          end if
       end associate
@@ -162,7 +162,7 @@ contains
    !> Add columns of measures to a table; '-' stands for an event that did not happen.
    subroutine add_measures(table, shown, rows, units)
       type(table_t), intent(inout) :: table
-      type(shown_t), intent(in) :: shown(:)
+      type(measure_column_t), intent(in) :: shown(:)
       !> Measures in the units of the results, [measure_count, lines]
       real(wp), intent(in) :: rows(:, :)
       !> Units of the results
@@ -192,7 +192,7 @@ contains
       integer :: i
 
       do i = 1, size(contacts)
-         rows(:, i) = row_in(units, row_of(contacts(i)%measures))
+         rows(:, i) = row_in_units(units, row_of(contacts(i)%measures))
       end do
       call add_contacts(table, contacts)
       call add_measures(table, contact_columns, rows, units)
@@ -219,7 +219,7 @@ contains
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(contacts)
          rows(first_statistic:, i) = statistics%value(:, i)
-         rows(:, i) = row_in(units, rows(:, i))
+         rows(:, i) = row_in_units(units, rows(:, i))
       end do
       call add_contacts(table, contacts)
       call add_measures(table, statistic_columns, rows, units)

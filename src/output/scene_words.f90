@@ -5,7 +5,7 @@ module scene_words
    use load_settings, only: start_release
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
-   use reader_units, only: phrase, reading_in
+   use reader_units, only: phrase, value_in_units
    use run_settings, only: impulse_names, law_names, law_restitution, law_spring_damper, method_names, method_newmark, &
       side_above, side_below, side_both, stop_released_from, stop_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
@@ -81,7 +81,7 @@ contains
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
          end if
       end associate
-      if (units%are_of_scene) words = words//', L = '//reading_in(units, 'length', 1.0_wp)
+      if (units%are_of_scene) words = words//', L = '//value_in_units(units, 'length', 1.0_wp)
       words = words//phrase(units, ', {hbar/L~hbar} = ', 'length', scene%scales%height_ratio)//damping_in_words(scene)
       if (scene%tip_mass_ratio > 0.0_wp .or. .not. units%are_of_scene) words = words &
          //phrase(units, ', {mu =~tip mass} ', 'mass', scene%tip_mass_ratio)
@@ -198,7 +198,7 @@ contains
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
-      words = reading_in(units, 'mass', mass%mass_ratio)//words_in(units, '{ of the beam~}')
+      words = value_in_units(units, 'mass', mass%mass_ratio)//words_in(units, '{ of the beam~}')
       if (mass%rotary_inertia_ratio > 0.0_wp) words = words//phrase(units, ', J = ', 'rotary_inertia', &
          mass%rotary_inertia_ratio)
       words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)

@@ -49,7 +49,7 @@ contains
          end associate
       end do
       do k = 1, contacts
-         call write_classes(group%part('surface_'//to_text(k)), statistics%yields(k), statistics%class_edge(:, k), &
+         call write_classes(group%subgroup('surface_'//to_text(k)), statistics%yields(k), statistics%class_edge(:, k), &
             statistics%class_count(:, k))
       end do
    end subroutine write_statistics

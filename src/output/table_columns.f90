@@ -5,7 +5,7 @@ module table_columns
    use kinds, only: i8, wp
    use number_text, only: rounded, to_text
    use printable_text, only: character_count
-   use reader_units, only: find_prefix, fixed
+   use reader_units, only: choose_prefix, with_decimals
    implicit none (type, external)
    private
    public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
@@ -19,7 +19,7 @@ module table_columns
    !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits
    integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
    !> Errors in percent below this are written with an exponent.
-   real(wp), parameter :: min_plain_error = 0.001_wp
+   real(wp), parameter :: min_decimal_error = 0.001_wp
 
    type :: column_t
       !> Name in files; heading on a terminal, broken at each new_line('a') or by the program
@@ -99,7 +99,7 @@ contains
       column%numbers(:) = numbers
       if (present(unit)) then
          if (unit /= '') then
-            call find_prefix(maxval(abs(numbers), mask=.not. ieee_is_nan(numbers)), unit, factor, column%units)
+            call choose_prefix(maxval(abs(numbers), mask=.not. ieee_is_nan(numbers)), unit, factor, column%units)
             column%numbers(:) = factor*numbers
             column%name = name//', '//column%units
          end if
@@ -289,13 +289,13 @@ contains
             text = rounded(number)
          else if (digits == all_digits) then
             text = to_text(number)
-         else if (digits == percent .and. (abs(number) >= min_plain_error .or. abs(number) <= 0.0_wp)) then
-            text = fixed(number, 4)
+         else if (digits == percent .and. (abs(number) >= min_decimal_error .or. abs(number) <= 0.0_wp)) then
+            text = with_decimals(number, 4)
          else if (digits < 0) then
             write (buffer, '(es9.1e2)') number
             text = trim(adjustl(buffer))
          else
-            text = fixed(number, digits)
+            text = with_decimals(number, digits)
          end if
       end associate
    end function cell_of

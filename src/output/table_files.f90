@@ -11,7 +11,7 @@ module table_files
    use number_text, only: to_text
    use results_claim, only: refuse_foreign
    use table_columns, only: add_numbers, column_t, six_digits, table_t, whole
-   use table_texts, only: beginning_of, growing_t, table_formats, values_of, write_csv, write_json
+   use table_texts, only: beginning_of, growing_text_t, table_formats, value_count, write_csv, write_json
    implicit none (type, external)
    private
    public :: write_table_files
@@ -48,7 +48,7 @@ contains
       call read_tables(file, tables)
       if (.not. file%is_sound()) then
          call fail(error, status_run_failed, "cannot read '"//folder//'/'//name//"' back")
-      else if (any([(values_of(tables(i)) > max_values, i=1, size(tables))])) then
+      else if (any([(value_count(tables(i)) > max_values, i=1, size(tables))])) then
          call fail(error, status_run_failed, "'"//folder//'/'//name//"' is there, and has more than "// &
             to_text(int(max_values))//' numbers in a table: too many for --format; read them from it')
       end if
@@ -69,7 +69,7 @@ contains
       !> Reason why a table could not be written. If set on entry, nothing is written
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(growing_t) :: text
+      type(growing_text_t) :: text
       integer :: i
 
       if (format == 'json' .and. .not. allocated(error)) then
@@ -139,7 +139,7 @@ contains
    subroutine write_new_file(folder, name, text, error)
       character(*), intent(in) :: folder
       character(*), intent(in) :: name
-      type(growing_t), intent(in) :: text
+      type(growing_text_t), intent(in) :: text
       type(failure_t), allocatable, intent(inout) :: error
 
       integer(i8) :: k

@@ -7,17 +7,17 @@ module table_texts
    use table_columns, only: column_t, rows_of, table_t, whole
    implicit none (type, external)
    private
-   public :: growing_t, table_formats, beginning_of, values_of, write_csv, write_json
+   public :: growing_text_t, table_formats, beginning_of, value_count, write_csv, write_json
 
    character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
    character, parameter :: line_end = new_line('a')
 
    !> A text buffer that grows by appending.
-   type :: growing_t
+   type :: growing_text_t
    !> Buffer, of which the first `length` characters are used
       character(:), allocatable :: text
       integer(i8) :: length = 0_i8
-   end type growing_t
+   end type growing_text_t
 
 contains
 
@@ -64,7 +64,7 @@ contains
       type(table_t), intent(in) :: table
       !> Name of the scene
       character(*), intent(in) :: stem
-      type(growing_t), intent(out) :: text
+      type(growing_text_t), intent(out) :: text
 
       integer :: i, k
 
@@ -84,7 +84,7 @@ contains
       type(table_t), intent(in) :: tables(:)
       !> Name of the scene
       character(*), intent(in) :: stem
-      type(growing_t), intent(out) :: text
+      type(growing_text_t), intent(out) :: text
 
       integer :: i, k, t
 
@@ -108,12 +108,12 @@ contains
    end subroutine write_json
 
    !> Number of values in a table.
-   pure function values_of(table) result(count)
+   pure function value_count(table) result(count)
       type(table_t), intent(in) :: table
       integer(i8) :: count
 
       count = int(rows_of(table%columns(1)), i8)*size(table%columns, kind=i8)
-   end function values_of
+   end function value_count
 
    !> Text of one value in a file.
    pure function value_text(column, row, quote, none) result(text)
@@ -169,7 +169,7 @@ contains
 
    !> Append words; doubling the buffer avoids a copy of the whole text at each call.
    pure subroutine add(growing, words)
-      type(growing_t), intent(inout) :: growing
+      type(growing_text_t), intent(inout) :: growing
       character(*), intent(in) :: words
 
       character(:), allocatable :: longer

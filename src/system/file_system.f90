@@ -94,11 +94,11 @@ module file_system
          integer(c_int) :: kind
       end function impactbeam_kind_of
 
-      function impactbeam_read_bytes(path, follows_links, bytes, count) bind(c) result(code)
+      function impactbeam_read_bytes(path, follow_links, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), value :: follows_links
+         integer(c_int), value :: follow_links
          character(kind=c_char), intent(inout), optional :: bytes(*)
          integer(c_size_t), intent(inout) :: count
          integer(c_int) :: code
@@ -303,10 +303,10 @@ contains
    end subroutine load_file
 
    !> Load a regular file. Pipes and devices are refused so that the call never waits.
-   subroutine load_bytes(path, follows_links, max_length, bytes, problem)
+   subroutine load_bytes(path, follow_links, max_length, bytes, problem)
       character(*), intent(in) :: path
       !> Whether links are followed
-      logical, intent(in) :: follows_links
+      logical, intent(in) :: follow_links
       !> Maximum size of the file in bytes
       integer, intent(in) :: max_length
       !> Content of the file
@@ -314,19 +314,19 @@ contains
       !> Reason why the file could not be read; unallocated: the file was read
       character(:), allocatable, intent(out) :: problem
 
-      integer(c_int) :: code, follows
+      integer(c_int) :: code, follow
       integer(c_size_t) :: count
 
-      follows = merge(1_c_int, 0_c_int, follows_links)
+      follow = merge(1_c_int, 0_c_int, follow_links)
       count = 0_c_size_t
-      code = impactbeam_read_bytes(trim(path)//c_null_char, follows, count=count)
+      code = impactbeam_read_bytes(trim(path)//c_null_char, follow, count=count)
       if (code == 0 .and. count > int(max_length, c_size_t)) then
          problem = 'it is too long: at most '//to_text(max_length)//' bytes are read'
          count = 0_c_size_t
       end if
       allocate (bytes(count))
       if (code == 0 .and. count > 0_c_size_t) then
-         code = impactbeam_read_bytes(trim(path)//c_null_char, follows, bytes, count)
+         code = impactbeam_read_bytes(trim(path)//c_null_char, follow, bytes, count)
       end if
       if (code /= 0) problem = reason(code)
    end subroutine load_bytes

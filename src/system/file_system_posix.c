@@ -60,10 +60,10 @@ int impactbeam_kind_of(const char *path)
 
 /* Return the size of a file if `bytes` is NULL, else its bytes. Only regular files are read, because reading a pipe may
  * wait and a device has no end. */
-int impactbeam_read_bytes(const char *path, int follows_links, char *bytes, size_t *count)
+int impactbeam_read_bytes(const char *path, int follow_links, char *bytes, size_t *count)
 {
    struct stat status;
-   const int file = open(path, O_RDONLY | O_NONBLOCK | (follows_links ? 0 : O_NOFOLLOW));
+   const int file = open(path, O_RDONLY | O_NONBLOCK | (follow_links ? 0 : O_NOFOLLOW));
    if (file < 0) return errno;
    int code = fstat(file, &status) != 0 ? errno : S_ISREG(status.st_mode) ? 0 : is_no_file;
    if (code == 0 && bytes == NULL) *count = (size_t)status.st_size;

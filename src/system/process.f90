@@ -5,7 +5,7 @@ module process
    use file_system, only: reason
    implicit none (type, external)
    private
-   public :: prepare_process, work_on_usual_stack, open_text, text_of, print_text, end_process
+   public :: prepare_process, run_on_default_stack, open_text, text_of, print_text, end_process
 
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
 
@@ -34,13 +34,13 @@ module process
       end subroutine impactbeam_retain_memory
 
       !> Call `work` on a stack of at least the default size.
-      subroutine work_on_usual_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
+      subroutine run_on_default_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
          import :: c_ptr, work_interface
          implicit none (type, external)
          procedure(work_interface) :: work
          !> Argument of `work`
          type(c_ptr), value :: data
-      end subroutine work_on_usual_stack
+      end subroutine run_on_default_stack
 
       !> Exit with a status and without a message, which `stop` does not do with every compiler. Only main programs may
       !> call this.

@@ -2,7 +2,7 @@
 module progress_line
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
    use file_system, only: is_terminal, standard_error_descriptor
-   use run_reach, only: place_of_reach
+   use run_progress, only: progress_address
    implicit none (type, external)
    private
    public :: start_progress, stop_progress, terminal_width
@@ -50,9 +50,9 @@ contains
       first = long_run
       if (present(delay)) first = delay
       if (present(descriptor)) then
-         call impactbeam_start_progress(trim(label)//c_null_char, descriptor, first, place_of_reach())
+         call impactbeam_start_progress(trim(label)//c_null_char, descriptor, first, progress_address())
       else if (is_terminal(standard_error_descriptor)) then
-         call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first, place_of_reach())
+         call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first, progress_address())
       end if
    end subroutine start_progress
 

@@ -88,13 +88,13 @@ static void show_line(int signal_number)
    struct timespec now;
    clock_gettime(CLOCK_MONOTONIC, &now);
    const double seconds = (double)(now.tv_sec - begin.tv_sec) + 1e-9 * (double)(now.tv_nsec - begin.tv_nsec);
-   const size_t plain = add_words(add_number(label_length, (long)seconds), " s");
-   size_t length = add_reach(plain, seconds);
+   const size_t seconds_end = add_words(add_number(label_length, (long)seconds), " s");
+   size_t length = add_reach(seconds_end, seconds);
    /* a line that wraps could not be overwritten; the first byte of the line is a carriage return */
    const size_t width = (size_t)impactbeam_terminal_width(line_descriptor);
    if (length > width)
       length = width;
-   else if (length > plain)
+   else if (length > seconds_end)
       length = add_words(length, "\033[K"); /* erase the rest of a longer previous line */
    line_is_shown = 1;
    if (write(line_descriptor, line, length) < 0) line_is_shown = 0;
