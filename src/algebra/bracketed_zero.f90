@@ -4,7 +4,7 @@ module bracketed_zero
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: bracket_t, enter, go_to, chord
+   public :: bracket_t, enter_value, choose_point, chord
 
    type :: bracket_t
       !> The function is > 0 at `low` and <= 0 at `high`; if it grows, it is > 0 at `high` and <= 0 at `low`
@@ -15,15 +15,15 @@ module bracketed_zero
       real(wp) :: point = 0.0_wp
       logical :: is_found = .false.
       !> The zero is found if the magnitude of the value does not exceed this; negative: an end of the bracket is wanted
-      real(wp) :: least_value = 0.0_wp
+      real(wp) :: value_tolerance = 0.0_wp
       !> The zero is found if the step to the next point does not exceed this share of the point, or this number of
       !> spacings of floating-point numbers
-      real(wp) :: least_step = 0.0_wp
-      real(wp) :: neighbours = 0.0_wp
+      real(wp) :: step_tolerance = 0.0_wp
+      real(wp) :: step_spacings = 0.0_wp
       !> The zero is found if the length of the bracket does not exceed this share of its end; negative: never
-      real(wp) :: least_length = -1.0_wp
+      real(wp) :: length_tolerance = -1.0_wp
       !> The search ends after this number of evaluations
-      integer :: most_evaluations = 200
+      integer :: max_evaluations = 200
       integer :: evaluations = 0
       !> Values at the ends, for the chord; the value of an end that stays is halved (Illinois method)
       real(wp) :: value_low = 0.0_wp
@@ -34,7 +34,7 @@ module bracketed_zero
 contains
 
    !> Enter the value of the function at the point.
-   elemental subroutine enter(bracket, value)
+   elemental subroutine enter_value(bracket, value)
       type(bracket_t), intent(inout) :: bracket
       real(wp), intent(in) :: value
 
@@ -52,13 +52,13 @@ contains
       end if
       bracket%last_side = side
       bracket%evaluations = bracket%evaluations + 1
-      bracket%is_found = abs(value) <= bracket%least_value .or. &
-         bracket%evaluations >= bracket%most_evaluations .or. &
-         bracket%high - bracket%low <= bracket%least_length*abs(bracket%high)
-   end subroutine enter
+      bracket%is_found = abs(value) <= bracket%value_tolerance .or. &
+         bracket%evaluations >= bracket%max_evaluations .or. &
+         bracket%high - bracket%low <= bracket%length_tolerance*abs(bracket%high)
+   end subroutine enter_value
 
    !> Choose the next point, unless the zero has been found.
-   elemental subroutine go_to(bracket, proposal)
+   elemental subroutine choose_point(bracket, proposal)
       type(bracket_t), intent(inout) :: bracket
       !> Next point if it lies inside the bracket, so that each evaluation shortens the bracket; else, or absent: the
       !> middle
@@ -71,9 +71,9 @@ contains
          if (proposal > bracket%low .and. proposal < bracket%high) next = proposal
       end if
       bracket%is_found = bracket%is_found .or. abs(next - bracket%point) <= &
-         max(bracket%least_step*abs(bracket%point), bracket%neighbours*spacing(bracket%point))
+         max(bracket%step_tolerance*abs(bracket%point), bracket%step_spacings*spacing(bracket%point))
       if (.not. bracket%is_found) bracket%point = next
-   end subroutine go_to
+   end subroutine choose_point
 
    !> Zero of the chord between the ends of the bracket; every eighth time the middle of the bracket.
    elemental function chord(bracket) result(point)

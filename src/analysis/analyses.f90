@@ -57,28 +57,28 @@ contains
    end subroutine make_analysis
 
    !> Which analyses of the table does a scene request?
-   pure function requested(scene, only_those) result(is_requested)
+   pure function requested(scene, selection) result(is_requested)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`; absent: all analyses
-      logical, intent(in), optional :: only_those
+      logical, intent(in), optional :: selection
       logical :: is_requested(size(analysis_table))
 
       is_requested = scene%has_group(analysis_table%group)
-      if (present(only_those)) is_requested = is_requested .and. (analysis_table%reads_run .eqv. only_those)
+      if (present(selection)) is_requested = is_requested .and. (analysis_table%reads_run .eqv. selection)
    end function requested
 
    !> Does a scene request any analysis of one selection?
-   pure function asks_for(scene, those) result(answer)
+   pure function asks_for(scene, selection) result(answer)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`
-      logical, intent(in) :: those
+      logical, intent(in) :: selection
       logical :: answer
 
-      answer = any(requested(scene, those))
+      answer = any(requested(scene, selection))
    end function asks_for
 
    !> Make the analyses that a scene requests.
-   subroutine analyse(scene, model, settings, response, analysed, error, only_those)
+   subroutine analyse(scene, model, settings, response, analysed, error, selection)
       type(scene_t), intent(in) :: scene
       !> The beam of the scene
       type(beam_model_t), intent(in) :: model
@@ -90,12 +90,12 @@ contains
       !> Set by the first analysis that fails
       type(failure_t), allocatable, intent(out) :: error
       !> `of_beam` or `of_run`; absent: all analyses
-      logical, intent(in), optional :: only_those
+      logical, intent(in), optional :: selection
 
       integer, allocatable :: places(:)
       integer :: i
 
-      places = pack([(i, i=1, size(analysis_table))], requested(scene, only_those))
+      places = pack([(i, i=1, size(analysis_table))], requested(scene, selection))
       allocate (analysed(size(places)))
       do i = 1, size(places)
          analysed(i)%group = analysis_table(places(i))%group
@@ -114,7 +114,7 @@ contains
       integer :: i
 
       do i = 1, size(analysed)
-         call analysed(i)%analysis%write(group%part(trim(analysed(i)%group)))
+         call analysed(i)%analysis%write(group%subgroup(trim(analysed(i)%group)))
       end do
    end subroutine write_analyses
 

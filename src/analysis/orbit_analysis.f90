@@ -11,7 +11,7 @@ module orbit_analysis
       orbit_point_t, orbit_study_t
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: fixed, phrase, reading_in
+   use reader_units, only: with_decimals, phrase, value_in_units
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: scene_t
@@ -84,7 +84,7 @@ contains
          if (.not. allocated(study%branch)) return
          call group%attribute('branches', [size(study%branch)])
          do k = 1, size(study%branch)
-            call write_branch(group%part('branch_'//to_text(k)), study%branch(k), trim(study%quantity))
+            call write_branch(group%subgroup('branch_'//to_text(k)), study%branch(k), trim(study%quantity))
          end do
       end associate
    end subroutine write_orbits
@@ -95,7 +95,7 @@ contains
       real(wp) :: speed
 
       speed = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (point%least_speed < huge(1.0_wp)) speed = point%least_speed
+      if (point%min_speed < huge(1.0_wp)) speed = point%min_speed
    end function speed_of
 
    subroutine write_branch(group, branch, quantity)
@@ -185,7 +185,7 @@ contains
          type(orbit_point_t), intent(in) :: point
          character(:), allocatable :: words
 
-         words = reading_in(units, trim(self%study%quantity), point%value, decimals)
+         words = value_in_units(units, trim(self%study%quantity), point%value, decimals)
       end function value_of
    end subroutine print_orbits
 
@@ -202,8 +202,8 @@ contains
       complex(wp), intent(in) :: multiplier
       character(:), allocatable :: words
 
-      words = fixed(real(multiplier, wp), decimals)
-      if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), decimals)//' i'
+      words = with_decimals(real(multiplier, wp), decimals)
+      if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//with_decimals(abs(aimag(multiplier)), decimals)//' i'
    end function multiplier_in_words
 
    !> Number and noun: '1 impact', '2 impacts'.

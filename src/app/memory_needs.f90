@@ -6,10 +6,10 @@ module memory_needs
    use kinds, only: wp
    use machine_memory, only: free_addresses, free_memory, in_bytes
    use number_text, only: to_text
-   use value_rules, only: most_numbers
+   use value_rules, only: max_numbers
    implicit none (type, external)
    private
-   public :: need_t, check_need, add_need, add_modes, add_samples, so_many, overhead, bytes_of_number
+   public :: memory_need_t, check_need, add_need, add_modes, add_samples, in_words, overhead, bytes_of_number
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Bytes of libraries and small arrays.
@@ -17,24 +17,24 @@ module memory_needs
    !> Maximum number n of elements for which LAPACK's workspace of the modes, 2 (2 n)^2 + 12 n, is a 31-bit integer.
    integer, parameter :: max_dense_elements = 16383
 
-   type :: need_t
+   type :: memory_need_t
       !> Total number of bytes
       real(wp) :: bytes = overhead
       !> Bytes of the largest contribution
-      real(wp) :: greatest = 0.0_wp
+      real(wp) :: largest_bytes = 0.0_wp
       !> Purpose of the largest contribution
       character(:), allocatable :: purpose
       !> Advice how to reduce the largest contribution
       character(:), allocatable :: advice
       !> Reason why no amount of memory suffices; unallocated: there is none
       character(:), allocatable :: refusal
-   end type need_t
+   end type memory_need_t
 
 contains
 
    !> Refuse a need that exceeds the free memory.
    subroutine check_need(need, error)
-      type(need_t), intent(in) :: need
+      type(memory_need_t), intent(in) :: need
       !> Set if the need is refused
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -59,7 +59,7 @@ contains
 
    !> Add a contribution to a need.
    pure subroutine add_need(need, bytes, purpose, advice)
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
       !> Bytes of the contribution
       real(wp), intent(in) :: bytes
       !> Purpose of the contribution
@@ -68,15 +68,15 @@ contains
       character(*), intent(in) :: advice
 
       need%bytes = need%bytes + bytes
-      if (bytes <= need%greatest .or. allocated(need%refusal)) return
-      need%greatest = bytes
+      if (bytes <= need%largest_bytes .or. allocated(need%refusal)) return
+      need%largest_bytes = bytes
       need%purpose = purpose
       need%advice = advice
    end subroutine add_need
 
    !> Refuse a need whatever the free memory.
    pure subroutine refuse_need(need, refusal, advice)
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
       !> Reason of the refusal
       character(*), intent(in) :: refusal
       !> Advice what to change
@@ -95,7 +95,7 @@ contains
       integer, intent(in) :: solves
       !> Advice how to reduce the need
       character(*), intent(in) :: advice
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       if (elements > max_dense_elements) then
          call refuse_need(need, 'the modes of '//to_text(elements)// &
@@ -116,19 +116,19 @@ contains
       character(*), intent(in) :: group
       !> Advice how to reduce the number of samples
       character(*), intent(in) :: advice
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
-      if (samples > most_numbers) then
-         call refuse_need(need, group//' has '//so_many(samples)//' samples in a run, more than '// &
-            so_many(most_numbers), advice)
+      if (samples > max_numbers) then
+         call refuse_need(need, group//' has '//in_words(samples)//' samples in a run, more than '// &
+            in_words(max_numbers), advice)
       else
-         call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//so_many(samples)//' samples', &
+         call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//in_words(samples)//' samples', &
             advice)
       end if
    end subroutine add_samples
 
    !> A number in words, rounded if it is large.
-   pure function so_many(number) result(words)
+   pure function in_words(number) result(words)
       real(wp), intent(in) :: number
       character(:), allocatable :: words
 
@@ -141,6 +141,6 @@ contains
          write (digits, '(es8.1)') number
          words = trim(adjustl(digits))
       end if
-   end function so_many
+   end function in_words
 
 end module memory_needs

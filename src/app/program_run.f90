@@ -7,19 +7,19 @@ module program_run
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: make_folder
-   use memory_needs, only: check_need, need_t
+   use memory_needs, only: check_need, memory_need_t
    use name_list, only: write_names
-   use process, only: open_text, prepare_process, print_text, text_of, work_on_usual_stack
+   use process, only: open_text, prepare_process, print_text, text_of, run_on_default_stack
    use program_identity, only: name_of_program, program_motion, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
-   use scene_checks, only: check_scene, misfits_of
+   use scene_checks, only: check_scene, failing_cases
    use scene_reader, only: complain_of_scene, read_scene
-   use scene_resolve, only: trouble_with_damping
+   use scene_resolve, only: problem_with_damping
    use scene_templates, only: template_text
    use scene_types, only: scene_t
    use study_job, only: job_t
-   use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
+   use sweep_ranks, only: max_of_ranks, is_first_rank, start_ranks, stop_ranks
    use table_files, only: write_table_files
    implicit none (type, external)
    private
@@ -49,12 +49,12 @@ module program_run
    abstract interface
       !> Estimate the memory that a scene needs.
       subroutine needs_interface(scene, threads, need)
-         import :: need_t, scene_t
+         import :: memory_need_t, scene_t
          implicit none (type, external)
          type(scene_t), intent(in) :: scene
          !> Number of threads of a sweep; 0: as many as there are cores
          integer, intent(in) :: threads
-         type(need_t), intent(out) :: need
+         type(memory_need_t), intent(out) :: need
       end subroutine needs_interface
 
       !> Compute a scene, write its file, print its tables. Each of several MPI processes makes this call.
@@ -79,7 +79,7 @@ contains
 
       run%program = program
       call prepare_process()
-      call work_on_usual_stack(run_ranks, c_loc(run))
+      call run_on_default_stack(run_ranks, c_loc(run))
       status = run%status
    end subroutine run_program
 
@@ -189,7 +189,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       type(failure_t), allocatable :: refusal
-      type(need_t) :: need
+      type(memory_need_t) :: need
       integer :: i
 
       do i = 1, size(scenes)
@@ -200,7 +200,7 @@ contains
          call fail(error, refusal%status, scenes(i)%file//': '//refusal%message)
          exit
       end do
-      if (greatest_of_all(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
+      if (max_of_ranks(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
    end subroutine check_needs
 
    !> Request the estimate of the discretisation error in each scene.
@@ -216,7 +216,7 @@ contains
          if (.not. scenes(i)%wants_response .and. .not. allocated(error)) call fail(error, status_bad_input, &
             '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
          scenes(i)%mesh%estimate = .true.
-         problem = trouble_with_damping(scenes(i))
+         problem = problem_with_damping(scenes(i))
          if (problem /= '' .and. .not. allocated(error)) then
             call complain_of_scene(scenes(i), 'damping', 'mode_ratios', problem, error)
          end if
@@ -257,7 +257,7 @@ contains
       end if
       trouble = 0
       if (allocated(error)) trouble = error%status
-      trouble = greatest_of_all(trouble)
+      trouble = max_of_ranks(trouble)
       if (trouble > 0) then
          call fail(error, trouble, '')
       else
@@ -304,7 +304,7 @@ contains
       character(:), allocatable :: words
 
       if (quiet .or. .not. is_first_rank()) return
-      words = misfits_of(scene)
+      words = failing_cases(scene)
       if (words /= '') words = ', but '//words
       call print_text(scene%file//': good'//words//new_line('a'), error)
    end subroutine report_valid

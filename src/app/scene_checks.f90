@@ -14,7 +14,7 @@ module scene_checks
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
-   public :: check_scene, misfits_of
+   public :: check_scene, failing_cases
 
 contains
 
@@ -33,8 +33,8 @@ contains
       logical :: all_fail, single_contact
 
       if (.not. scene%wants_response) return
-      if (scene%wants_sweep .and. scene%has_misfits) then
-         problem = misfits_of(scene, all_fail)
+      if (scene%wants_sweep .and. scene%has_inconsistent_cases) then
+         problem = failing_cases(scene, all_fail)
          if (all_fail) call complain_of_scene(scene, 'sweep', '', problem, error)
          if (all_fail) return
       end if
@@ -121,7 +121,7 @@ contains
 
    !> Description of the cases of a sweep that cannot start; empty: all can. Of a long sweep only some cases are tested,
    !> spread evenly from the first to the last.
-   function misfits_of(scene, all_fail) result(words)
+   function failing_cases(scene, all_fail) result(words)
       !> The scene, read and checked
       type(scene_t), intent(in) :: scene
       !> Whether no case can start
@@ -170,7 +170,7 @@ contains
       if (present(all_fail)) all_fail = failing == plan%cases
       words = to_text(failing)//' of '//to_text(cases)//' cases'//trim(merge(' looked at', '          ', &
          cases < plan%cases))//' cannot start; '//words
-   end function misfits_of
+   end function failing_cases
 
    !> Whether a parameter changes the maximum time step of a Newmark scheme, a start in a mode, or a start between
    !> several stops.

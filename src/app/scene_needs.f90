@@ -6,14 +6,14 @@ module scene_needs
    use kinds, only: wp
    use load_settings, only: is_in_mode
    use measure_list, only: measure_count
-   use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
-   use mesh_choice, only: most_elements_found
+   use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, in_words
+   use mesh_choice, only: max_elements_found
    use number_text, only: to_text
    use run_settings, only: method_exact, run_settings_t
    use scene_beam_model, only: run_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_contacts, only: has_one_contact, contacts_of
-   use sweep_plan, only: cases_of_part, section_values
+   use sweep_plan, only: cases_of_chunk, section_values
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for, values_of
    implicit none (type, external)
@@ -27,7 +27,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
-      type(need_t), intent(out) :: need
+      type(memory_need_t), intent(out) :: need
 
       integer :: workers
 
@@ -49,7 +49,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Number of simultaneous runs
       integer, intent(in) :: runs
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       !> Measured number of reals per point, in the scene and in each run
       real(wp), parameter :: per_scene = 6.0_wp, per_run = 6.0_wp
@@ -68,15 +68,15 @@ contains
          end do
       end if
       call add_need(need, bytes_of_number*points*(per_scene + per_run*real(runs, wp)), 'tables of ' &
-         //so_many(points)//' points', 'give &force and &base shorter tables')
+         //in_words(points)//' points', 'give &force and &base shorter tables')
    end subroutine add_tables
 
    !> Add the largest column of a table of frequencies.
    subroutine add_frequencies(scene, need)
       type(scene_t), intent(in) :: scene
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
-      type(need_t) :: column, largest
+      type(memory_need_t) :: column, largest
       integer :: i, j, modes, split_elements
 
       split_elements = count_split_elements(scene)
@@ -85,7 +85,7 @@ contains
       associate (elements => scene%frequencies%mesh_elements, solvers => scene%frequencies%solver)
          do i = 1, size(elements)
             do j = 1, size(solvers)
-               column = need_t()
+               column = memory_need_t()
                call add_column(solvers(j), elements(i) + split_elements, modes, scene%has_supports, column)
                if (i == 1 .and. scene%output%mode_shapes > 0) then
                   call add_column(solvers(1), elements(1) + split_elements, scene%output%mode_shapes, .true., column)
@@ -110,7 +110,7 @@ contains
       integer, intent(in) :: max_modes
       !> Whether mode shapes are requested
       logical, intent(in) :: with_shapes
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       character(*), parameter :: advice = "give &frequencies fewer elements, or solver = 'lanczos' and a small count"
       real(wp) :: n
@@ -143,7 +143,7 @@ contains
    !> run, in the HDF5 file that is made in memory, and in the bytes that are written.
    subroutine add_response(scene, need)
       type(scene_t), intent(in) :: scene
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       real(wp), parameter :: copies = 3.0_wp
       real(wp) :: samples, shapes, runs
@@ -164,13 +164,13 @@ contains
          if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
-            //so_many(runs*samples)//' samples', &
+            //in_words(runs*samples)//' samples', &
             'give &response a longer step, or &output fewer histories')
          shapes = 0.0_wp
          if (allocated(output%shape_times)) shapes = real(size(output%shape_times), wp)
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
-            'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
+            'the whole beam at '//in_words(shapes)//' instants', 'give &output a longer shape_step')
          call add_sections(scene, copies*runs, numbers_of_section(scene), need)
       end associate
    end subroutine add_response
@@ -181,7 +181,7 @@ contains
       integer :: numbers
 
       numbers = 5 + 2*size(contacts_of(run_of(scene)))
-      if (.not. scene%poincare%keeps_modes) return
+      if (.not. scene%poincare%records_modes) return
       associate (all => 2*elements_of(scene, scene%mesh%elements))
          numbers = numbers + 2*merge(min(scene%response%mode_count, all), all, scene%response%mode_count > 0)
       end associate
@@ -194,7 +194,7 @@ contains
       real(wp), intent(in) :: runs
       !> Number of values at each section
       integer, intent(in) :: numbers
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       real(wp) :: recorded
 
@@ -203,7 +203,7 @@ contains
          recorded = real(requested%keep, wp)
          if (.not. requested%sets_duration .and. requested%period > 0.0_wp) recorded = max(0.0_wp, min(recorded, &
             scene%response%duration/requested%period - real(requested%skip, wp)))
-         call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), 'the sections of '//so_many(recorded) &
+         call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), 'the sections of '//in_words(recorded) &
             //' periods', 'give &poincare a smaller keep')
       end associate
    end subroutine add_sections
@@ -228,7 +228,7 @@ contains
       integer :: elements
 
       elements = given
-      if (scene%mesh%tolerance > 0.0_wp) elements = most_elements_found
+      if (scene%mesh%tolerance > 0.0_wp) elements = max_elements_found
       if (scene%mesh%estimate) elements = 4*elements
       elements = elements + count_split_elements(scene)
    end function elements_of
@@ -251,7 +251,7 @@ contains
       integer, intent(in) :: elements
       !> Number of simultaneous runs
       integer, intent(in) :: runs
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       character(*), parameter :: advice = 'give &mesh fewer elements'
       !> Measured number of reals per element and mode, for the iteration and two sets of modes
@@ -284,7 +284,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Number of threads
       integer, intent(in) :: workers
-      type(need_t), intent(inout) :: need
+      type(memory_need_t), intent(inout) :: need
 
       real(wp), parameter :: largest_part = 16384.0_wp
       real(wp) :: values, rows, duration
@@ -305,7 +305,7 @@ contains
       end do
       ! one parameter at a time also has a random permutation
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
-         //so_many(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
+         //in_words(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
       call add_beam(scene, elements_of(scene, elements), workers, need)
@@ -315,14 +315,14 @@ contains
          call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, &
             'the samples of a case', 'give &response a longer step')
       end if
-      rows = real(min(max(scene%sweep%part_cases, 0), huge(1)), wp)
+      rows = real(min(max(scene%sweep%chunk_cases, 0), huge(1)), wp)
       rows = min(max(rows, largest_part), cases_of(scene%sweep))*real(workers + 3, wp)
       call add_need(need, bytes_of_number*rows*real(measure_count + axes, wp), 'the rows of parts', &
          'give &sweep fewer part_cases')
       if (.not. scene%wants_poincare) return
       chain = 0
       if (scene%sweep%carry > 0) chain = values_of(scene%sweep, scene%sweep%carry)
-      rows = real(cases_of_part(scene, int(min(cases_of(scene%sweep), real(huge(1), wp))), chain), wp)
+      rows = real(cases_of_chunk(scene, int(min(cases_of(scene%sweep), real(huge(1), wp))), chain), wp)
       call add_sections(scene, rows*real(workers + 3, wp), section_values, need)
    end subroutine add_sweep
 

@@ -3,7 +3,7 @@
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
-   use machine_facts, only: forget_peak_memory, peak_memory
+   use machine_facts, only: reset_peak_memory, peak_memory
    use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_assembly, task_few_modes, &
       task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
@@ -51,9 +51,9 @@ contains
    contains
 
       !> Time a part of a run, as the median time of a task less the time of another task that is included in it.
-      subroutine add_part(what, output, name, subtracted)
+      subroutine add_part(action, output, name, subtracted)
          !> Kind of the task, one of the `task_` constants
-         integer, intent(in) :: what
+         integer, intent(in) :: action
          !> Requested output
          type(output_settings_t), intent(in) :: output
          !> Name of the part
@@ -63,7 +63,7 @@ contains
 
          type(timed_part_t) :: part
 
-         task%what = what
+         task%action = action
          task%output = output
          part%name = name
          call measure_time(task, scene%precision, part%timing, error)
@@ -126,7 +126,7 @@ contains
          call prepare_task(scene, scene%mesh%elements, task, error, with_modes=.true.)
          if (allocated(error)) return
          do k = 1, 2
-            task%what = merge(task_motion, task_run, contenders(k) == contender_exact)
+            task%action = merge(task_motion, task_run, contenders(k) == contender_exact)
             task%settings = settings_for(contenders(k), scene%precision, sample_step)
             do i = 1, size(durations)
                task%settings%duration = durations(i)
@@ -161,7 +161,7 @@ contains
       last_dense = 0
       last_motion = 0
       do i = 1, size(elements)
-         call forget_peak_memory()
+         call reset_peak_memory()
          before = peak_memory()
          call prepare_task(scene, elements(i), task, error)
          if (allocated(error)) return
@@ -210,7 +210,7 @@ contains
          call seconds_of(scene%precision, motion_task, task_motion, with_samples, error)
          if (allocated(error)) return
          motion = [motion, events_only]
-         modes = [modes, real(motion_task%response%mode_check%kept, wp)]
+         modes = [modes, real(motion_task%response%mode_check%retained, wp)]
          sample = [sample, (with_samples - events_only)/real(size(motion_task%response%tau), wp)]
          motion_task%output = no_output()
       end subroutine add_motion
@@ -218,19 +218,19 @@ contains
    end subroutine grow_with_elements
 
    !> Median time of a task, s.
-   subroutine seconds_of(requested, task, what, median, error)
+   subroutine seconds_of(requested, task, action, median, error)
       !> Number of repetitions and minimum time of a timing
       type(precision_settings_t), intent(in) :: requested
       type(task_t), intent(inout) :: task
       !> Kind of the task, one of the `task_` constants
-      integer, intent(in) :: what
+      integer, intent(in) :: action
       real(wp), intent(out) :: median
       !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(timing_t) :: timing
 
-      task%what = what
+      task%action = action
       call measure_time(task, requested, timing, error)
       median = timing%median
    end subroutine seconds_of

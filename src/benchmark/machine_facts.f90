@@ -5,7 +5,7 @@ module machine_facts
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: processor_name, compiler_name, options_of_compiler, kind_of_build, peak_memory, forget_peak_memory
+   public :: processor_name, compiler_name, options_of_compiler, kind_of_build, peak_memory, reset_peak_memory
 
    integer, parameter :: line_length = 256
 
@@ -68,7 +68,7 @@ contains
       if (index(compiler_options(), '-fcheck') > 0) kind = kind//' with checks'
    end function kind_of_build
 
-   !> Maximum memory of the process since the last call of `forget_peak_memory`, in bytes; 0 if it is not known.
+   !> Maximum memory of the process since the last call of `reset_peak_memory`, in bytes; 0 if it is not known.
    function peak_memory() result(bytes)
       real(wp) :: bytes
 
@@ -84,7 +84,7 @@ contains
 
    !> Return freed memory to the system and restart the measurement of peak memory. If the system does not permit the
    !> restart, later peaks are those of the whole process.
-   subroutine forget_peak_memory()
+   subroutine reset_peak_memory()
       integer :: unit, status
 
       call return_free_memory()
@@ -92,7 +92,7 @@ contains
       if (status /= 0) return
       write (unit, '(a)', iostat=status) '5'
       close (unit, iostat=status)
-   end subroutine forget_peak_memory
+   end subroutine reset_peak_memory
 
    !> Text after the colon in the first line of a file that starts with a name; empty if there is no such line.
    function value_in(file, name) result(value)

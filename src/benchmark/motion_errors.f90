@@ -11,11 +11,11 @@ module motion_errors
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
    private
-   public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, &
+   public :: motion_errors_t, run_results_t, impulse_balance_t, make_balance, results_of, difference_of, extrapolate, &
       horizon_of
 
    !> Quantities by which a run is compared, up to the end of comparison (the horizon).
-   type :: motion_facts_t
+   type :: run_results_t
       !> Instant tau and velocity d eta/d tau of the first impact
       real(wp) :: impact_tau = 0.0_wp
       real(wp) :: impact_velocity = 0.0_wp
@@ -25,10 +25,10 @@ module motion_errors
       real(wp) :: impulse = 0.0_wp
       !> Displacement eta at stop and tip at the samples up to the horizon, [samples, 2]
       real(wp), allocatable :: history(:, :)
-   end type motion_facts_t
+   end type run_results_t
 
    !> Quantities of a beam that the balance of impulses requires.
-   type :: balance_t
+   type :: impulse_balance_t
       !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and s at
       !> the stop
       real(wp), allocatable :: mass(:)
@@ -36,7 +36,7 @@ module motion_errors
       real(wp) :: flexibility = 0.0_wp
       !> Preload delta
       real(wp) :: preload = 0.0_wp
-   end type balance_t
+   end type impulse_balance_t
 
    !> Differences between two runs.
    type :: motion_errors_t
@@ -74,13 +74,13 @@ contains
    end function horizon_of
 
    !> Extract the compared quantities of a run.
-   pure subroutine facts_of(response, horizon, balance, results, every)
+   pure subroutine results_of(response, horizon, balance, results, every)
       !> Run with all histories, energies and two shapes: at the start, where the beam is at rest, and at the horizon
       type(response_t), intent(in) :: response
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon
-      type(balance_t), intent(in) :: balance
-      type(motion_facts_t), intent(out) :: results
+      type(impulse_balance_t), intent(in) :: balance
+      type(run_results_t), intent(out) :: results
       !> Use every n-th sample, of which the horizon must be one; default 1
       integer, intent(in), optional :: every
 
@@ -104,7 +104,7 @@ contains
       allocate (results%history((last - 1)/stride + 1, 2))
       results%history(:, 1) = response%history(eta_stop)%values(:last:stride)
       results%history(:, 2) = response%history(eta_tip)%values(:last:stride)
-   end subroutine facts_of
+   end subroutine results_of
 
    !> Impulse of the contact force on the beam up to the last sample. With the static displacement s under a unit force
    !> at the stop, s.(M y'' + C y' + K y) = s_c f and s.K y = y_c, and the integral of this equation over time gives the
@@ -113,7 +113,7 @@ contains
    pure function contact_impulse(response, balance, last, stride) result(impulse)
       !> Run with the shapes at the start and at the last sample
       type(response_t), intent(in) :: response
-      type(balance_t), intent(in) :: balance
+      type(impulse_balance_t), intent(in) :: balance
       !> Index of the last sample, and stride of the samples that are used
       integer, intent(in) :: last
       integer, intent(in) :: stride
@@ -142,7 +142,7 @@ contains
       type(free_modes_t), intent(in) :: modes
       !> Settings of the run, with preload and damping
       type(run_settings_t), intent(in) :: settings
-      type(balance_t), intent(out) :: balance
+      type(impulse_balance_t), intent(out) :: balance
       !> Set if the stiffness matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
@@ -169,8 +169,8 @@ contains
    !> Difference of two runs that are sampled at the same instants.
    pure function difference_of(results, reference) result(errors)
       !> Compared quantities of the runs
-      type(motion_facts_t), intent(in) :: results
-      type(motion_facts_t), intent(in) :: reference
+      type(run_results_t), intent(in) :: results
+      type(run_results_t), intent(in) :: reference
       type(motion_errors_t) :: errors
 
       integer :: samples
@@ -188,10 +188,10 @@ contains
    !> are assumed to be proportional to a power (the order) of the step or the length.
    pure subroutine extrapolate(coarse, fine, limit, order)
       !> Compared quantities of the runs; the second has the samples of the first, or twice as many
-      type(motion_facts_t), intent(in) :: coarse
-      type(motion_facts_t), intent(in) :: fine
+      type(run_results_t), intent(in) :: coarse
+      type(run_results_t), intent(in) :: fine
       !> Extrapolated quantities, at the samples of the first run
-      type(motion_facts_t), intent(out) :: limit
+      type(run_results_t), intent(out) :: limit
       !> Order of the errors; default 2
       integer, intent(in), optional :: order
 

@@ -3,12 +3,12 @@
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
-   use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, make_balance, &
-      motion_facts_t
+   use motion_errors, only: impulse_balance_t, difference_of, extrapolate, results_of, horizon_of, make_balance, &
+      run_results_t
    use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_motion, task_run, task_t
-   use precision_types, only: beam_t, check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, &
+   use precision_types, only: beam_run_t, check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, &
       varied_step
-   use response_types, only: miss_of_energies
+   use response_types, only: balance_error
    use run_settings, only: response_settings_t, strict_mode_tolerance
    use scene_beam_model, only: run_of
    use scene_types, only: contender_average, contender_exact, mass_auto, mass_consistent, mass_redistributed, &
@@ -17,7 +17,7 @@ module motion_precision
    use timed_tasks, only: measure_time
    implicit none (type, external)
    private
-   public :: compare_motion, comparison_step, finer
+   public :: compare_motion, comparison_step, refinement
 
    !> Interval of the samples at which exact runs are compared, tau.
    real(wp), parameter :: comparison_step = 0.01_wp
@@ -26,7 +26,7 @@ module motion_precision
    !> Order of the error in the length of the elements if the mass that is hit does not contain a part of an element.
    integer, parameter :: convergence_order = 4
    !> Ratio of the number of elements of the reference for meshes to the maximum number of elements compared.
-   integer, parameter :: finer = 2
+   integer, parameter :: refinement = 2
 
 contains
 
@@ -47,7 +47,7 @@ contains
       if (allocated(error)) return
       study%horizon = horizon_of(reference%response, scene%precision%duration, grid_of(scene))
       if (any(study%motion%varied == varied_mesh)) then
-         associate (elements => finer*maxval(study%motion%elements))
+         associate (elements => refinement*maxval(study%motion%elements))
             call make_reference(scene, elements, merge(mass_auto, scene%mesh%mass, scene%precision%against_beam), &
                finest, error)
          end associate
@@ -164,7 +164,7 @@ contains
 
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
       if (allocated(error)) return
-      task%what = task_motion
+      task%action = task_motion
       task%output = full_output()
       task%output%measures = .true.
       if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
@@ -185,8 +185,8 @@ contains
       type(check_t), intent(out) :: check
 
       real(wp), parameter :: event_tolerance = 1.0e-13_wp
-      type(balance_t) :: balance
-      type(motion_facts_t) :: exact, runs(2), limit
+      type(impulse_balance_t) :: balance
+      type(run_results_t) :: exact, runs(2), limit
       type(failure_t), allocatable :: error
       type(task_t) :: newmark
       integer :: i
@@ -209,7 +209,7 @@ contains
             check%failure = error%message
             return
          end if
-         call facts_of(newmark%response, horizon, balance, runs(i))
+         call results_of(newmark%response, horizon, balance, runs(i))
       end do
       call find_reference_results(reference, check%steps(1), horizon, exact, error)
       if (allocated(error)) then
@@ -229,11 +229,11 @@ contains
       real(wp), intent(in) :: horizon
       !> Task of the run that represents the beam
       type(task_t), intent(inout) :: finest
-      type(beam_t), allocatable, intent(out) :: beam
+      type(beam_run_t), allocatable, intent(out) :: beam
       !> Set if the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(motion_facts_t) :: results, half, other(2)
+      type(run_results_t) :: results, half, other(2)
       type(failure_t), allocatable :: other_error
       integer :: other_mass, i
 
@@ -242,15 +242,15 @@ contains
       beam%mass = merge(mass_redistributed, mass_consistent, finest%model%is_redistributed)
       other_mass = merge(mass_consistent, mass_redistributed, finest%model%is_redistributed)
       call find_reference_results(finest, comparison_step, horizon, results, error)
-      if (.not. allocated(error)) call compute(beam%elements/finer, beam%mass, half, error)
+      if (.not. allocated(error)) call compute(beam%elements/refinement, beam%mass, half, error)
       if (allocated(error)) return
       beam%half = difference_of(half, results)
-      beam%uncertainty = beam%half%history/real(finer**convergence_order - 1, wp)
+      beam%uncertainty = beam%half%history/real(refinement**convergence_order - 1, wp)
       do i = 1, 2
-         if (.not. allocated(other_error)) call compute(beam%elements*i/finer, other_mass, other(i), other_error)
+         if (.not. allocated(other_error)) call compute(beam%elements*i/refinement, other_mass, other(i), other_error)
       end do
       if (allocated(other_error)) then
-         beam%no_other = other_error%message
+         beam%other_failure = other_error%message
          return
       end if
       ! with the consistent matrix the mass that is hit contains a part of an element: an error of first order
@@ -265,7 +265,7 @@ contains
          !> Number of elements, and one of the `mass_` constants
          integer, intent(in) :: elements
          integer, intent(in) :: mass
-         type(motion_facts_t), intent(out) :: results
+         type(run_results_t), intent(out) :: results
          !> Set if the run fails
          type(failure_t), allocatable, intent(out) :: failure
 
@@ -285,14 +285,14 @@ contains
       real(wp), intent(in) :: step
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon
-      type(motion_facts_t), intent(out) :: results
+      type(run_results_t), intent(out) :: results
       !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       !> Stride of the reference's samples that gives this interval; absent: the reference is computed again with the
       !> interval if its own interval differs
       integer, intent(in), optional :: every
 
-      type(balance_t) :: balance
+      type(impulse_balance_t) :: balance
 
       if (abs(reference%settings%step - step) > 0.0_wp .and. .not. present(every)) then
          reference%settings%step = step
@@ -301,7 +301,7 @@ contains
       end if
       call make_balance(reference%model, reference%modes, run_of(reference%scene), balance, error)
       if (allocated(error)) return
-      call facts_of(reference%response, horizon, balance, results, every)
+      call results_of(reference%response, horizon, balance, results, every)
    end subroutine find_reference_results
 
    !> Strides by which two runs are sampled at the same instants; 0: there are no such strides.
@@ -324,8 +324,8 @@ contains
       type(motion_entry_t), intent(inout) :: entry
 
       type(failure_t), allocatable :: error
-      type(balance_t) :: balance
-      type(motion_facts_t) :: results, exact
+      type(impulse_balance_t) :: balance
+      type(run_results_t) :: results, exact
       type(task_t) :: task
       integer :: every(2)
 
@@ -338,7 +338,7 @@ contains
          task%model = reference%model
          task%modes = reference%modes
       end if
-      task%what = task_run
+      task%action = task_run
       task%output = reference%output
       task%settings = settings_for(entry%contender, scene%precision, entry%step)
       if (entry%contender == contender_exact) then
@@ -355,19 +355,19 @@ contains
          end if
       end if
       if (.not. allocated(error)) then
-         call facts_of(task%response, horizon, balance, results, max(every(1), 1))
+         call results_of(task%response, horizon, balance, results, max(every(1), 1))
          entry%errors = difference_of(results, exact)
-         entry%errors%ledger = miss_of_energies(task%response)/task%response%initial_energy
+         entry%errors%ledger = balance_error(task%response)/task%response%initial_energy
          task%output = no_output()
          call measure_time(task, scene%precision, entry%whole, error)
       end if
       entry%motion = entry%whole
       if (.not. allocated(error) .and. entry%contender == contender_exact) then
-         task%what = task_motion
+         task%action = task_motion
          call measure_time(task, scene%precision, entry%motion, error)
       end if
       entry%event_count = task%response%event_count
-      entry%modes_kept = task%response%mode_check%kept
+      entry%retained_modes = task%response%mode_check%retained
       entry%evaluations = task%response%evaluations
       if (allocated(error)) entry%failure = error%message
    end subroutine measure_entry

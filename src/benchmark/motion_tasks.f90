@@ -33,7 +33,7 @@ module motion_tasks
 
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
-      integer :: what = task_run
+      integer :: action = task_run
       type(scene_t) :: scene
       type(response_settings_t) :: settings
       type(output_settings_t) :: output
@@ -73,10 +73,10 @@ contains
       task%elements = elements
       task%ratio = scene%mesh%ratio
       task%output = no_output()
-      task%what = task_assembly
+      task%action = task_assembly
       call task%run(error)
       if (allocated(error) .or. .not. present(with_modes)) return
-      task%what = task_modes
+      task%action = task_modes
       if (with_modes) call task%run(error)
    end subroutine prepare_task
 
@@ -89,7 +89,7 @@ contains
       real(wp), allocatable :: modes(:, :)
 
       associate (scene => self%scene)
-         select case (self%what)
+         select case (self%action)
          case (task_assembly)
             call motion_model_of(scene, self%elements, self%ratio, self%model, error)
          case (task_modes)

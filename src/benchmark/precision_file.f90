@@ -1,7 +1,7 @@
 !> Writes the results file of a study of run time and error.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
-   use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
+   use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use failures, only: failure_t
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
@@ -80,7 +80,7 @@ contains
          call group%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', &
             along=along)
          call group%add('events', entries%event_count, '1', 'number of events', along=along)
-         call group%add('modes_kept', entries%modes_kept, '1', 'modes kept', along=along)
+         call group%add('modes_kept', entries%retained_modes, '1', 'modes kept', along=along)
          call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', &
             along=along)
          call write_errors(group, 'error', entries%errors, along)
@@ -107,20 +107,20 @@ contains
       real(wp), allocatable :: parts(:, :)
       integer :: i, k
 
-      associate (beam => study%beam, entries => study%motion, schemes => ways_of(study%motion))
+      associate (beam => study%beam, entries => study%motion, schemes => schemes_of(study%motion))
          call group%attribute('elements', real(beam%elements, wp))
          call group%attribute('mass', mass_names(beam%mass))
          call group%attribute('uncertainty', beam%uncertainty)
-         call group%attribute('no_other_mass', beam%no_other)
+         call group%attribute('no_other_mass', beam%other_failure)
          call group%add('pair', [1, 2], '1', &
             '1: the run for the beam and the same on half the elements; 2: and one with the other mass matrix', &
             is_scale=.true.)
          call write_errors(group, 'difference', [beam%half, beam%other], 'pair')
          do k = 1, size(schemes)
             child = group%group('way_'//to_text(k))
-            call child%attribute('name', way_name(entries(schemes(k))))
+            call child%attribute('name', scheme_name(entries(schemes(k))))
             call child%add('error', error_bounds, '1', 'largest difference of eta from the beam', is_scale=.true.)
-            call child%add('entry', [(cheapest_of(entries, entries(schemes(k)), error_bounds(i)), i=1, &
+            call child%add('entry', [(fastest_of(entries, entries(schemes(k)), error_bounds(i)), i=1, &
                size(error_bounds))], '1', 'the fastest entry of ../../motion within it; 0: none', along='error')
          end do
          allocate (varied, source=pack([(i, i=1, size(entries))], entries%varied == varied_step))
@@ -128,7 +128,7 @@ contains
          call child%add('entry', varied, '1', 'entry of ../../motion: steps on the mesh of the scene', is_scale=.true.)
          allocate (parts(3, size(varied)))
          do i = 1, size(varied)
-            parts(:, i) = parts_of_error(entries, varied(i))
+            parts(:, i) = error_contributions(entries, varied(i))
          end do
          call child%add('step', parts(1, :), '1', 'error of eta against exact motion on that mesh', along='entry')
          call child%add('mesh', parts(2, :), '1', 'error of exact motion on that mesh; -1: not known', along='entry')

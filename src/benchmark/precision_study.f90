@@ -3,8 +3,8 @@ module precision_study
    use cost_growth, only: measure_growth, measure_parts
    use failures, only: failure_t
    use kinds, only: wp
-   use memory_needs, only: add_modes, add_samples, need_t
-   use motion_precision, only: comparison_step, compare_motion, finer
+   use memory_needs, only: add_modes, add_samples, memory_need_t
+   use motion_precision, only: comparison_step, compare_motion, refinement
    use motion_tasks, only: full_output, prepare_task, settings_for, task_run, task_t
    use precision_file, only: write_precision
    use precision_tables, only: print_precision
@@ -38,7 +38,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Not used, because runs are not computed in parallel
       integer, intent(in) :: threads
-      type(need_t), intent(out) :: need
+      type(memory_need_t), intent(out) :: need
 
       real(wp) :: step
       integer :: elements
@@ -50,7 +50,7 @@ contains
             if (size(precision%steps) > 0) step = minval(precision%steps)
          end if
          if (allocated(precision%mesh_elements)) elements = max(elements, &
-            finer*maxval(precision%mesh_elements))
+            refinement*maxval(precision%mesh_elements))
          call add_samples(precision%duration/step, 34, '&precision', &
             'give &precision a shorter duration or longer steps', need)
       end associate
@@ -118,7 +118,7 @@ contains
 
       call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
-      task%what = task_run
+      task%action = task_run
       task%output = full_output()
       task%settings = settings_for(contender_exact, scene%precision, comparison_step)
       call task%run(error)

@@ -1,6 +1,6 @@
 !> Prints the tables of a study of run time and error.
 module precision_tables
-   use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
+   use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use kinds, only: wp
    use machine_facts, only: compiler_name, kind_of_build, processor_name
    use number_text, only: to_text
@@ -50,7 +50,7 @@ contains
                cycle
             end if
             name = contender_names(entry%contender)(:len(name))
-            if (allocated(study%beam) .and. entry%varied == varied_mesh) name = way_name(entry)
+            if (allocated(study%beam) .and. entry%varied == varied_mesh) name = scheme_name(entry)
             write (unit, numbers) name(:22), adjustr(varied_names(entry%varied)(:16)), &
                value_of(entry), &
                errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, &
@@ -87,19 +87,19 @@ contains
 
       integer :: i, k
 
-      associate (entries => study%motion, beam => study%beam, schemes => ways_of(study%motion))
+      associate (entries => study%motion, beam => study%beam, schemes => schemes_of(study%motion))
          write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
             study%horizon, ': ms, elements, step'
-         write (unit, '(2x, a8, *(a36))') 'error', (trim(way_name(entries(schemes(k)))), k=1, size(schemes))
+         write (unit, '(2x, a8, *(a36))') 'error', (trim(scheme_name(entries(schemes(k)))), k=1, size(schemes))
          do i = 1, size(error_bounds)
             write (unit, '(2x, es8.0, *(a36))') error_bounds(i), &
-               (cell(cheapest_of(entries, entries(schemes(k)), error_bounds(i))), k=1, size(schemes))
+               (cell(fastest_of(entries, entries(schemes(k)), error_bounds(i))), k=1, size(schemes))
          end do
          write (unit, '(2x, a, i0, a, es8.1)') 'the beam: exact, '//trim(mass_names(beam%mass))//', ', beam%elements, &
             ' elements; on half of them eta differs by', beam%half%history
          write (unit, '(2x, a, es8.1)') 'of the fourth order, it is known to', beam%uncertainty
-         if (beam%no_other /= '') then
-            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%no_other)
+         if (beam%other_failure /= '') then
+            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%other_failure)
          else
             write (unit, '(2x, a, es8.1)') 'with the other mass matrix, extrapolated where of first order, by', &
                beam%other%history
@@ -107,7 +107,7 @@ contains
          write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', "the step's", "the mesh's", 'both'
          do i = 1, size(entries)
             if (entries(i)%varied == varied_step) write (unit, '(2x, a22, 4es12.1)') &
-               contender_names(entries(i)%contender), entries(i)%step, parts_of_error(entries, i)
+               contender_names(entries(i)%contender), entries(i)%step, error_contributions(entries, i)
          end do
       end associate
 

@@ -7,7 +7,7 @@ module precision_types
    use timed_tasks, only: timing_t
    implicit none (type, external)
    private
-   public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t, beam_t
+   public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t, beam_run_t
    public :: varied_step, varied_hop, varied_modes, varied_mesh, varied_names
 
    !> Setting by which an entry differs from its neighbours in the list.
@@ -41,7 +41,7 @@ module precision_types
       !> Errors against the reference
       type(motion_errors_t) :: errors
       integer :: event_count = 0
-      integer :: modes_kept = 0
+      integer :: retained_modes = 0
       integer(i8) :: evaluations = 0_i8
       !> Reason of a failure; empty: the run succeeded
       character(failure_length) :: failure = ''
@@ -101,7 +101,7 @@ module precision_types
 
    !> Run that represents the beam itself, because its mesh is finer than all meshes compared, and its differences from
    !> other runs.
-   type :: beam_t
+   type :: beam_run_t
       integer :: elements = 0
       !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
@@ -110,16 +110,16 @@ module precision_types
       type(motion_errors_t) :: half
       type(motion_errors_t) :: other
       !> Reason why the run with the other mass matrix failed; empty: the run succeeded
-      character(failure_length) :: no_other = ''
+      character(failure_length) :: other_failure = ''
       !> Estimated error of eta of this run, from the difference on half as many elements and an error of fourth order
       real(wp) :: uncertainty = 0.0_wp
-   end type beam_t
+   end type beam_run_t
 
    type :: precision_t
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check
       !> Run that represents the beam; unallocated: not requested
-      type(beam_t), allocatable :: beam
+      type(beam_run_t), allocatable :: beam
       !> End of the comparison of histories, tau: the peak of the third rebound, or the end of the run
       real(wp) :: horizon = 0.0_wp
       type(timed_part_t), allocatable :: parts(:)

@@ -2,7 +2,7 @@
 !> is executed without and with each skip, and the results are compared.
 module skip_savings
    use command_line, only: argument_t
-   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
+   use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use damped_oscillators, only: damping_order, make_oscillators
    use failures, only: failure_t
    use free_modes, only: find_free_modes
@@ -22,9 +22,9 @@ module skip_savings
    use scene_beam_model, only: run_of
    use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
-   use stop_laws, only: make_yielding_stop
+   use stop_laws, only: make_compliant_stop
    use timed_tasks, only: measure_time
-   use yielding_stop, only: impedance_t, yielding_stop_t
+   use compliant_stop, only: impedance_t, compliant_stop_t
    implicit none (type, external)
    private
    public :: measure_savings
@@ -80,7 +80,7 @@ contains
       call prepare_task(scene, scene%mesh%elements, measured%base, measured%error, with_modes=.true.)
       measured%base%folder = folder
       measured%base%settings = settings_for(contender_exact, scene%precision, comparison_step)
-      measured%base%what = task_motion
+      measured%base%action = task_motion
       if (scene%beam%shape == shape_taper) call measure_quadrature(measured)
       call measure_eigen_solve(measured)
       call measure_mode_selection(measured, horizon)
@@ -100,7 +100,7 @@ contains
       type(saving_t) :: saving
 
       call copy(measured%base, with)
-      with%what = task_assembly
+      with%action = task_assembly
       call copy(with, without)
       associate (beam => without%scene%beam)
          beam%shape = shape_height_table
@@ -124,7 +124,7 @@ contains
 
       call copy(measured%base, with)
       call copy(measured%base, without)
-      without%what = task_run
+      without%action = task_run
       call compare_histories(measured, 'eigen-solve, shared by runs', without, with, with%settings%duration)
    end subroutine measure_eigen_solve
 
@@ -337,10 +337,10 @@ contains
       case (file_to_file)
          call read_scene_file(self%scene%file, error)
          if (allocated(error)) return
-         self%what = task_assembly
+         self%action = task_assembly
          call self%task_t%run(error)
          if (allocated(error)) return
-         self%what = task_run
+         self%action = task_run
          call self%task_t%run(error)
          if (allocated(error)) return
          call write_results(self%folder, self%scene, error, self%model%mesh%position, response=self%response)
@@ -372,25 +372,25 @@ contains
       type(free_beam_t) :: beam
       type(set_store_t) :: store
       type(contact_set_t), pointer :: set
-      class(yielding_stop_t), allocatable :: stop
+      class(compliant_stop_t), allocatable :: stop
       type(impedance_t) :: impedance
       type(run_settings_t) :: settings
       integer, allocatable :: order(:)
       logical :: is_new
 
-      call make_yielding_stop(self%scene%stop, stop)
+      call make_compliant_stop(self%scene%stop, stop)
       if (allocated(stop)) impedance = stop%impedance_t
       settings = run_of(self%scene)
       associate (free => self%modes, rate => rates_of_modes(settings, self%modes%square))
          order = damping_order(free%square, settings%zeta, rate)
          call make_oscillators(free%square(order), settings%zeta, beam%oscillators, rate(order))
-         beam%has_own_rates = allocated(settings%mode_ratios)
+         beam%has_modal_damping = allocated(settings%mode_ratios)
          beam%value = reshape(free%mode(free%stop_dof, order), [size(order), 1])
          beam%tip_value = free%mode(free%tip_dof, order)
          beam%height = [self%scene%stop%preload]
          beam%tip_sign = [merge(1.0_wp, 0.0_wp, free%stop_dof == free%tip_dof)]
       end associate
-      call open_sets(beam, [.not. allocated(stop)], [impedance], store)
+      call start_sets(beam, [.not. allocated(stop)], [impedance], store)
       call find_set([.true.], store, set, is_new, error)
    end subroutine find_contact_modes
 

@@ -45,12 +45,12 @@ contains
                   entry%elements = asked%mesh_elements(i)
                   entry%ratio = asked%mesh_ratios(i)
                   task%scene = scene
-                  task%what = task_assembly
+                  task%action = task_assembly
                   task%elements = entry%elements
                   task%ratio = entry%ratio
                   call task%run(error)
                   if (allocated(error)) return
-                  task%what = task_solver
+                  task%action = task_solver
                   task%solver = asked%solver(j)
                   task%count = min(count, 2*entry%elements)
                   call measure_time(task, scene%precision, entry%timing, solver_error)

@@ -7,7 +7,7 @@ module constrained_sets
    use damped_oscillators, only: damping_order, lanes, make_oscillators, oscillators_t, padded
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use point_forces, only: find_point_forces, slow
+   use point_forces, only: find_point_forces, slow_frequency
    use sorting, only: order_columns
    implicit none (type, external)
    private
@@ -18,7 +18,7 @@ module constrained_sets
    type :: free_beam_t
       type(oscillators_t) :: oscillators
       !> Each mode has a damping ratio of its own: the damping then couples the constrained modes
-      logical :: has_own_rates = .false.
+      logical :: has_modal_damping = .false.
       !> s b_i: value of mode i at each contact times its sign s, [modes, contacts]
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
@@ -216,7 +216,7 @@ contains
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
-         else if (any(square < slow**2)) then
+         else if (any(square < slow_frequency**2)) then
             no_load = (0.0_wp, 0.0_wp)
             call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &
                force, shape)

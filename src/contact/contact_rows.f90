@@ -4,7 +4,7 @@ module contact_rows
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: contact_row_t, along, put_along, band
+   public :: contact_row_t, along, set_along, band
 
    !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
@@ -28,13 +28,13 @@ contains
    end function along
 
    !> Set w . x to a value that it differs from by rounding errors only.
-   pure subroutine put_along(row, value, vector)
+   pure subroutine set_along(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value
       !> x, padded
       real(wp), intent(inout) :: vector(1 - band:)
 
       vector(row%dof) = row%sign*value
-   end subroutine put_along
+   end subroutine set_along
 
 end module contact_rows

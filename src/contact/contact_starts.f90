@@ -7,10 +7,10 @@ module contact_starts
    use kinds, only: wp
    use number_text, only: to_text
    use stop_laws, only: static_stiffness
-   use stop_contacts, only: is_beyond, contact_t
+   use stop_contacts, only: penetrates, contact_t
    implicit none (type, external)
    private
-   public :: flexible_beam_t, carry, find_carrying_forces, check_start, move_onto_contacts
+   public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts
 
    type, abstract :: flexible_beam_t
       !> w of each contact, whose gap is w . q - h; zero if a support fixes that point, [coordinates, contacts]
@@ -40,7 +40,7 @@ module contact_starts
 contains
 
    !> Static equilibrium on contacts: unilateral forces, from contacts whose static springs are in series with the beam.
-   pure subroutine carry(beam, contacts, is_active, displacement, forces, error)
+   pure subroutine find_static_equilibrium(beam, contacts, is_active, displacement, forces, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
       !> Which contacts are active
@@ -60,14 +60,14 @@ contains
       call beam%bend(0.0_wp, beam%row(:, place), shape, error)
       if (allocated(error)) return
       compliance = matmul(transpose(beam%row(:, place)), shape)
-      call find_carrying_forces(contacts(place), matmul(displacement, beam%row(:, place)) - contacts(place)%height, &
+      call find_static_forces(contacts(place), matmul(displacement, beam%row(:, place)) - contacts(place)%height, &
          compliance, push)
       displacement = displacement + matmul(shape, push)
       forces(place) = push
-   end subroutine carry
+   end subroutine find_static_equilibrium
 
    !> Unilateral static forces of contacts whose springs are in series with the beam.
-   pure subroutine find_carrying_forces(contacts, gap, compliance, forces)
+   pure subroutine find_static_forces(contacts, gap, compliance, forces)
       !> Which contacts are active
       type(contact_t), intent(in) :: contacts(:)
       !> Gaps without contact forces
@@ -86,7 +86,7 @@ contains
          if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
       end do
       call solve_complementarity(compliance, gap, forces, carries)
-   end subroutine find_carrying_forces
+   end subroutine find_static_forces
 
    !> Refuse a start with penetration of a contact that bears no static force.
    pure subroutine check_start(beam, contacts, forces, displacement, error)
@@ -103,7 +103,7 @@ contains
       integer :: k
 
       gap = matmul(displacement, beam%row) - contacts%height
-      k = findloc(is_beyond(contacts, gap) .and. .not. forces > 0.0_wp, .true., dim=1)
+      k = findloc(penetrates(contacts, gap) .and. .not. forces > 0.0_wp, .true., dim=1)
       if (k > 0) call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
          to_text(contacts(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement')
    end subroutine check_start
@@ -130,7 +130,7 @@ contains
 
       gap = matmul(displacement, beam%row) - contacts%height
       noise = 4.0_wp*epsilon(1.0_wp)*(abs(contacts%height) + matmul(abs(displacement), abs(beam%row)))
-      place = pack([(k, k=1, size(is_active))], is_active .and. .not. (forces > 0.0_wp .or. is_beyond(contacts, gap)))
+      place = pack([(k, k=1, size(is_active))], is_active .and. .not. (forces > 0.0_wp .or. penetrates(contacts, gap)))
       associate (n => size(place))
          if (all(gap(place) >= -noise(place))) return
          call beam%bend(1.0_wp, beam%row(:, place), shape(:, :n), error)

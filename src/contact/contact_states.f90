@@ -2,26 +2,26 @@
 module contact_states
    use kinds, only: wp
    use run_settings, only: law_spring_damper
-   use spring_damper_stop, only: make_node_pad
-   use stop_laws, only: is_rigid, make_yielding_stop
+   use spring_damper_stop, only: make_node_spring
+   use stop_laws, only: is_rigid, make_compliant_stop
    use stop_contacts, only: contact_t
-   use yielding_stop, only: impedance_t, yielding_stop_t
+   use compliant_stop, only: impedance_t, compliant_stop_t
    implicit none (type, external)
    private
-   public :: contact_state_t, make_contact_state, put_node_before, node_at, of_rigid_stop, impedance_of
-   public :: recover, energy_in, force_in, indent, keep_start, reactions_t
+   public :: contact_state_t, make_contact_state, add_massless_node, node_motion_at, has_rigid_stop, impedance_of
+   public :: recover, energy_in, force_in, set_indentation, record_start, reactions_t
 
    !> State of one contact during a run.
    type :: contact_state_t
       type(contact_t) :: contact
       logical :: is_rigid = .true.
       !> Law of a compliant stop; unallocated: the stop is rigid
-      class(yielding_stop_t), allocatable :: spring
+      class(compliant_stop_t), allocatable :: spring
       !> The stop is rigid, and the compliance is that of a massless node of the beam in front of it. The results show a
       !> rigid stop, and the energy of the node counts as energy of the beam
       logical :: is_node = .false.
       !> Spring and damper: after the force has vanished the contact surface moves with the beam until it is undeformed
-      logical :: relaxes = .false.
+      logical :: moves_with_beam = .false.
       !> The contact is not shadowed by another contact at its point, and the energy at the start is enough to close it
       logical :: is_active = .true.
       logical :: is_closed = .false.
@@ -71,21 +71,21 @@ contains
 
       state%contact = contact
       state%is_rigid = is_rigid(contact%settings)
-      call make_yielding_stop(contact%settings, state%spring)
-      state%relaxes = contact%settings%law == law_spring_damper
+      call make_compliant_stop(contact%settings, state%spring)
+      state%moves_with_beam = contact%settings%law == law_spring_damper
    end subroutine make_contact_state
 
    !> Put a massless node of the beam in front of this rigid stop.
-   subroutine put_node_before(state, flexibility, two_zeta)
+   subroutine add_massless_node(state, flexibility, two_zeta)
       type(contact_state_t), intent(inout) :: state
-      !> Flexibility and damping as in `make_node_pad`
+      !> Flexibility and damping as in `make_node_spring`
       real(wp), intent(in) :: flexibility
       real(wp), intent(in) :: two_zeta
 
       state%is_rigid = .false.
       state%is_node = .true.
-      allocate (state%spring, source=make_node_pad(flexibility, two_zeta))
-   end subroutine put_node_before
+      allocate (state%spring, source=make_node_spring(flexibility, two_zeta))
+   end subroutine add_massless_node
 
    !> Impedance of the stop for a motion exp(s tau).
    pure function impedance_of(state) result(impedance)
@@ -96,16 +96,16 @@ contains
    end function impedance_of
 
    !> Is the stop rigid, with or without a compliant massless node in front of it?
-   elemental function of_rigid_stop(state) result(answer)
+   elemental function has_rigid_stop(state) result(answer)
       type(contact_state_t), intent(in) :: state
       logical :: answer
 
       answer = state%is_rigid .or. state%is_node
-   end function of_rigid_stop
+   end function has_rigid_stop
 
    !> Displacement and velocity of a massless node relative to the sum of the modes, some time after its release by a
    !> rigid stop.
-   pure function node_at(state, time) result(node)
+   pure function node_motion_at(state, time) result(node)
       !> State at the start of the flight or of a part of it
       type(contact_state_t), intent(in) :: state
       !> Time since that start
@@ -114,9 +114,9 @@ contains
 
       node = 0.0_wp
       if (.not. state%is_node) return
-      if (state%spring%surface_rate < huge(1.0_wp)) node = [1.0_wp, -state%spring%surface_rate]*state%depth &
-         *exp(-state%spring%surface_rate*time)
-   end function node_at
+      if (state%spring%recovery_rate < huge(1.0_wp)) node = [1.0_wp, -state%spring%recovery_rate]*state%depth &
+         *exp(-state%spring%recovery_rate*time)
+   end function node_motion_at
 
    !> Viscoelastic recovery of an open contact without force, and the energy that it dissipates.
    subroutine recover(state, time)
@@ -125,25 +125,25 @@ contains
 
       real(wp) :: before
 
-      if (.not. allocated(state%spring) .or. state%is_closed .or. state%relaxes) return
+      if (.not. allocated(state%spring) .or. state%is_closed .or. state%moves_with_beam) return
       if (.not. state%depth > 0.0_wp) return
       before = energy_in(state)
-      call indent(state, state%depth*exp(-state%spring%surface_rate*time))
+      call set_indentation(state, state%depth*exp(-state%spring%recovery_rate*time))
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover
 
    !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0.
-   elemental subroutine indent(state, depth)
+   elemental subroutine set_indentation(state, depth)
       type(contact_state_t), intent(inout) :: state
       !> Indentation u
       real(wp), intent(in) :: depth
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
-         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%relaxes .or. &
-            (state%is_node .and. state%spring%surface_rate < huge(1.0_wp)))
+         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%moves_with_beam .or. &
+            (state%is_node .and. state%spring%recovery_rate < huge(1.0_wp)))
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
-   end subroutine indent
+   end subroutine set_indentation
 
    !> Force of a closed compliant contact.
    elemental function force_in(state, velocity) result(force)
@@ -156,7 +156,7 @@ contains
    end function force_in
 
    !> Record the components of the contact states that a phase changes, at its start.
-   subroutine keep_start(states, at_start)
+   subroutine record_start(states, at_start)
       type(contact_state_t), intent(in) :: states(:)
       !> Record at the start of the phase before; unallocated before the first phase
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
@@ -166,7 +166,7 @@ contains
       at_start%branch_force = states%branch_force
       at_start%is_closed = states%is_closed
       at_start%is_deformed = states%is_deformed
-   end subroutine keep_start
+   end subroutine record_start
 
    !> Energy in the springs of the stop.
    elemental function energy_in(state) result(energy)

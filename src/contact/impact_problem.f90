@@ -8,11 +8,11 @@ module impact_problem
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: struck_t, rebounds, comes_to_rest, holds, unchanged, is_hit, is_arrested, is_pushed, is_thrown_off
-   public :: most_rounds, take_part, find_impulses, find_nodal_impulse, outcome_of
+   public :: impact_contact_t, rebounds, comes_to_rest, holds, unchanged, is_hit, is_arrested, gets_impulse, is_released
+   public :: max_rounds, add_impact_contact, find_impulses, find_nodal_impulse, outcome_of
 
    !> Maximum number of problems at one instant; in the last one every contact that the beam touches comes to rest.
-   integer, parameter :: most_rounds = 100
+   integer, parameter :: max_rounds = 100
 
    !> Role of a contact in the problem: it rebounds by its coefficient of restitution and enters only if the beam
    !> approaches it; it comes to rest without restitution, also if the beam separates from it; or it is closed already
@@ -26,11 +26,11 @@ module impact_problem
    integer, parameter :: unchanged = 0
    integer, parameter :: is_hit = rebounds
    integer, parameter :: is_arrested = comes_to_rest
-   integer, parameter :: is_pushed = holds
-   integer, parameter :: is_thrown_off = 4
+   integer, parameter :: gets_impulse = holds
+   integer, parameter :: is_released = 4
 
    !> A rigid contact in the impact problem.
-   type :: struck_t
+   type :: impact_contact_t
       !> Index among all contacts
       integer :: contact = 0
       !> Role in the problem, one of the constants above
@@ -42,12 +42,12 @@ module impact_problem
       !> Impulse on the beam, and the energy change of the beam by it
       real(wp) :: impulse = 0.0_wp
       real(wp) :: energy_change = 0.0_wp
-   end type struck_t
+   end type impact_contact_t
 
 contains
 
    !> Add a contact that the beam touches to the problem, unless it can rebound and the beam separates from it.
-   pure subroutine take_part(contact, part, velocity, restitution, struck, count)
+   pure subroutine add_impact_contact(contact, part, velocity, restitution, struck, count)
       !> Index among all contacts
       integer, intent(in) :: contact
       !> Role in the problem, one of the constants above
@@ -55,15 +55,15 @@ contains
       !> Velocity away from the contact
       real(wp), intent(in) :: velocity
       real(wp), intent(in) :: restitution
-      type(struck_t), intent(inout) :: struck(:)
+      type(impact_contact_t), intent(inout) :: struck(:)
       !> Number of contacts in the problem
       integer, intent(inout) :: count
 
       if (part == rebounds .and. velocity > 0.0_wp) return
       count = count + 1
-      struck(count) = struck_t(contact, part, merge(restitution, 0.0_wp, part == rebounds), &
+      struck(count) = impact_contact_t(contact, part, merge(restitution, 0.0_wp, part == rebounds), &
          merge(0.0_wp, velocity, part == holds))
-   end subroutine take_part
+   end subroutine add_impact_contact
 
    !> Solve for impulses Lambda >= 0 complementary to w+ = w- + W Lambda >= -eps w-. The energy of the beam does not
    !> increase.
@@ -71,7 +71,7 @@ contains
       !> W, velocity at one contact per unit impulse at another, symmetric, [struck, struck]
       real(wp), intent(in) :: mobility(:, :)
       !> Contacts of the problem, which receive impulses and velocities after them
-      type(struck_t), intent(inout) :: struck(:)
+      type(impact_contact_t), intent(inout) :: struck(:)
 
       real(wp) :: impulse(size(struck))
       logical :: is_active(size(struck))
@@ -88,7 +88,7 @@ contains
       !> Entries of the node c: mass M_cc, and momentum (M v)_c before the impact
       real(wp), intent(in) :: mass
       real(wp), intent(in) :: momentum
-      type(struck_t), intent(inout) :: struck
+      type(impact_contact_t), intent(inout) :: struck
 
       struck%after = -struck%restitution*struck%before
       associate (jump => struck%after - struck%before)
@@ -99,7 +99,7 @@ contains
 
    !> Outcome of the impulses for a contact.
    elemental function outcome_of(struck, noise) result(outcome)
-      type(struck_t), intent(in) :: struck
+      type(impact_contact_t), intent(in) :: struck
       !> Rounding error of the velocity
       real(wp), intent(in) :: noise
       integer :: outcome
@@ -108,7 +108,7 @@ contains
       if (struck%impulse > 0.0_wp) then
          outcome = struck%part
       else if (struck%after > noise) then
-         outcome = is_thrown_off
+         outcome = is_released
       end if
    end function outcome_of
 

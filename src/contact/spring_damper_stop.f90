@@ -5,12 +5,12 @@
 !> the damper.
 module spring_damper_stop
    use kinds, only: lambda1_power4, wp
-   use yielding_stop, only: stop_step_t, yielding_stop_t
+   use compliant_stop, only: stop_step_t, compliant_stop_t
    implicit none (type, external)
    private
-   public :: spring_damper_t, make_spring_damper, make_node_pad
+   public :: spring_damper_t, make_spring_damper, make_node_spring
 
-   type, extends(yielding_stop_t) :: spring_damper_t
+   type, extends(compliant_stop_t) :: spring_damper_t
    contains
       procedure :: step
       procedure :: energy
@@ -34,7 +34,7 @@ contains
    !> A massless node between the beam and a rigid stop as a spring with a damper: the spring is the beam elements next
    !> to the node, whose damping is proportional to their stiffness. After its release the node returns to the
    !> displacement that the modes give it.
-   elemental function make_node_pad(flexibility, two_zeta) result(pad)
+   elemental function make_node_spring(flexibility, two_zeta) result(pad)
       !> Displacement of the node per unit force on it, with all other degrees of freedom fixed
       real(wp), intent(in) :: flexibility
       !> 2 zeta of the beam; 0: the node returns instantly
@@ -43,9 +43,9 @@ contains
 
       pad%stiffness = 1.0_wp/flexibility
       pad%viscosity = two_zeta*pad%stiffness
-      pad%surface_rate = huge(1.0_wp)
-      if (two_zeta > 0.0_wp) pad%surface_rate = 1.0_wp/two_zeta
-   end function make_node_pad
+      pad%recovery_rate = huge(1.0_wp)
+      if (two_zeta > 0.0_wp) pad%recovery_rate = 1.0_wp/two_zeta
+   end function make_node_spring
 
    !> Coefficients of a time step in contact.
    pure function step(self, length)

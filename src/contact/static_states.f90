@@ -3,13 +3,13 @@
 !> Scales: displacement eta, forces Pbar / (hbar/L), as in the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t
-   use contact_starts, only: find_carrying_forces
+   use contact_starts, only: find_static_forces
    use failures, only: fail, failure_t, status_bad_input
    use support_coordinates, only: supported_beam_t
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
    use static_shapes, only: make_elastic_beam, unit_shape
-   use stop_contacts, only: active_contacts, is_beyond, contact_t
+   use stop_contacts, only: active_contacts, penetrates, contact_t
    implicit none (type, external)
    private
    public :: find_static_start, find_static_rest
@@ -43,7 +43,7 @@ contains
          + contacts(release_contact)%height)/displacement(dof))
       do k = 1, size(contacts)
          gap = contacts(k)%sign*displacement(model%stop_dofs(contacts(k)%stop)) - contacts(k)%height
-         if (.not. is_beyond(contacts(k), gap)) cycle
+         if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
             to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at '// &
             to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled')
@@ -83,7 +83,7 @@ contains
          shape = unit_shape(beam, dofs(k))
          compliance(:, k) = active%sign*(lambda1_power4*active(k)%sign)*shape(dofs)
       end do
-      call find_carrying_forces(active, -active%height, compliance, push)
+      call find_static_forces(active, -active%height, compliance, push)
       energy = 0.5_wp*dot_product(push, matmul(compliance, push))
       forces = unpack(push, is_active, forces)
    end subroutine find_static_rest

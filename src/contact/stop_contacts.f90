@@ -9,7 +9,7 @@ module stop_contacts
       stop_settings_t
    implicit none (type, external)
    private
-   public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, touch_tolerance, is_beyond
+   public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
 
    type :: contact_t
       !> Index of its &stop in the scene, and index among all contacts in the order of the scene, below before above
@@ -33,21 +33,21 @@ contains
 
    !> Maximum penetration at the start that counts as contact and is projected onto the contact surface; a start with a
    !> larger penetration is refused.
-   elemental function touch_tolerance(contact) result(tolerance)
+   elemental function penetration_tolerance(contact) result(tolerance)
       type(contact_t), intent(in) :: contact
       real(wp) :: tolerance
 
       tolerance = max_penetration*max(1.0_wp, abs(contact%height))
-   end function touch_tolerance
+   end function penetration_tolerance
 
    !> Does a start with this gap penetrate the contact by more than the tolerance?
-   elemental function is_beyond(contact, gap) result(answer)
+   elemental function penetrates(contact, gap) result(answer)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: gap
       logical :: answer
 
-      answer = gap < -touch_tolerance(contact)
-   end function is_beyond
+      answer = gap < -penetration_tolerance(contact)
+   end function penetrates
 
    !> Has the run one contact and no further features: a beam without supports along it, released from one rigid or
    !> three-element stop below it, with damping proportional to stiffness, without loads, stresses and statistics? The

@@ -4,10 +4,10 @@ module stop_laws
    use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
    use spring_damper_stop, only: make_spring_damper
    use three_element_stop, only: make_three_element
-   use yielding_stop, only: yielding_stop_t
+   use compliant_stop, only: compliant_stop_t
    implicit none (type, external)
    private
-   public :: is_rigid, static_stiffness, make_yielding_stop
+   public :: is_rigid, static_stiffness, make_compliant_stop
 
 contains
 
@@ -29,10 +29,10 @@ contains
    end function static_stiffness
 
    !> Make the law of a compliant stop.
-   subroutine make_yielding_stop(settings, stop)
+   subroutine make_compliant_stop(settings, stop)
       type(stop_settings_t), intent(in) :: settings
       !> Unallocated if the stop is rigid
-      class(yielding_stop_t), allocatable, intent(out) :: stop
+      class(compliant_stop_t), allocatable, intent(out) :: stop
 
       select case (settings%law)
       case (law_three_element)
@@ -41,6 +41,6 @@ contains
       case (law_spring_damper)
          allocate (stop, source=make_spring_damper(settings%stiffness_ratio, settings%damper_ratio))
       end select
-   end subroutine make_yielding_stop
+   end subroutine make_compliant_stop
 
 end module stop_laws

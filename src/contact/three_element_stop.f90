@@ -4,12 +4,12 @@
 !> The branch force P2 follows from dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
 module three_element_stop
    use kinds, only: lambda1_power4, wp
-   use yielding_stop, only: contact_force, stop_step_t, yielding_stop_t
+   use compliant_stop, only: contact_force, stop_step_t, compliant_stop_t
    implicit none (type, external)
    private
-   public :: three_element_t, make_three_element, branch_decay, branch_gain, surface_decay
+   public :: three_element_t, make_three_element, branch_decay, branch_gain, recovery_factor
 
-   type, extends(yielding_stop_t) :: three_element_t
+   type, extends(compliant_stop_t) :: three_element_t
    contains
       procedure :: step
       procedure :: energy
@@ -36,11 +36,11 @@ contains
       if (damper_ratio <= branch*tiny(1.0_wp)) then
          ! a damper without resistance: the branch is absent, and without force the surface is undeformed
          stop%relaxation_rate = huge(1.0_wp)
-         stop%surface_rate = huge(1.0_wp)
+         stop%recovery_rate = huge(1.0_wp)
       else
          stop%branch_stiffness = branch_ratio*stop%stiffness
          stop%relaxation_rate = branch/damper_ratio
-         stop%surface_rate = stop%relaxation_rate/(1.0_wp + branch_ratio)
+         stop%recovery_rate = stop%relaxation_rate/(1.0_wp + branch_ratio)
       end if
    end function make_three_element
 
@@ -105,14 +105,14 @@ contains
    end function branch_mean_gain
 
    !> Decay factor of the indentation of the free surface over a step, during which P2 = -k u.
-   elemental function surface_decay(stop, step) result(decay)
+   elemental function recovery_factor(stop, step) result(decay)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
       real(wp) :: decay
 
-      decay = decay_over(stop%surface_rate, step)
-   end function surface_decay
+      decay = decay_over(stop%recovery_rate, step)
+   end function recovery_factor
 
    !> exp(-rate step), including the limits of rate 0 and infinity.
    elemental function decay_over(rate, step) result(decay)
@@ -143,7 +143,7 @@ contains
       step%mean_slope = 0.5_wp*self%stiffness + mean_gain
       step%mean_indentation = 0.5_wp*self%stiffness - mean_gain
       if (self%branch_stiffness > 0.0_wp) step%mean_branch = step%gain/self%branch_stiffness
-      step%contact = surface_decay(self, length)
+      step%recovery = recovery_factor(self, length)
    end function step
 
    !> Release the remaining force instantaneously: both springs deform, the damper does not move. The surface is then

@@ -5,16 +5,16 @@ module contact_changes
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, &
       event_t, response_t
-   use contact_states, only: node_at
+   use contact_states, only: node_motion_at
    use contact_values, only: event_of, force_of, velocity_of
    implicit none (type, external)
    private
-   public :: let_go, open_contact, start_flight, close_contact, check_dampers
+   public :: detach_contact, open_contact, start_flight, close_contact, check_dampers
 
 contains
 
    !> Open a closed contact whose force has fallen to zero.
-   subroutine let_go(self, k, motion, response)
+   subroutine detach_contact(self, k, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
@@ -30,10 +30,10 @@ contains
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
             call start_flight(self, k, 1, 0.0_wp)
-            state%is_deformed = state%relaxes .and. state%depth > 0.0_wp
+            state%is_deformed = state%moves_with_beam .and. state%depth > 0.0_wp
          end if
       end associate
-   end subroutine let_go
+   end subroutine detach_contact
 
    !> Open a closed contact with a rigid stop: record the release, and start the flight.
    subroutine open_contact(self, k, order, motion, response)
@@ -82,10 +82,10 @@ contains
       real(wp) :: node(2)
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
-         if (state%relaxes .and. .not. state%is_deformed) state%depth = 0.0_wp
+         if (state%moves_with_beam .and. .not. state%is_deformed) state%depth = 0.0_wp
          if (state%is_node) then
             ! the massless node returns to the position given by the modes, without an impact because it has no mass
-            node = node_at(state, 0.0_wp)
+            node = node_motion_at(state, 0.0_wp)
             event = event_of(self, k, event_capture, motion, velocity + node(2), 0.0_wp)
             ! the gap is exactly zero, not only to rounding
             event%eta = 0.0_wp
@@ -113,10 +113,10 @@ contains
 
       do k = 1, size(self%states)
          associate (state => self%states(k))
-            if (.not. (state%relaxes .and. (state%is_closed .or. state%is_deformed))) cycle
+            if (.not. (state%moves_with_beam .and. (state%is_closed .or. state%is_deformed))) cycle
             force = force_of(self, k, motion)
             if (state%is_closed .and. force < 0.0_wp) then
-               call let_go(self, k, motion, response)
+               call detach_contact(self, k, motion, response)
                if (state%is_deformed) state%start_order = 0
             else if (state%is_deformed .and. force > 0.0_wp) then
                call close_contact(self, k, 1, motion, response)

@@ -3,16 +3,16 @@
 module contact_impulses
    use complementarity, only: solve_active
    use contact_measures, only: measure_impulse
-   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, is_pushed, &
-      is_thrown_off, outcome_of, rebounds, struck_t, take_part
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, gets_impulse, &
+      is_released, outcome_of, rebounds, impact_contact_t, add_impact_contact
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_closed_impulse, event_impact, event_release, event_t, response_t
    use run_recorder, only: charge_event
    use contact_changes, only: start_flight
-   use contact_values, only: along, event_of, speed_noise, velocity_of
-   use tangent_columns, only: strike_columns
+   use contact_values, only: modal_product, event_of, velocity_rounding, velocity_of
+   use tangent_columns, only: reflect_columns
    implicit none (type, external)
    private
    public :: capture_t, solve_impact, bring_to_rest, arrest
@@ -21,9 +21,9 @@ module contact_impulses
    !> and change of energy.
    type :: capture_t
       !> The stop point is brought to rest
-      logical :: is_in = .false.
+      logical :: is_captured = .false.
       !> The contact force is known to be positive
-      logical :: is_pressed = .false.
+      logical :: has_reaction = .false.
       real(wp) :: velocity = 0.0_wp
       real(wp) :: impulse = 0.0_wp
       real(wp) :: energy_change = 0.0_wp
@@ -70,7 +70,7 @@ contains
       value = self%beam%value(:, arrested)
       change = 0.0_wp
       is_active = .true.
-      if (allocated(motion%tangent)) call strike_columns(value, change, is_active, motion%tangent)
+      if (allocated(motion%tangent)) call reflect_columns(value, change, is_active, motion%tangent)
       change(1) = velocity
       do j = 1, size(arrested)
          mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(arrested))]
@@ -99,7 +99,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      type(struck_t) :: struck(size(reached))
+      type(impact_contact_t) :: struck(size(reached))
       real(wp) :: mobility(size(struck), size(struck)), velocity
       integer :: a, i, k, n
 
@@ -110,7 +110,7 @@ contains
          ! the contact that is hit closes; rounding may have made its velocity positive. Another contact in
          ! `comes_to_rest` may open and still take part, because it adds no energy without restitution
          if (k == first) velocity = min(velocity, 0.0_wp)
-         call take_part(k, role_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
+         call add_impact_contact(k, role_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
       if (allocated(self%beam%nodal_shape)) then
          associate (shape => self%beam%nodal_shape)
@@ -120,7 +120,8 @@ contains
       else
          do a = 1, n
             do i = 1, a
-               mobility(i, a) = along(self%beam%value(:, struck(i)%contact), self%beam%value(:, struck(a)%contact))
+               mobility(i, a) = modal_product(self%beam%value(:, struck(i)%contact), self%beam%value(:, &
+                  struck(a)%contact))
                mobility(a, i) = mobility(i, a)
             end do
          end do
@@ -130,7 +131,7 @@ contains
          end do
       end if
       call charge_event(motion%recorder%ledger, sum(struck(:n)%energy_change))
-      if (allocated(motion%tangent)) call strike_columns(self%beam%value(:, struck(:n)%contact), &
+      if (allocated(motion%tangent)) call reflect_columns(self%beam%value(:, struck(:n)%contact), &
          struck(:n)%restitution, struck(:n)%impulse > 0.0_wp, motion%tangent)
       do a = 1, n
          associate (state => self%states(struck(a)%contact))
@@ -147,7 +148,7 @@ contains
          integer :: part
 
          part = rebounds
-         if (captures(k)%is_in) part = comes_to_rest
+         if (captures(k)%is_captured) part = comes_to_rest
          if (self%states(k)%is_closed) part = holds
       end function role_of
    end subroutine solve_impact
@@ -155,7 +156,7 @@ contains
    !> Record the outcome of an impact problem at one contact: event, capture, or start of a flight.
    subroutine record_outcome(self, struck, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      type(struck_t), intent(in) :: struck
+      type(impact_contact_t), intent(in) :: struck
       !> If the gap of a flight after this impact stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(capture_t), intent(inout) :: captures(:)
@@ -167,29 +168,29 @@ contains
 
       associate (k => struck%contact, capture => captures(struck%contact))
          noise = 0.0_wp
-         if (struck%part /= rebounds) noise = speed_noise(self, k, motion)
+         if (struck%part /= rebounds) noise = velocity_rounding(self, k, motion)
          outcome = outcome_of(struck, noise)
          select case (struck%part)
          case (holds)
-            if (outcome == is_pushed) call record_impulse(event_closed_impulse, struck%before, struck%impulse, &
+            if (outcome == gets_impulse) call record_impulse(event_closed_impulse, struck%before, struck%impulse, &
                struck%energy_change)
-            if (outcome == is_thrown_off) call record_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
+            if (outcome == is_released) call record_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
          case (comes_to_rest)
             capture%velocity = capture%velocity + struck%before
             capture%impulse = capture%impulse + struck%impulse
             capture%energy_change = capture%energy_change + struck%energy_change
-            if (outcome == is_thrown_off) then
+            if (outcome == is_released) then
                if (capture%impulse > 0.0_wp) call record_impulse(event_impact, capture%velocity, capture%impulse, &
                   capture%energy_change)
                capture = capture_t()
             end if
          case (rebounds)
-            if (outcome /= is_thrown_off) call record_impulse(event_impact, struck%before, struck%impulse, &
+            if (outcome /= is_released) call record_impulse(event_impact, struck%before, struck%impulse, &
                struck%energy_change)
-            capture%is_in = .not. struck%after > 0.0_wp
-            if (outcome == is_hit .and. .not. capture%is_in) outcome = is_thrown_off
+            capture%is_captured = .not. struck%after > 0.0_wp
+            if (outcome == is_hit .and. .not. capture%is_captured) outcome = is_released
          end select
-         if (outcome == is_thrown_off) call start_flight(self, k, 1, hop_tolerance)
+         if (outcome == is_released) call start_flight(self, k, 1, hop_tolerance)
       end associate
 
    contains

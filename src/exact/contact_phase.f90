@@ -1,31 +1,33 @@
 !> A phase of the motion of a beam among any number of contacts: the set of closed contacts is constant until the first
 !> of the signals that can end the phase falls to zero (docs/theory.md, section 17).
 module contact_phase
-   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use contact_sets, only: find_last_terms, moved_by, ready_for_losses
+   use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
+   use contact_sets, only: find_end_terms, point_response, prepare_losses
    use damped_oscillators, only: modal_energy, next_sample
-   use driven_signal, only: turn_of
+   use driven_signal, only: phasor_of
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
-   use joint_modes, only: terms_at
+   use coupled_modes, only: terms_at
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
-   use motion_phases, only: found_break, found_taken_back, motion_t, phase_t
+   use motion_phases, only: found_segment_end, found_cancelled, motion_t, phase_t
    use forced_responses, only: find_rows_at
    use phase_intervals, only: phase_interval_t
-   use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
+   use phase_losses, only: find_losses, force_at, update_indentation, recover_contact
    use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_contact
-   use phase_state, only: end_force, end_gap, free_state, keep_state, move_alone, move_to, phase_state_t, signal_of, &
-      take_over, whole_gap
-   use phase_transitions, only: follow_end
+   use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
+      phase_state_t, signal_of, &
+      start_phase, observed_gap
+   use phase_transitions, only: apply_transition
    use response_types, only: response_t, contact_record_t
    use run_observers, only: observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
-   use section_states, only: keep_modes, state_at
+   use section_states, only: record_modes, state_at
    use section_types, only: section_state_t
-   use contact_states, only: energy_in, force_in, indent, keep_start, node_at, of_rigid_stop, contact_state_t
-   use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
+   use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
+      contact_state_t
+   use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
    implicit none (type, external)
    private
    public :: contact_phase_t
@@ -38,10 +40,10 @@ module contact_phase
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp) :: hop_tolerance = 0.0_wp
       !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
-      integer :: ended = 0
+      integer :: ended_at = 0
       integer :: ended_by = end_gap
-      !> The flight that contact `ended` ends began at rest on that contact
-      logical :: from_rest = .false.
+      !> The flight that contact `ended_at` ends began at rest on that contact
+      logical :: starts_at_rest = .false.
       !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
       !> Histories of each contact, [contacts], and the number of samples recorded in them
@@ -71,18 +73,18 @@ contains
 
       logical :: is_new
 
-      call take_over(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
+      call start_phase(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call ready_for_losses( &
+      if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call prepare_losses( &
          self%now%set, motion%recorder%asked%energy)
       if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
-         .not. all(self%now%states%is_rigid)) call keep_start(self%now%states, self%interval%at_start)
+         .not. all(self%now%states%is_rigid)) call record_start(self%now%states, self%interval%at_start)
       self%interval%z_end => self%now%set%state(:, 3)
       self%interval%v_end => self%now%set%state(:, 4)
       if (needs_losses(self, motion)) then
-         call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
+         call find_state(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
          self%start_energy = sum(modal_energy(self%now%set%constrained%oscillators, self%interval%z_end, &
             self%interval%v_end))
       end if
@@ -102,13 +104,13 @@ contains
       integer :: ended_by, k
 
       self%search = search_t(outcome=found_none, time=limit)
-      if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
-      self%ended = 0
+      if (self%now%max_length < limit) self%search = search_t(outcome=found_segment_end, time=self%now%max_length)
+      self%ended_at = 0
       is_decided = .not. self%now%states%is_active
       if (can_search_rows(self%now)) then
-         call search_contacts(self%now, self%search%time, self%interval%searches, is_decided, self%ended, &
+         call search_contacts(self%now, self%search%time, self%interval%searches, is_decided, self%ended_at, &
             self%ended_by, self%search%time)
-         if (self%ended > 0) self%search%outcome = found_zero
+         if (self%ended_at > 0) self%search%outcome = found_zero
          ! each evaluation computes the sums of all active contacts
          self%search%evaluations = self%now%path%evaluations*count(self%now%states%is_active)
       end if
@@ -116,9 +118,9 @@ contains
          if (is_decided(k)) cycle
          call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
-         if (self%ended /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
+         if (self%ended_at /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
          if (search%outcome == found_none) cycle
-         self%ended = k
+         self%ended_at = k
          self%ended_by = ended_by
          self%search%time = search%time
          self%search%outcome = search%outcome
@@ -126,15 +128,15 @@ contains
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
-            state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
+            state%is_low = state%is_low .and. search%max_value < state%hop_tolerance
             if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
       end do
-      if (self%ended == 0) return
-      self%search%greatest = self%interval%searches(self%ended)%greatest
-      associate (state => self%now%states(self%ended))
+      if (self%ended_at == 0) return
+      self%search%max_value = self%interval%searches(self%ended_at)%max_value
+      associate (state => self%now%states(self%ended_at))
          if (self%ended_by == end_gap .and. self%search%outcome == found_zero .and. state%hop_tolerance > 0.0_wp &
-            .and. state%is_low .and. state%is_new_flight) self%search%outcome = found_taken_back
+            .and. state%is_low .and. state%is_new_flight) self%search%outcome = found_cancelled
       end associate
    end subroutine find_end
 
@@ -144,15 +146,15 @@ contains
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
-      class(viewed_signal_t), allocatable :: margin
-      class(viewed_signal_t), pointer :: gap
+      class(transformable_signal_t), allocatable :: margin
+      class(transformable_signal_t), pointer :: gap
       type(search_t) :: rise
       real(wp) :: noise
 
       associate (state => self%now%states(k), constrained => self%now%set%constrained)
-         call signal_of(self%now, k, whole_gap, gap)
+         call signal_of(self%now, k, observed_gap, gap)
          noise = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, k)*self%now%z)))
-         call gap%view(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, margin)
+         call gap%transform(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, margin)
          call first_zero(margin, self%search%time, rise)
          state%is_low = rise%outcome == found_none
          self%search%evaluations = self%search%evaluations + rise%evaluations
@@ -170,8 +172,8 @@ contains
 
       real(wp), dimension(size(self%now%z)) :: z, rate
 
-      call move_to(self%now, time, z, rate)
-      call free_state(self%now, z, rate, q, v)
+      call find_state(self%now, time, z, rate)
+      call to_free_state(self%now, z, rate, q, v)
       if (.not. present(node)) return
       node = 0.0_wp
       if (self%now%release_contact == 0) return
@@ -180,7 +182,7 @@ contains
          if (state%is_node .and. state%is_closed) then
             node = [self%now%beam%height(self%now%release_contact) - sum(value*q), -sum(value*v)]
          else
-            node = node_at(state, time)
+            node = node_motion_at(state, time)
          end if
       end associate
    end subroutine evaluate_free_modes
@@ -203,8 +205,8 @@ contains
       call sample_moments(self%interval%moments, time, sample)
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          if (size(set%compliant) > 0) then
-            allocate (term, source=terms_at(set%joint, now%amplitude, time))
-            call move_alone(now, time, unforced, unforced_rate)
+            allocate (term, source=terms_at(set%coupled, now%amplitude, time))
+            call find_homogeneous_state(now, time, unforced, unforced_rate)
          else
             allocate (term(0))
             call next_sample(set%sampler, constrained%oscillators, now%z, now%v, step, time)
@@ -221,10 +223,10 @@ contains
          total = 0.0_wp
          do k = 1, size(now%states)
             associate (record => self%records(k), sign => now%states(k)%contact%sign)
-               node = node_at(now%states(k), time)
+               node = node_motion_at(now%states(k), time)
                gap = constrained%static_gap(k) + sum(constrained%value(:, k)*z) + node(1)
                rate = sum(constrained%value(:, k)*v) + node(2)
-               is_constrained = set%is_closed(k) .and. of_rigid_stop(now%states(k))
+               is_constrained = set%is_closed(k) .and. has_rigid_stop(now%states(k))
                ! the gap is exactly zero, not only to rounding
                if (is_constrained) gap = 0.0_wp
                if (is_constrained) rate = 0.0_wp
@@ -293,10 +295,10 @@ contains
             state = now%states(k)
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self%now, place, time, term, state)
+               call update_indentation(self%now, place, time, term, state)
                state%dissipated = state%dissipated + lost(1 + place)
             else
-               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, state)
+               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, state)
             end if
             if (state%is_node) then
                sample%beam_energy(2) = sample%beam_energy(2) + energy_in(state)
@@ -317,27 +319,27 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      call end_variations(self, self%ended, motion)
+      call end_variations(self, self%ended_at, motion)
       call finish_energy_balance(self, motion)
-      if (self%ended > 0) self%from_rest = self%now%states(self%ended)%start_order > 1
+      if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call project_gap(self, motion)
-      if (.not. self%now%is_at_rest) call free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
+      if (.not. self%now%is_at_rest) call to_free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
          motion%v)
    end subroutine finish
 
    !> Advance the variations of the motion to the end of the phase.
-   subroutine end_variations(self, ended, motion)
+   subroutine end_variations(self, ended_at, motion)
       class(contact_phase_t), intent(inout) :: self
       !> Index of the contact that ends the phase; 0: none
-      integer, intent(in) :: ended
+      integer, intent(in) :: ended_at
       type(motion_t), intent(inout) :: motion
 
       if (.not. allocated(motion%tangent)) return
-      if (allocated(motion%observers%sections)) call take_sizes(self%now, motion%tau, self%search%time, &
+      if (allocated(motion%observers%sections)) call record_sizes(self%now, motion%tau, self%search%time, &
          motion%tangent, motion%observers%sections)
-      call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
+      call end_columns(self%now, ended_at, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
    !> Compute state, contacts and energy balance at the end of the phase.
@@ -346,19 +348,19 @@ contains
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%compliant)), work
-      complex(wp) :: term(self%now%set%joint%count), phasor(size(self%now%forced%frequency))
+      complex(wp) :: term(self%now%set%coupled%count), phasor(size(self%now%forced%frequency))
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
          time => self%search%time, &
          ledger => motion%recorder%ledger)
-         phasor = turn_of(now%forced%frequency, time)
-         if (size(set%compliant) > 0) call find_last_terms(set, now%amplitude, time, term)
+         phasor = phasor_of(now%forced%frequency, time)
+         if (size(set%compliant) > 0) call find_end_terms(set, now%amplitude, time, term)
          ! observers evaluate the state at the end of the phase again
-         call keep_state(now, time, term)
+         call cache_state(now, time, term)
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
-         if (now%loads%count > 0) call move_to(now, time, self%interval%z_end, self%interval%v_end, phasor)
+         if (now%loads%count > 0) call find_state(now, time, self%interval%z_end, self%interval%v_end, phasor)
          if (needs_losses(self, motion)) then
             state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
             call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
@@ -371,11 +373,12 @@ contains
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self%now, place, time, term, now%states(k))
+               call update_indentation(self%now, place, time, term, now%states(k))
                if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
-               if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
+               if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%depth)
             else
-               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), time, &
+               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), &
+                  time, &
                   now%states(k))
             end if
          end do
@@ -406,14 +409,14 @@ contains
       real(wp), parameter :: min_correction = 5.0e-12_wp
       real(wp) :: correction, force, displacement
 
-      if (self%ended == 0) return
-      associate (constrained => self%now%set%constrained, state => self%now%states(self%ended))
+      if (self%ended_at == 0) return
+      associate (constrained => self%now%set%constrained, state => self%now%states(self%ended_at))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
-         displacement = sum(constrained%value(:, self%ended)*self%interval%z_end)
-         correction = -state%depth - constrained%static_gap(self%ended) - displacement
+         displacement = sum(constrained%value(:, self%ended_at)*self%interval%z_end)
+         correction = -state%depth - constrained%static_gap(self%ended_at) - displacement
          if (state%is_rigid .and. correction < min_correction) return
-         associate (shape => moved_by(self%now%set, self%ended, constrained%oscillators%square))
-            force = correction/sum(constrained%value(:, self%ended)*shape)
+         associate (shape => point_response(self%now%set, self%ended_at, constrained%oscillators%square))
+            force = correction/sum(constrained%value(:, self%ended_at)*shape)
             if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(displacement + 0.5_wp*correction))
             self%interval%z_end = self%interval%z_end + shape*force
          end associate
@@ -432,7 +435,7 @@ contains
          if (is_last) call end_variations(self, 0, motion)
          if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
          if (is_last .and. observers%measures%is_wanted) then
-            self%ended = 0
+            self%ended_at = 0
             call finish_energy_balance(self, motion)
          end if
          interval%start = motion%tau
@@ -447,7 +450,7 @@ contains
          recorded = 0
          if (allocated(observers%sections)) recorded = observers%sections%count
          call observe(observers, interval)
-         if (allocated(observers%sections)) call keep_modes(self%now, motion%tau, self%search%time, recorded + 1, &
+         if (allocated(observers%sections)) call record_modes(self%now, motion%tau, self%search%time, recorded + 1, &
             observers%sections)
       end associate
    end subroutine measure
@@ -458,8 +461,9 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      if (self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
-      call follow_end(self%now, self%ended, self%ended_by, self%from_rest, self%search, self%hop_tolerance, motion, &
+      if (self%search%outcome == found_cancelled) call revert_columns(motion%tangent)
+      call apply_transition(self%now, self%ended_at, self%ended_by, self%starts_at_rest, self%search, &
+         self%hop_tolerance, motion, &
          response)
       call observe_events(motion%observers, response)
    end subroutine make_transition

@@ -10,11 +10,12 @@ module contact_reactions
    use response_types, only: response_t
    use contact_changes, only: close_contact
    use contact_states, only: reactions_t
-   use contact_values, only: along, force_of, gap_of, noise_of, reaction_demand, speed_noise, velocity_of, &
-      yielding_forces
+   use contact_values, only: modal_product, force_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, &
+      velocity_of, &
+      compliant_forces
    implicit none (type, external)
    private
-   public :: find_reactions, leaving_orders, settle_touched
+   public :: find_reactions, opening_orders, resolve_touched_contacts
 
    !> Upper bound of sum |q'| of a beam at rest, as a share of 1 + sum |q|, with room for rounding errors.
    real(wp), parameter :: max_creep = 1.0e-6_wp
@@ -47,12 +48,12 @@ contains
             reactions%noise(n), reactions%force(n))
          reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
          if (.not. all(self%states%is_rigid)) then
-            reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+            reactions%acceleration = reactions%acceleration + compliant_forces(self, motion)
          end if
          if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
          do a = 1, n
             do i = 1, n
-               reactions%mobility(i, a) = along(self%beam%value(:, place(i)), self%beam%value(:, place(a)))
+               reactions%mobility(i, a) = modal_product(self%beam%value(:, place(i)), self%beam%value(:, place(a)))
             end do
             reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%noise(a))
          end do
@@ -65,7 +66,7 @@ contains
 
    !> Which of the rigid contacts in `reactions` open? Order of the first derivative of the gap that exceeds its
    !> rounding error if this derivative is positive; 0: the contact stays closed, with or without a force.
-   function leaving_orders(self, motion) result(order)
+   function opening_orders(self, motion) result(order)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       integer :: order(size(self%reactions%place))
@@ -84,7 +85,7 @@ contains
             if (sum(b*jerk) > rounding*sum(abs(b)*jerk_magnitude)) order(a) = 3
          end associate
       end do
-   end function leaving_orders
+   end function opening_orders
 
    !> Separate rigid contacts with a positive reaction, those that open with a positive acceleration, and the rest, for
    !> which both vanish.
@@ -177,7 +178,7 @@ contains
 
    !> Decide for each touched compliant contact (zero gap, zero force) whether it closes, opens or stays touched, and
    !> whether the beam is at rest.
-   subroutine settle_touched(self, motion, response)
+   subroutine resolve_touched_contacts(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
       !> Receives the events
@@ -196,7 +197,7 @@ contains
       end do
       if (.not. any(self%states%is_touched) .and. speeds > max_creep*(1.0_wp + displacements)) return
       call resolve_touched(self, motion, response)
-   end subroutine settle_touched
+   end subroutine resolve_touched_contacts
 
    !> Decide for touched contacts and for rest if any contact is touched or the beam hardly moves.
    subroutine resolve_touched(self, motion, response)
@@ -238,10 +239,11 @@ contains
       integer :: order
 
       associate (b => self%beam%value(:, k), state => self%states(k))
-         state%is_touched = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+         state%is_touched = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion)
          if (.not. state%is_touched) return
          derivative = [velocity_of(self, k, motion), sum(b*changes(:, 1)), sum(b*changes(:, 3))]
-         error = [speed_noise(self, k, motion), rounding*sum(abs(b)*changes(:, 2)), rounding*sum(abs(b)*changes(:, 4))]
+         error = [velocity_rounding(self, k, motion), rounding*sum(abs(b)*changes(:, 2)), &
+            rounding*sum(abs(b)*changes(:, 4))]
          order = findloc(abs(derivative) > error, .true., dim=1)
          if (order == 0) then
             state%start_order = 3

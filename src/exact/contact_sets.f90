@@ -6,19 +6,19 @@ module contact_sets
    use failures, only: failure_t
    use constrained_sets, only: damp_constrained_set, free_beam_t, constrained_set_t, make_constrained_set, &
       find_static_state
-   use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
+   use coupled_modes, only: coupled_modes_t, make_coupled_modes, terms_at
    use kinds, only: wp
    use modal_signal, only: modal_state_t
    use forced_responses, only: unit_responses_t
-   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
+   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, energy_over
    use row_basis, only: row_basis_t
    use signal_integrals, only: squares_t
    use small_equations, only: solve_small
-   use yielding_stop, only: holds, impedance_t
+   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, find_last_terms, state_in, state_of_terms
-   public :: ready_for_losses, moved_by
+   public :: contact_set_t, set_store_t, start_sets, find_set, losses_in, find_end_terms, state_in, state_of_terms
+   public :: prepare_losses, point_response
 
    !> The beam with one combination of closed contacts.
    type :: contact_set_t
@@ -30,7 +30,7 @@ module contact_sets
       type(constrained_set_t) :: constrained
       !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
       integer, allocatable :: compliant(:)
-      type(joint_modes_t) :: joint
+      type(coupled_modes_t) :: coupled
       !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
       !> In static equilibrium: constrained modes, forces of the contacts in `compliant`, gaps, reactions
@@ -91,7 +91,7 @@ contains
 
    !> Start a run: sets of another beam, other signs or other springs are deallocated. If only stiffness-proportional
    !> damping changes, the modes of the constrained beam are reused.
-   subroutine open_sets(beam, is_rigid, spring, store)
+   subroutine start_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
       !> Of each contact, [contacts]
       logical, intent(in) :: is_rigid(:)
@@ -113,7 +113,7 @@ contains
       store%beam = beam
       store%run = store%run + 1
       store%in_use => null()
-   end subroutine open_sets
+   end subroutine start_sets
 
    !> Can the sets of a store serve these contacts, apart from their heights and the damping of the beam?
    pure function is_reusable(store, beam, is_rigid, spring) result(answer)
@@ -146,7 +146,7 @@ contains
 
       answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
          all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
-         (beam%has_own_rates .eqv. old%has_own_rates)
+         (beam%has_modal_damping .eqv. old%has_modal_damping)
    end function has_same_damping
 
    !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact
@@ -155,7 +155,7 @@ contains
       type(free_beam_t), intent(in) :: beam
       logical :: answer
 
-      answer = beam%has_own_rates .or. any(beam%oscillators%mass_rate > 0.0_wp)
+      answer = beam%has_modal_damping .or. any(beam%oscillators%mass_rate > 0.0_wp)
    end function has_mass_damping
 
    !> Deallocate the sets with compliant contacts, because damping changes their terms.
@@ -188,7 +188,7 @@ contains
    !> Find the set of the given closed contacts, [contacts], or make it if the store has none.
    subroutine find_set(is_closed, store, set, is_new, error)
       logical, intent(in) :: is_closed(:)
-      !> Prepared for the run by `open_sets`
+      !> Prepared for the run by `start_sets`
       type(set_store_t), intent(inout) :: store
       type(contact_set_t), pointer, intent(out) :: set
       !> The present run uses the set for the first time
@@ -255,9 +255,9 @@ contains
       real(wp), parameter :: word = 8.0_wp
 
       bytes = word*real(set%constrained%count, wp)*real(3*set%constrained%count + 12*size(set%is_closed), wp) &
-         + 4.0_wp*word*real(set%constrained%count, wp)*real(set%joint%count, wp)
+         + 4.0_wp*word*real(set%constrained%count, wp)*real(set%coupled%count, wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
-      if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
+      if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%coupled%count, wp)**2
    end function bytes_of
 
    !> Deallocate all sets.
@@ -285,24 +285,24 @@ contains
       logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
-      is_constrained = is_closed .and. is_rigid .and. .not. beam%has_own_rates
+      is_constrained = is_closed .and. is_rigid .and. .not. beam%has_modal_damping
       call make_constrained_set(beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
       associate (n => set%constrained%count)
          allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
       end associate
       allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
       if (size(set%compliant) == 0) return
-      call make_joint_modes(set%constrained%oscillators, set%constrained%value(:, set%compliant), &
-         spring(set%compliant), set%joint, error)
+      call make_coupled_modes(set%constrained%oscillators, set%constrained%value(:, set%compliant), &
+         spring(set%compliant), set%coupled, error)
       if (allocated(error)) return
-      associate (constrained => set%constrained, joint => set%joint, n => set%joint%count)
+      associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
          allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
          do m = 1, n
-            set%gap(:, m) = matmul(joint%shape(:, m), constrained%value)
-            set%gap(set%compliant, m) = -joint%indentation(:, m)
+            set%gap(:, m) = matmul(coupled%shape(:, m), constrained%value)
+            set%gap(set%compliant, m) = -coupled%indentation(:, m)
             set%gap(constrained%closed, m) = 0.0_wp
-            set%reaction(:, m) = matmul(constrained%reaction, joint%shape(:, m))*joint%viscous(m) &
-               - matmul(constrained%share(:, set%compliant), joint%force(:, m))
+            set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &
+               - matmul(constrained%share(:, set%compliant), coupled%force(:, m))
          end do
       end associate
       call find_equilibrium(set)
@@ -313,11 +313,11 @@ contains
       type(contact_set_t), intent(inout) :: set
 
       if (size(set%compliant) == 0) return
-      associate (constrained => set%constrained, joint => set%joint)
+      associate (constrained => set%constrained, coupled => set%coupled)
          ! heights above the static state of the constrained beam
          associate (heights => -constrained%static_gap(set%compliant))
-            set%rest_force = matmul(joint%static_force, heights)
-            set%rest = matmul(joint%static_shape, heights)
+            set%rest_force = matmul(coupled%static_force, heights)
+            set%rest = matmul(coupled%static_shape, heights)
          end associate
          set%rest_gap = constrained%static_gap + matmul(set%rest, constrained%value)
          set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest) &
@@ -327,7 +327,7 @@ contains
 
    !> Response of the set's modes to a unit force at contact k, divided by the divisor of each mode, [modes] (1:
    !> velocity after a unit impulse, W^2: static displacement). Rigid contacts in `compliant` do not move.
-   pure function moved_by(set, k, divisor) result(shape)
+   pure function point_response(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k
       real(wp), intent(in) :: divisor(:)
@@ -340,8 +340,8 @@ contains
       associate (value => set%constrained%value)
          shape = value(:, k)/divisor
          if (size(set%compliant) == 0) return
-         if (.not. any(holds(set%joint%spring))) return
-         allocate (rigid, source=pack(set%compliant, holds(set%joint%spring)))
+         if (.not. any(holds(set%coupled%spring))) return
+         allocate (rigid, source=pack(set%compliant, holds(set%coupled%spring)))
          allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
          do j = 1, size(rigid)
             force(j, 1) = -sum(value(:, rigid(j))*shape)
@@ -354,10 +354,10 @@ contains
             shape = shape + real(force(j, 1), wp)*value(:, rigid(j))/divisor
          end do
       end associate
-   end function moved_by
+   end function point_response
 
    !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
-   pure subroutine find_last_terms(set, amplitude, time, term)
+   pure subroutine find_end_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
       !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
@@ -369,9 +369,9 @@ contains
          call find_span(set%losses(2), amplitude, time, set%span)
          term = set%span%term
       else
-         term = terms_at(set%joint, amplitude, time)
+         term = terms_at(set%coupled, amplitude, time)
       end if
-   end subroutine find_last_terms
+   end subroutine find_end_terms
 
    !> State of the constrained modes with closed compliant contacts.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
@@ -386,7 +386,7 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
-      call state_of_terms(set, terms_at(set%joint, amplitude, time), z0, v0, time, z, v)
+      call state_of_terms(set, terms_at(set%coupled, amplitude, time), z0, v0, time, z, v)
    end subroutine state_in
 
    !> State of the constrained modes from the values of the terms at a time since the start of the phase.
@@ -407,24 +407,24 @@ contains
 
       z = set%rest
       v = 0.0_wp
-      do m = 1, set%joint%count
-         rate = term(m)*set%joint%exponent(m)
-         associate (moves => set%joint%moves)
+      do m = 1, set%coupled%count
+         rate = term(m)*set%coupled%exponent(m)
+         associate (shape_parts => set%coupled%shape_parts)
             !$omp simd
             do i = 1, size(z0)
-               z(i) = z(i) + real(term(m), wp)*moves(i, m, 1) - aimag(term(m))*moves(i, m, 2)
-               v(i) = v(i) + real(rate, wp)*moves(i, m, 1) - aimag(rate)*moves(i, m, 2)
+               z(i) = z(i) + real(term(m), wp)*shape_parts(i, m, 1) - aimag(term(m))*shape_parts(i, m, 2)
+               v(i) = v(i) + real(rate, wp)*shape_parts(i, m, 1) - aimag(rate)*shape_parts(i, m, 2)
             end do
          end associate
       end do
-      if (size(set%joint%inactive) == 0) return
+      if (size(set%coupled%inactive) == 0) return
       call propagate(set%constrained%oscillators, time, z0, v0, uncoupled, uncoupled_rate)
-      z(set%joint%inactive) = uncoupled(set%joint%inactive)
-      v(set%joint%inactive) = uncoupled_rate(set%joint%inactive)
+      z(set%coupled%inactive) = uncoupled(set%coupled%inactive)
+      v(set%coupled%inactive) = uncoupled_rate(set%coupled%inactive)
    end subroutine state_of_terms
 
    !> Prepare the power forms, over all pairs of terms, from which dissipation follows.
-   pure subroutine ready_for_losses(set, with_beam)
+   pure subroutine prepare_losses(set, with_beam)
       type(contact_set_t), intent(inout) :: set
       !> Also for the dissipation in the beam
       logical, intent(in) :: with_beam
@@ -435,41 +435,41 @@ contains
       if (size(set%compliant) == 0) return
       if (with_beam .and. .not. set%has_beam_losses) then
          if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-         associate (joint => set%joint, k => set%joint%count)
+         associate (coupled => set%coupled, k => set%coupled%count)
             allocate (rate(set%constrained%count, k))
             do m = 1, k
-               rate(:, m) = sqrt(joint%two_zeta*set%constrained%oscillators%square + joint%mass_rate) &
-                  *joint%exponent(m)*joint%shape(:, m)
+               rate(:, m) = sqrt(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate) &
+                  *coupled%exponent(m)*coupled%shape(:, m)
             end do
-            call make_power_form(joint%exponent, rate, set%losses(1))
+            call make_power_form(coupled%exponent, rate, set%losses(1))
          end associate
          set%has_beam_losses = .true.
       end if
       if (set%has_stop_losses) return
       set%has_stop_losses = .true.
       if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-      associate (joint => set%joint, k => set%joint%count)
+      associate (coupled => set%coupled, k => set%coupled%count)
          allocate (stop_rate(size(set%compliant), k))
          do m = 1, k
             do j = 1, size(set%compliant)
-               associate (spring => joint%spring(j))
+               associate (spring => coupled%spring(j))
                   if (spring%branch_stiffness > 0.0_wp) then
-                     stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*joint%branch(j, m)
+                     stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*coupled%branch(j, m)
                   else
-                     stop_rate(j, m) = sqrt(spring%viscosity)*joint%exponent(m)*joint%indentation(j, m)
+                     stop_rate(j, m) = sqrt(spring%viscosity)*coupled%exponent(m)*coupled%indentation(j, m)
                   end if
                end associate
             end do
          end do
          do j = 1, size(set%compliant)
-            call make_power_form(joint%exponent, stop_rate(j:j, :), set%losses(1 + j))
+            call make_power_form(coupled%exponent, stop_rate(j:j, :), set%losses(1 + j))
          end do
       end associate
-   end subroutine ready_for_losses
+   end subroutine prepare_losses
 
    !> Energy dissipated since the start of the phase in the beam, if prepared, and in each compliant contact.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
-      !> Prepared by `ready_for_losses`
+      !> Prepared by `prepare_losses`
       type(contact_set_t), intent(inout) :: set
       !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
@@ -486,11 +486,11 @@ contains
       call find_span(set%losses(2), amplitude, time, set%span)
       lost(1) = 0.0_wp
       do j = merge(1, 2, set%has_beam_losses), size(lost)
-         lost(j) = taken_by(set%losses(j), set%span)
+         lost(j) = energy_over(set%losses(j), set%span)
       end do
-      if (size(set%joint%inactive) == 0) return
+      if (size(set%coupled%inactive) == 0) return
       call propagate(set%constrained%oscillators, time, z0, v0, z, v)
-      associate (i => set%joint%inactive, w2 => set%constrained%oscillators%square)
+      associate (i => set%coupled%inactive, w2 => set%constrained%oscillators%square)
          lost(1) = lost(1) + 0.5_wp*sum(v0(i)**2 - v(i)**2 + w2(i)*(z0(i)**2 - z(i)**2))
       end associate
    end subroutine losses_in

@@ -7,8 +7,8 @@ module contact_values
    use contact_states, only: force_in
    implicit none (type, external)
    private
-   public :: along, event_of, gap_of, gap_to_undeformed, velocity_of, noise_of, speed_noise, force_of
-   public :: yielding_forces, reaction_demand
+   public :: modal_product, event_of, gap_of, gap_to_undeformed, velocity_of, gap_rounding, velocity_rounding, force_of
+   public :: compliant_forces, reaction_demand
 
 contains
 
@@ -47,12 +47,12 @@ contains
       real(wp), contiguous, intent(in) :: q(:)
       real(wp) :: gap
 
-      gap = along(self%beam%value(:, k), q) - self%beam%height(k)
+      gap = modal_product(self%beam%value(:, k), q) - self%beam%height(k)
    end function gap_to_undeformed
 
    !> Displacement or velocity of a point, or the mobility between two points: the product of a mode-shape vector with a
    !> modal vector.
-   pure function along(shape, state) result(value)
+   pure function modal_product(shape, state) result(value)
       !> Mode-shape values at the point, [modes]
       real(wp), contiguous, intent(in) :: shape(:)
       !> Modal displacements or velocities, or mode-shape values at the other point, [modes]
@@ -66,7 +66,7 @@ contains
       do i = 1, size(shape)
          value = value + shape(i)*state(i)
       end do
-   end function along
+   end function modal_product
 
    !> Gap velocity, positive away from the contact.
    pure function velocity_of(self, k, motion) result(velocity)
@@ -75,11 +75,11 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp) :: velocity
 
-      velocity = along(self%beam%value(:, k), motion%v)
+      velocity = modal_product(self%beam%value(:, k), motion%v)
    end function velocity_of
 
    !> Rounding error of a gap, with that of the instant at which the gap is evaluated.
-   pure function noise_of(self, k, motion) result(noise)
+   pure function gap_rounding(self, k, motion) result(noise)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
@@ -87,17 +87,17 @@ contains
 
       noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
          + abs(velocity_of(self, k, motion))*motion%tau)
-   end function noise_of
+   end function gap_rounding
 
    !> Rounding error of a gap velocity.
-   pure function speed_noise(self, k, motion) result(noise)
+   pure function velocity_rounding(self, k, motion) result(noise)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
       real(wp) :: noise
 
       noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
-   end function speed_noise
+   end function velocity_rounding
 
    !> Force of a compliant contact if the contact is closed.
    pure function force_of(self, k, motion) result(force)
@@ -110,7 +110,7 @@ contains
    end function force_of
 
    !> Modal forces of all closed compliant contacts, [modes].
-   pure function yielding_forces(self, motion) result(forces)
+   pure function compliant_forces(self, motion) result(forces)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       real(wp) :: forces(size(motion%q))
@@ -122,7 +122,7 @@ contains
          if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
          forces = forces + self%beam%value(:, k)*force_of(self, k, motion)
       end do
-   end function yielding_forces
+   end function compliant_forces
 
    !> Negative acceleration of a gap without a force at this contact: positive if a reaction is needed to keep the gap
    !> at zero.
@@ -142,7 +142,7 @@ contains
          if (present(noise)) noise = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
             + mass_rate*abs(motion%v)))
          if (.not. all(self%states%is_rigid)) then
-            allocate (compliant, source=yielding_forces(self, motion))
+            allocate (compliant, source=compliant_forces(self, motion))
             demand = demand - sum(b*compliant)
             if (present(noise)) noise = noise + sum(abs(b*compliant))
          end if

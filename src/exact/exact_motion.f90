@@ -6,11 +6,11 @@ module exact_motion
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
    use failures, only: failure_t
-   use few_modes, only: find_base_modes, find_few_modes, keeps_all_modes, number_of_modes, takes_few_modes
+   use few_modes, only: find_base_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use mode_choice, only: first_count, largest_untried, most_count, next_count, take_modes
-   use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, most_stalled, open_trials, settle_length, &
+   use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
+   use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, max_stalled, open_trials, settle_length, &
       shorten, trials_t
    use moment_places, only: open_moments
    use motion_phases, only: advance, motion_t
@@ -21,10 +21,10 @@ module exact_motion
    use section_types, only: section_state_t
    implicit none (type, external)
    private
-   public :: exact_response, choose_modes, unknown
+   public :: exact_response, choose_modes, unknown_modes
 
    !> Value of `lowest_modes` for a run that continues no other run: the number of modes must be chosen.
-   integer, parameter :: unknown = -1
+   integer, parameter :: unknown_modes = -1
 
    !> A trial run, made to compare numbers of modes.
    type :: trial_t
@@ -72,16 +72,16 @@ contains
          call find_base_modes(model, settings, own_modes, error)
          if (allocated(error)) return
       end if
-      lowest = unknown
+      lowest = unknown_modes
       if (present(carried)) then
          if (allocated(carried%q)) lowest = carried%lowest_modes
       end if
       call choose_modes(model, settings, base, chosen, lowest, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) then
-         call run_in_modes(model, chosen, check%kept, settings, store, response, error, carried)
+         call run_in_modes(model, chosen, check%retained, settings, store, response, error, carried)
       else
-         call run_in_modes(model, base, check%kept, settings, store, response, error, carried)
+         call run_in_modes(model, base, check%retained, settings, store, response, error, carried)
       end if
       if (present(carried)) carried%lowest_modes = lowest
       response%mode_check = check
@@ -103,8 +103,8 @@ contains
       type(free_modes_t), intent(in) :: base
       !> Chosen modes; unallocated: the modes of `base` are used
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> On entry the number of lowest modes of the run that is continued, else `unknown`; on return the number chosen,
-      !> 0: all
+      !> On entry the number of lowest modes of the run that is continued, else `unknown_modes`; on return the number
+      !> chosen, 0: all
       integer, intent(inout) :: lowest
       !> Number of modes, and how the number was found
       type(mode_check_t), intent(out) :: check
@@ -114,16 +114,16 @@ contains
       check%all_modes = number_of_modes(model)
       if (settings%response%mode_count > 0) then
          lowest = 0
-         check%kept = min(check%all_modes, settings%response%mode_count)
-         if (check%kept <= size(base%lambda) .and. .not. takes_few_modes(model%mesh%elements, settings)) return
+         check%retained = min(check%all_modes, settings%response%mode_count)
+         if (check%retained <= size(base%lambda) .and. .not. takes_few_modes(model%mesh%elements, settings)) return
          ! moments take the static contribution of the truncated modes from the residual modes
          allocate (modes)
-         call find_few_modes(model, settings, check%kept, modes, error, base)
+         call find_few_modes(model, settings, check%retained, modes, error, base)
          return
       end if
-      if (lowest == unknown) then
+      if (lowest == unknown_modes) then
          lowest = 0
-         if (check%all_modes > largest_untried .and. .not. (keeps_all_modes(settings) .or. has_stiff_node(base))) then
+         if (check%all_modes > max_all_modes .and. .not. (needs_all_modes(settings) .or. has_stiff_node(base))) then
             call try_numbers(model, settings, base, modes, lowest, check, error)
          end if
       else if (lowest > 0) then
@@ -136,9 +136,9 @@ contains
          call take_maximum(model, settings, base, modes, lowest, error)
          if (allocated(error)) return
       end if
-      check%kept = size(base%lambda)
-      if (allocated(modes)) check%kept = size(modes%lambda)
-      check%goes_on = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
+      check%retained = size(base%lambda)
+      if (allocated(modes)) check%retained = size(modes%lambda)
+      check%persists = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
    end subroutine choose_modes
 
    !> Is the beam at a massless node so stiff that only the highest modes of the mesh move the node? With lower modes
@@ -165,10 +165,10 @@ contains
 
       allocate (modes)
       lowest = 0
-      if (number_of_modes(model) <= 2*most_count) then
+      if (number_of_modes(model) <= 2*max_count) then
          call find_free_modes(model, modes, error)
       else
-         lowest = most_count
+         lowest = max_count
          call find_few_modes(model, settings, lowest, modes, error, base)
       end if
    end subroutine take_maximum
@@ -195,7 +195,7 @@ contains
       lowest = 0
       call open_trials(settings, base, check%all_modes, trials)
       count = first_count(settings, base)
-      do while (count <= most_count)
+      do while (count <= max_count)
          allocate (more)
          more%count = count
          call find_few_modes(model, settings, count, more%modes, error, base)
@@ -211,7 +211,7 @@ contains
                enough_check = early
                call move_alloc(fewer, enough)
             end if
-            if (check%agrees .or. trials%stalled >= most_stalled) exit
+            if (check%agrees .or. trials%stalled >= max_stalled) exit
          end if
          call move_alloc(more, fewer)
          count = next_count(count)
@@ -281,7 +281,7 @@ contains
       else
          reduced = modes
          reduced_settings = settings
-         call take_modes(mode_count, reduced, reduced_settings)
+         call select_modes(mode_count, reduced, reduced_settings)
          call run_among_contacts(model, reduced, reduced_settings, sets, response, error, carried)
       end if
    end subroutine run_in_modes

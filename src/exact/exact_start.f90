@@ -15,20 +15,20 @@ module exact_start
    use mode_choice, only: rates_of_modes
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
-   use phase_state, only: find_load, open_store, phase_state_t
-   use phase_transitions, only: begin_contacts_at_start, resume
+   use phase_state, only: find_load, open_set_store, phase_state_t
+   use phase_transitions, only: begin_contacts_at_start, update_contacts
    use response_records, only: open_contact_record
    use response_types, only: response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: ledger_t
    use run_settings, only: impulse_nodal, run_settings_t
-   use section_states, only: put_state
+   use section_states, only: restore_state
    use section_types, only: run_sections_t
    use stop_contacts, only: active_contacts, contact_t, contacts_of
-   use contact_states, only: energy_in, make_contact_state, of_rigid_stop, put_node_before, contact_state_t
+   use contact_states, only: energy_in, make_contact_state, has_rigid_stop, add_massless_node, contact_state_t
    use contact_values, only: gap_to_undeformed
-   use tangent_columns, only: open_tangent, tangent_t
+   use tangent_columns, only: allocate_tangent, tangent_t
    implicit none (type, external)
    private
    public :: start_exact, finish_exact
@@ -70,7 +70,7 @@ contains
             phase%records(size(contacts)))
          do k = 1, size(contacts)
             call make_contact_state(contacts(k), now%states(k))
-            if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
+            if (modes%node_flexibility > 0.0_wp) call add_massless_node(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
          static_force = 0.0_wp
@@ -80,7 +80,7 @@ contains
          if (is_continued(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
-            call put_state(phase%carried, now)
+            call restore_state(phase%carried, now)
             allocate (response%starts_closed(size(contacts)))
             response%starts_closed(contacts%number) = phase%carried%is_closed
          else
@@ -89,7 +89,7 @@ contains
          end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(contacts))])
-         call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%most_peaks, &
+         call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%max_peaks, &
             motion%observers%measures)
          call open_accumulator(.false., response%initial_energy, 0.0_wp, static_energy, settings%height_ratio, &
             motion%observers%measures%of(0)%accumulator)
@@ -101,10 +101,10 @@ contains
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
             call open_contact_record(contacts(k), settings%output, samples + 1, phase%records(k))
-            call open_accumulator(.not. of_rigid_stop(now%states(k)), response%initial_energy, static_force(k), &
+            call open_accumulator(.not. has_rigid_stop(now%states(k)), response%initial_energy, static_force(k), &
                static_energy, settings%height_ratio, motion%observers%measures%of(k)%accumulator)
          end do
-         call open_store(now, sets)
+         call open_set_store(now, sets)
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
@@ -125,7 +125,7 @@ contains
             motion%observers%sections, motion%tangent)
       end if
       if (is_continued(phase)) then
-         call resume(phase%now, motion, response)
+         call update_contacts(phase%now, motion, response)
       else
          call begin_contacts_at_start(phase%now, settings%response%hop_tolerance, motion, response)
       end if
@@ -180,7 +180,7 @@ contains
 
       real(wp) :: before
 
-      if (state%spring%surface_rate < huge(1.0_wp)) return
+      if (state%spring%recovery_rate < huge(1.0_wp)) return
       before = energy_in(state)
       state%depth = max(0.0_wp, -gap)
       state%is_deformed = state%depth > 0.0_wp
@@ -196,7 +196,7 @@ contains
       allocate (sections%log_size(size(sections%tau)), source=0.0_wp)
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
-         call open_tangent(size(square), size(now%states), 1, tangent)
+         call allocate_tangent(size(square), size(now%states), 1, tangent)
          ! all modes take part, and slow modes have no larger energy than others
          tangent%q(:, 1) = 1.0_wp/sqrt(square)
          tangent%v(:, 1) = 0.5_wp
@@ -227,7 +227,7 @@ contains
       integer :: k
 
       call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
-      beam%has_own_rates = allocated(settings%mode_ratios)
+      beam%has_modal_damping = allocated(settings%mode_ratios)
       if (settings%stop%impulse == impulse_nodal) then
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       end if

@@ -2,12 +2,12 @@
 !> section 18).
 module load_work
    use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
-   use joint_modes, only: terms_at
+   use coupled_modes, only: terms_at
    use kinds, only: wp
    use load_courses, only: load_segment_t
    use forced_responses, only: by_constant, by_harmonic
    use phase_state, only: phase_state_t
-   use power_integrals, only: find_span, integral, span_t, taken_by
+   use power_integrals, only: find_span, integral, span_t, energy_over
    implicit none (type, external)
    private
    public :: work_of_loads, loss_in_stop
@@ -34,7 +34,7 @@ contains
       if (size(self%set%compliant) > 0) then
          work = work + work_on_terms(self, time)
          uncoupled = 0.0_wp
-         uncoupled(self%set%joint%inactive) = 1.0_wp
+         uncoupled(self%set%coupled%inactive) = 1.0_wp
       end if
       call add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
    end function work_of_loads
@@ -160,16 +160,16 @@ contains
       real(wp) :: work
 
       complex(wp) :: rate, s, phasor(self%loads%count)
-      complex(wp), dimension(self%set%joint%count) :: power
+      complex(wp), dimension(self%set%coupled%count) :: power
       integer :: g, m
 
       work = 0.0_wp
       phasor = exp(cmplx(0.0_wp, self%forced%segment%frequency*time, wp))
       power = (1.0_wp, 0.0_wp)
-      associate (load => self%set%forced%term_load, joint => self%set%joint, segment => self%forced%segment)
-         power = terms_at(joint, power, time)
-         do m = 1, joint%count
-            s = joint%exponent(m)
+      associate (load => self%set%forced%term_load, coupled => self%set%coupled, segment => self%forced%segment)
+         power = terms_at(coupled, power, time)
+         do m = 1, coupled%count
+            s = coupled%exponent(m)
             do g = 1, self%loads%count
                rate = self%amplitude(m)*load(m, g)
                if (abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp) then
@@ -264,21 +264,21 @@ contains
       real(wp) :: factor
       integer :: row
 
-      associate (set => self%set, joint => self%set%joint, forced => self%forced, &
-         spring => self%set%joint%spring(place))
+      associate (set => self%set, coupled => self%set%coupled, forced => self%forced, &
+         spring => self%set%coupled%spring(place))
          if (spring%branch_stiffness > 0.0_wp) then
             factor = spring%relaxation_rate/spring%branch_stiffness
             row = set%forced%at%branches + set%compliant(place)
-            allocate (amplitude, source=[joint%branch(place, :)*self%amplitude, forced%harmonic(row, :), &
+            allocate (amplitude, source=[coupled%branch(place, :)*self%amplitude, forced%harmonic(row, :), &
                cmplx(forced%constant(row), 0.0_wp, wp)])
          else
             factor = spring%viscosity
             row = set%forced%at%depths + set%compliant(place)
-            allocate (amplitude, source=[joint%exponent*joint%indentation(place, :)*self%amplitude, &
+            allocate (amplitude, source=[coupled%exponent*coupled%indentation(place, :)*self%amplitude, &
                cmplx(0.0_wp, forced%frequency, wp)*forced%harmonic(row, :), cmplx(forced%slope(row), 0.0_wp, wp)])
          end if
          call find_span(set%forced%products, amplitude, time, span)
-         loss = factor*taken_by(set%forced%products, span)
+         loss = factor*energy_over(set%forced%products, span)
       end associate
    end function loss_in_stop
 

@@ -2,7 +2,7 @@
 module modal_starts
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
-   use contact_starts, only: carry, check_start, flexible_beam_t, move_onto_contacts
+   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: wp
@@ -10,7 +10,7 @@ module modal_starts
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
    use phase_state, only: phase_state_t
-   use point_forces, only: find_point_forces, slow
+   use point_forces, only: find_point_forces, slow_frequency
    use contact_states, only: contact_state_t
    implicit none (type, external)
    private
@@ -108,13 +108,13 @@ contains
 
       load = 0.0_wp
       if (phase%loads%count > 0) load = matmul(phase%loads%mode, value_at(phase%loads%course, 0.0_wp))
-      if (any(beam%square < slow**2)) then
+      if (any(beam%square < slow_frequency**2)) then
          place = pack([(k, k=1, size(is_active))], is_active)
          call find_slow_balance(phase, place, load, q, forces)
          return
       end if
       q = load/beam%square
-      call carry(beam, phase%states%contact, is_active, q, forces, error)
+      call find_static_equilibrium(beam, phase%states%contact, is_active, q, forces, error)
    end subroutine find_balance
 
    !> Report an error if a beam that rotates freely about its root is supported by no contact.

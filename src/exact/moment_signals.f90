@@ -8,14 +8,14 @@
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
-   use certified_search, only: viewed_signal_t
+   use certified_search, only: transformable_signal_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
    use moment_places, only: gather_places, moment_places_t
-   use phase_state, only: ready_reaction, phase_state_t
+   use phase_state, only: set_reaction_state, phase_state_t
    use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
    use stop_contacts, only: contact_t
@@ -26,7 +26,7 @@ module moment_signals
 
    !> Signal of the moment at one place.
    type :: signal_place_t
-      class(viewed_signal_t), allocatable :: signal
+      class(transformable_signal_t), allocatable :: signal
    end type signal_place_t
 
    !> Bending moments at the requested places.
@@ -64,10 +64,10 @@ contains
       call move_alloc(places%load, moments%load)
       allocate (moments%contact(size(contacts), size(settings%stress%position)), source=0.0_wp)
       allocate (moments%place(size(settings%stress%position)))
-      if (.not. allocated(modes%left_mode)) return
+      if (.not. allocated(modes%truncated_mode)) return
       ! static response of truncated modes: moment at each place per unit of force on each degree of freedom
-      allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
-         /spread(modes%left_square, 2, size(settings%stress%position))))
+      allocate (static, source=matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), places%stiffness) &
+         /spread(modes%truncated_square, 2, size(settings%stress%position))))
       if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
       do k = 1, size(contacts)
          moments%contact(k, :) = contacts(k)%sign*static(model%stop_dofs(contacts(k)%stop), :)
@@ -110,7 +110,7 @@ contains
       !> Index of the place
       integer, intent(in) :: p
       type(phase_state_t), intent(in) :: now
-      class(viewed_signal_t), allocatable, intent(out) :: signal
+      class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(modal_signal_t), allocatable :: modal
       type(driven_terms_t) :: terms
@@ -136,7 +136,7 @@ contains
             allocate (modal)
             call make_modal_signal(constrained%oscillators, static, weight, modal)
             modal%is_viscous = .true.
-            call ready_reaction(now%z, now%v, modal)
+            call set_reaction_state(now%z, now%v, modal)
             call move_alloc(modal, signal)
          end if
       end associate
@@ -144,7 +144,7 @@ contains
       call find_load_terms(now, weight, force_moments(now, mass, moments%contact(:, p)), moments%load(:, p) &
          + matmul(mass, now%set%forced%load) - matmul(moments%contact(now%set%constrained%closed, p), &
          now%set%forced%share), terms)
-      call add_terms(terms, now%longest, signal)
+      call add_terms(terms, now%max_length, signal)
    end subroutine find_signal
 
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
@@ -175,7 +175,7 @@ contains
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: force_moment(:)
-      class(viewed_signal_t), allocatable, intent(out) :: signal
+      class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(exponential_signal_t), allocatable :: exponential
       type(summed_signal_t), allocatable :: total
@@ -183,24 +183,24 @@ contains
       real(wp) :: uncoupled_weight(size(weight))
       integer :: m
 
-      associate (set => now%set, joint => now%set%joint, oscillators => now%set%constrained%oscillators)
+      associate (set => now%set, coupled => now%set%coupled, oscillators => now%set%constrained%oscillators)
          allocate (exponential)
          exponential%offset = static + sum(weight*set%rest) + sum(force_moment*set%rest_force)
-         allocate (exponential%exponent, source=joint%exponent)
+         allocate (exponential%exponent, source=coupled%exponent)
          allocate (exponential%amplitude, source=[(now%amplitude(m)*((1.0_wp + oscillators%two_zeta &
-            *joint%exponent(m))*sum(weight*joint%shape(:, m)) + sum(force_moment*joint%force(:, m))), m=1, &
-            joint%count)])
-         if (size(joint%inactive) == 0) then
+            *coupled%exponent(m))*sum(weight*coupled%shape(:, m)) + sum(force_moment*coupled%force(:, m))), m=1, &
+            coupled%count)])
+         if (size(coupled%inactive) == 0) then
             call move_alloc(exponential, signal)
             return
          end if
          ! modes with nodes at all compliant contacts are uncoupled
          uncoupled_weight = 0.0_wp
-         uncoupled_weight(joint%inactive) = weight(joint%inactive)
+         uncoupled_weight(coupled%inactive) = weight(coupled%inactive)
          allocate (uncoupled)
          call make_modal_signal(oscillators, 0.0_wp, uncoupled_weight, uncoupled)
          uncoupled%is_viscous = .true.
-         call ready_reaction(now%z, now%v, uncoupled)
+         call set_reaction_state(now%z, now%v, uncoupled)
          allocate (total)
          call move_alloc(exponential, total%first)
          call move_alloc(uncoupled, total%second)

@@ -7,19 +7,20 @@ module motion_phases
    use number_text, only: to_text
    use response_types, only: response_t
    use run_observers, only: observers_t
-   use run_reach, only: tell_reach
-   use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
+   use run_progress, only: report_progress
+   use run_recorder, only: asked_t, record_sample, record_shape, next_sample_time, recorder_t, sample_t, &
+      samples_before, &
       shape_due
    use run_settings, only: response_settings_t
    use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
-   public :: motion_t, phase_t, advance, found_taken_back, found_break
+   public :: motion_t, phase_t, advance, found_cancelled, found_segment_end
 
    !> A flight too low to resolve is cancelled: the phase has length zero, and the motion stays at its start.
-   integer, parameter :: found_taken_back = 4
+   integer, parameter :: found_cancelled = 4
    !> The phase ends with a load segment.
-   integer, parameter :: found_break = 5
+   integer, parameter :: found_segment_end = 5
 
    !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
@@ -38,7 +39,7 @@ module motion_phases
 
    !> A phase of the motion: the part between two changes of the set of closed contacts or of the loads.
    type, abstract :: phase_t
-      !> End of the phase: its outcome is that of a search, `found_taken_back` or `found_break`
+      !> End of the phase: its outcome is that of a search, `found_cancelled` or `found_segment_end`
       type(search_t) :: search
    contains
       procedure(begin_interface), deferred :: begin
@@ -149,7 +150,7 @@ contains
       call phase%find_end(settings%duration - motion%tau)
       response%evaluations = response%evaluations + phase%search%evaluations
       standstill = standstill + 1
-      if (phase%search%outcome /= found_taken_back) then
+      if (phase%search%outcome /= found_cancelled) then
          is_last = phase%search%outcome == found_none
          if (is_last) phase%search%time = settings%duration - motion%tau
          call record_phase(phase, is_last, motion, response)
@@ -159,7 +160,7 @@ contains
          if (motion%tau + phase%search%time > motion%tau) standstill = 0
          motion%tau = motion%tau + phase%search%time
       end if
-      call tell_reach(motion%tau, settings%duration)
+      call report_progress(motion%tau, settings%duration)
       call phase%make_transition(motion, response)
       call check_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
    end subroutine advance
@@ -205,13 +206,13 @@ contains
          do while (shape_due(recorder, end_tau, is_last))
             if (.not. allocated(q)) allocate (q(size(motion%q)), v(size(motion%v)))
             call phase%evaluate_free_modes(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v, node)
-            call keep_shape(recorder, q, v, node)
+            call record_shape(recorder, q, v, node)
          end do
          do while (samples_before(recorder, end_tau, is_last))
             call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &
                recorder%asked, sample)
             recorder%next = recorder%next + 1
-            call keep_sample(recorder%next, sample, recorder%ledger, response)
+            call record_sample(recorder%next, sample, recorder%ledger, response)
          end do
       end associate
    end subroutine record_phase

@@ -33,7 +33,7 @@ contains
       signals%offset(n + 1) = self%set%constrained%static_tip
       if (size(self%set%compliant) > 0) then
          call add_terms(self, places, closed, signals)
-         call add_mode_terms(self, length, self%set%joint%inactive, places, closed, signals)
+         call add_mode_terms(self, length, self%set%coupled%inactive, places, closed, signals)
       else
          call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, signals)
       end if
@@ -52,7 +52,7 @@ contains
 
       n = size(places)
       associate (set => self%set)
-         signals%exponent = set%joint%exponent
+         signals%exponent = set%coupled%exponent
          deallocate (signals%amplitude)
          allocate (signals%amplitude(size(signals%offset), size(signals%exponent)))
          signals%offset(:n) = set%rest_gap(places) + self%beam%height(places)

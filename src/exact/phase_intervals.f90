@@ -1,26 +1,27 @@
 !> A phase of exact motion as an interval that observers can evaluate.
 module phase_intervals
-   use certified_search, only: search_t, viewed_signal_t
+   use certified_search, only: search_t, transformable_signal_t
    use damped_oscillators, only: modal_energy
    use driven_modes, only: driven_mode_at, integral_of, integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
-   use joint_modes, only: terms_at
+   use coupled_modes, only: terms_at
    use kinds, only: wp
    use moment_signals, only: moments_t
-   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
+   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_integrals, only: find_signals
-   use phase_losses, only: keep_indentation, leave_behind
+   use phase_losses, only: update_indentation, recover_contact
    use phase_rows, only: is_on_path, signal_of_row
-   use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, &
-      whole_gap, whole_tip
-   use point_forces, only: slow
+   use phase_state, only: end_force, force_terms, cache_state, find_homogeneous_state, find_state, phase_state_t, &
+      signal_of, &
+      observed_gap, observed_tip
+   use point_forces, only: slow_frequency
    use power_integrals, only: find_span, integral, integrals_in
    use response_types, only: settling_level
-   use row_peaks, only: greatest_on_path
+   use row_peaks, only: max_on_path
    use row_signals, only: node_at_time, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
-   use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
-   use contact_states, only: energy_in, of_rigid_stop, contact_state_t
+   use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_last_exceedance, peak_tolerance
+   use contact_states, only: energy_in, has_rigid_stop, contact_state_t
    implicit none (type, external)
    private
    public :: phase_interval_t
@@ -44,11 +45,11 @@ module phase_intervals
    contains
       procedure :: contact
       procedure :: evaluate
-      procedure :: reach
+      procedure :: gap_bound
       procedure :: rounding
       procedure :: exceeds
       procedure :: seek_peak
-      procedure :: keep_gap
+      procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
       procedure :: energy
@@ -56,13 +57,13 @@ module phase_intervals
 
    !> The gap of a contact during a phase, stored for use after the phase.
    type, extends(curve_t) :: signal_curve_t
-      class(viewed_signal_t), allocatable :: signal
+      class(transformable_signal_t), allocatable :: signal
       !> The gap does not fall below minus the settling level: large negative gaps need not be searched
       logical :: is_above = .false.
       !> Latest known time at which the gap exceeds the settling level; 0: none known
       real(wp) :: known_above = 0.0_wp
    contains
-      procedure :: last_beyond
+      procedure :: last_exceedance
    end type signal_curve_t
 
 contains
@@ -78,23 +79,23 @@ contains
          contact%sign = state%contact%sign
          contact%height = self%now%beam%height(k)
          contact%is_closed = self%now%set%is_closed(k)
-         contact%yields = .not. of_rigid_stop(state)
+         contact%yields = .not. has_rigid_stop(state)
          contact%has_force = .not. state%is_rigid
          contact%is_active = state%is_active
          contact%holds = contact%is_closed .and. .not. contact%yields
          contact%flights = state%flights
-         contact%first_at_place = self%now%alike(k)
+         contact%first_at_place = self%now%colocated(k)
       end associate
    end function contact
 
    !> Value and rate of an output row.
    function evaluate(self, row, time) result(state)
       class(phase_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: time
       real(wp) :: state(2)
 
-      class(viewed_signal_t), pointer :: signal
+      class(transformable_signal_t), pointer :: signal
       integer :: node
 
       node = -1
@@ -111,22 +112,22 @@ contains
    !> Upper bound of the magnitude of a gap. For an open contact, the bound follows from the search for the end of the
    !> phase, because an open contact is indented no deeper than at the start of the phase. For a closed contact, the
    !> bound follows from the amplitudes of the terms, which do not grow.
-   pure function reach(self, k)
+   pure function gap_bound(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: reach
+      real(wp) :: gap_bound
 
-      reach = huge(1.0_wp)
+      gap_bound = huge(1.0_wp)
       if (self%now%set%is_closed(k)) then
-         if (size(self%now%set%compliant) > 0) reach = reach_of_terms(self%now, k)
+         if (size(self%now%set%compliant) > 0) gap_bound = reach_of_terms(self%now, k)
       else if (self%now%states(k)%is_deformed) then
          return
       else if (self%now%states(k)%is_rigid) then
-         reach = self%searches(k)%ceiling
+         gap_bound = self%searches(k)%ceiling
       else if (allocated(self%at_start)) then
-         reach = max(self%searches(k)%ceiling, self%at_start(k)%depth)
+         gap_bound = max(self%searches(k)%ceiling, self%at_start(k)%depth)
       end if
-   end function reach
+   end function gap_bound
 
    !> Rounding error of a gap.
    pure function rounding(self, k)
@@ -143,36 +144,36 @@ contains
    !> Does an output row exceed a level during the phase?
    function exceeds(self, row, level) result(does)
       class(phase_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: level
       logical :: does
 
-      class(viewed_signal_t), allocatable :: part
-      class(viewed_signal_t), pointer :: signal
+      class(transformable_signal_t), allocatable :: part
+      class(transformable_signal_t), pointer :: signal
       real(wp) :: greatest, time
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
          ! the surface of an open contact only recovers, and the beam does not penetrate it
          if (.not. self%now%set%is_closed(row%number)) return
-         if (.not. self%reach(row%number) > level) return
+         if (.not. self%gap_bound(row%number) > level) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
             ! true if the search for the end of the phase found a larger value within the phase
             does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
-               .and. row%factor*search%greatest + row%offset > level
+               .and. row%factor*search%max_value + row%offset > level
             if (does) return
          end associate
       end if
       if (is_on_path(self%now, self%length, row)) then
          greatest = level
-         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), [0.0_wp, self%length], &
+         call max_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), [0.0_wp, self%length], &
             0.0_wp, does, greatest, time)
          return
       end if
       call find_signal(self, row, signal)
       if (row%factor < 0.0_wp) then
-         call signal%view(0.0_wp, row%factor, row%offset, 0, part)
+         call signal%transform(0.0_wp, row%factor, row%offset, 0, part)
          does = exceeds_in(part, self%length, level)
       else
          does = exceeds_in(signal, self%length, level)
@@ -191,15 +192,15 @@ contains
    !> Find the maximum of an output row.
    subroutine seek_peak(self, row, stretch, known, peak)
       class(phase_interval_t), intent(inout) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       !> Start and end of the part of the phase that is searched
       real(wp), intent(in) :: stretch(2)
       !> Only a maximum above this value is reported
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
-      class(viewed_signal_t), allocatable, target :: part
-      class(viewed_signal_t), pointer :: signal
+      class(transformable_signal_t), allocatable, target :: part
+      class(transformable_signal_t), pointer :: signal
       real(wp) :: known_max, threshold
       logical :: is_unscaled, is_certain, is_whole
 
@@ -209,7 +210,7 @@ contains
       threshold = known
       if (is_on_path(self%now, self%length, row)) then
          peak%value = known
-         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), stretch, &
+         call max_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), stretch, &
             max(row%scale, 0.0_wp), peak%is_found, peak%value, peak%time)
          peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
          return
@@ -227,20 +228,20 @@ contains
       if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
          associate (search => self%searches(row%number - self%tip_row()))
             ! values found after the end of the phase, which another contact ended, do not count
-            if (search%time <= self%length) known_max = search%greatest
+            if (search%time <= self%length) known_max = search%max_value
          end associate
          threshold = max(threshold, known_max*(1.0_wp + peak_tolerance))
       end if
       if (stretch(1) > 0.0_wp .or. .not. is_unscaled) then
-         call signal%view(stretch(1), row%factor, row%offset, 0, part)
+         call signal%transform(stretch(1), row%factor, row%offset, 0, part)
          signal => part
       end if
       if (row%scale < 0.0_wp) then
-         call greatest_value(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
-            peak%time, looks=peak%looks)
+         call find_maximum(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+            peak%time, extreme_search=peak%search_state)
       else
-         call greatest_value(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
-            peak%time, row%scale, peak%looks)
+         call find_maximum(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+            peak%time, row%scale, peak%search_state)
       end if
       peak%time = stretch(1) + peak%time
       if (peak%is_found .or. .not. known_max*(1.0_wp + peak_tolerance) > known) return
@@ -249,12 +250,12 @@ contains
    end subroutine seek_peak
 
    !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
-   subroutine keep_gap(self, k, curve)
+   subroutine record_gap(self, k, curve)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       class(curve_t), allocatable, intent(inout) :: curve
 
-      class(viewed_signal_t), pointer :: signal
+      class(transformable_signal_t), pointer :: signal
       integer :: i
 
       if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
@@ -262,7 +263,7 @@ contains
       curve%length = self%length
       select type (curve)
       type is (signal_curve_t)
-         call signal_of(self%now, k, whole_gap, signal)
+         call signal_of(self%now, k, observed_gap, signal)
          if (allocated(curve%signal)) deallocate (curve%signal)
          allocate (curve%signal, source=signal)
          curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_deformed)
@@ -271,13 +272,13 @@ contains
          if (has_history(self, k)) then
             associate (history => self%now%history)
                do i = 1, min(history%count, size(history%time))
-                  if (history%find_bounds(i)%signal > settling_level) curve%known_above = history%time(i)
+                  if (history%bounds(i)%signal > settling_level) curve%known_above = history%time(i)
                end do
             end associate
          end if
       end select
       self%now%store%in_use => self%now%set
-   end subroutine keep_gap
+   end subroutine record_gap
 
    !> Integrals of all output rows but bending moments.
    subroutine integrate(self, stretch, first, second)
@@ -294,7 +295,7 @@ contains
       associate (now => self%now, set => self%now%set)
          if (.not. allocated(self%signals)) then
             allocate (self%signals)
-            self%sites = pack([(k, k=1, self%contacts)], [(now%alike(k) == k, k=1, self%contacts)])
+            self%sites = pack([(k, k=1, self%contacts)], [(now%colocated(k) == k, k=1, self%contacts)])
             self%closed = pack([(k, k=1, self%contacts)], set%is_closed)
             call find_signals(now, self%length, self%sites, self%closed, self%signals)
          end if
@@ -304,8 +305,8 @@ contains
          first = 0.0_wp
          second = 0.0_wp
          do k = 1, self%contacts
-            i = findloc(self%sites, now%alike(k), dim=1)
-            first(k) = now%alike_sign(k)*mean(i)
+            i = findloc(self%sites, now%colocated(k), dim=1)
+            first(k) = now%colocated_sign(k)*mean(i)
             second(k) = square(i)
          end do
          first(self%tip_row()) = mean(n + 1)
@@ -336,10 +337,10 @@ contains
             return
          end if
          if (size(set%compliant) > 0) then
-            term = terms_at(set%joint, now%amplitude, time)
-            call keep_state(now, time, term)
+            term = terms_at(set%coupled, now%amplitude, time)
+            call cache_state(now, time, term)
          end if
-         call move_to(now, time, z, v)
+         call find_state(now, time, z, v)
          energy = constrained%static_energy + sum(modal_energy(constrained%oscillators, z, v))
          if (all(now%states%is_rigid)) return
          if (.not. time > 0.0_wp) then
@@ -351,9 +352,9 @@ contains
             state = self%at_start(k)
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
-               call keep_indentation(now, place, time, term, state)
+               call update_indentation(now, place, time, term, state)
             else
-               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*z), time, state)
+               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*z), time, state)
             end if
             energy = energy + energy_in(state)
          end do
@@ -361,44 +362,44 @@ contains
    end function energy
 
    !> Find the last time at which the magnitude of the gap exceeds a level.
-   subroutine last_beyond(self, level, time, is_at_end)
+   subroutine last_exceedance(self, level, time, is_at_end)
       class(signal_curve_t), intent(in) :: self
       real(wp), intent(in) :: level
       real(wp), intent(out) :: time
       logical, intent(out) :: is_at_end
 
-      class(viewed_signal_t), allocatable :: depth
+      class(transformable_signal_t), allocatable :: depth
       real(wp) :: lower
       logical :: is_low
 
-      call last_time_above(self%signal, self%length, level, time, is_at_end, &
+      call find_last_exceedance(self%signal, self%length, level, time, is_at_end, &
          merge(self%known_above, 0.0_wp, level <= settling_level))
       if (self%is_above .and. level >= settling_level) return
-      call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
-      call last_time_above(depth, self%length, level, lower, is_low)
+      call self%signal%transform(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
+      call find_last_exceedance(depth, self%length, level, lower, is_low)
       time = max(time, lower)
       is_at_end = is_at_end .or. is_low
-   end subroutine last_beyond
+   end subroutine last_exceedance
 
    !> An output row as a signal, without the factor and offset of the row.
    subroutine find_signal(self, row, signal)
       class(phase_interval_t), target, intent(in) :: self
-      type(row_t), intent(in) :: row
-      class(viewed_signal_t), pointer, intent(out) :: signal
+      type(output_row_t), intent(in) :: row
+      class(transformable_signal_t), pointer, intent(out) :: signal
 
       associate (k => row%number - self%tip_row())
          if (k > self%contacts) then
             signal => self%moments%place(k - self%contacts)%signal
             return
-         else if (k > 0 .and. self%now%pressing_at == k) then
-            signal => self%now%pressing
+         else if (k > 0 .and. self%now%force_signal_at == k) then
+            signal => self%now%force_signal
             return
          else if (k > 0) then
             call signal_of(self%now, k, end_force, signal)
          else if (k == 0) then
-            call signal_of(self%now, 0, whole_tip, signal)
+            call signal_of(self%now, 0, observed_tip, signal)
          else
-            call signal_of(self%now, row%number, whole_gap, signal)
+            call signal_of(self%now, row%number, observed_gap, signal)
          end if
       end associate
    end subroutine find_signal
@@ -424,12 +425,12 @@ contains
             impulse = offset*time + sum(real(amplitude, wp))
          else
             ! the contribution of a mode, p + 2 zeta p', is -(p'' + alpha p')/w^2
-            call move_alone(now, time, z, v)
+            call find_homogeneous_state(now, time, z, v)
             associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
                place = findloc(constrained%closed, k, dim=1)
                impulse = constrained%static_force(place)*time
                do i = 1, size(z)
-                  if (square(i) < slow**2) then
+                  if (square(i) < slow_frequency**2) then
                      part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), &
                         now%v(i)], time) &
                         + constrained%oscillators%two_zeta*(z(i) - now%z(i))
@@ -472,18 +473,18 @@ contains
    end function load_response_impulse
 
    !> Upper bound of the magnitude of the gap of a closed compliant contact.
-   pure function reach_of_terms(self, k) result(reach)
+   pure function reach_of_terms(self, k) result(gap_bound)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: reach
+      real(wp) :: gap_bound
 
       associate (term => self%set%gap(k, :)*self%amplitude)
-         reach = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
+         gap_bound = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
       end associate
       if (self%loads%count == 0) return
       associate (row => self%set%forced%at%gaps + k, forced => self%forced)
-         reach = reach + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
-         if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) reach = huge(1.0_wp)
+         gap_bound = gap_bound + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
+         if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) gap_bound = huge(1.0_wp)
       end associate
    end function reach_of_terms
 

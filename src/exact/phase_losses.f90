@@ -3,15 +3,15 @@
 module phase_losses
    use contact_sets, only: losses_in
    use damped_oscillators, only: elastic_and_viscous, modal_energy
-   use driven_signal, only: turn_of
+   use driven_signal, only: phasor_of
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
-   use forced_responses, only: forced_at
+   use forced_responses, only: forced_rows_at
    use phase_state, only: phase_state_t
-   use contact_states, only: energy_in, indent, recover, contact_state_t
+   use contact_states, only: energy_in, set_indentation, recover, contact_state_t
    implicit none (type, external)
    private
-   public :: find_losses, force_at, keep_indentation, leave_behind
+   public :: find_losses, force_at, update_indentation, recover_contact
 
 contains
 
@@ -25,9 +25,9 @@ contains
       part = 0.0_wp
       if (self%loads%count == 0) return
       associate (set => self%set%forced, forced => self%forced)
-         part = [forced_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
-            forced_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
-            forced_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
+         part = [forced_rows_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
+            forced_rows_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
+            forced_rows_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
    end function load_response_of
 
@@ -52,7 +52,7 @@ contains
          force = part(1)
          place = findloc(set%compliant, k, dim=1)
          if (place > 0) then
-            force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
+            force = force + set%rest_force(place) + sum(real(set%coupled%force(place, :)*term, wp))
             return
          end if
          place = findloc(constrained%closed, k, dim=1)
@@ -85,7 +85,7 @@ contains
       type(contact_state_t) :: contact
       integer :: place
 
-      work = work_of_loads(self, time, turn_of(self%forced%frequency, time), state(:, 3), state(:, 4))
+      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), state(:, 3), state(:, 4))
       associate (set => self%set)
          if (size(set%compliant) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
@@ -99,7 +99,7 @@ contains
                contact = at_start(k)
                lost(1 + place) = loss_in_stop(self, place, time)
                lost(1) = lost(1) + energy_in(contact) - lost(1 + place)
-               call keep_indentation(self, place, time, term, contact)
+               call update_indentation(self, place, time, term, contact)
                lost(1) = lost(1) - energy_in(contact)
             end associate
          end do
@@ -107,7 +107,7 @@ contains
    end subroutine find_losses
 
    !> Set indentation and branch force of a closed compliant contact at a time in the phase.
-   subroutine keep_indentation(self, place, time, term, state)
+   subroutine update_indentation(self, place, time, term, state)
       type(phase_state_t), intent(in) :: self
       !> Index among the compliant contacts of the set
       integer, intent(in) :: place
@@ -121,13 +121,13 @@ contains
       associate (set => self%set)
          part = load_response_of(self, set%compliant(place), time)
          state%depth = set%rest_force(place)/state%spring%stiffness &
-            + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
-         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
+            + sum(real(set%coupled%indentation(place, :)*term, wp)) + part(2)
+         state%branch_force = sum(real(set%coupled%branch(place, :)*term, wp)) + part(3)
       end associate
-   end subroutine keep_indentation
+   end subroutine update_indentation
 
    !> Recovery of an open compliant contact for some time: free, or with the beam if the contact is `is_deformed`.
-   subroutine leave_behind(gap, time, state)
+   subroutine recover_contact(gap, time, state)
       !> Distance of the stop point from the undeformed contact
       real(wp), intent(in) :: gap
       real(wp), intent(in) :: time
@@ -140,8 +140,8 @@ contains
          return
       end if
       before = energy_in(state)
-      call indent(state, max(-gap, 0.0_wp))
+      call set_indentation(state, max(-gap, 0.0_wp))
       state%dissipated = state%dissipated + (before - energy_in(state))
-   end subroutine leave_behind
+   end subroutine recover_contact
 
 end module phase_losses

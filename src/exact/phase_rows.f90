@@ -4,13 +4,14 @@ module phase_rows
    use certified_search, only: found_none, found_zero, search_t
    use damped_oscillators, only: lanes
    use kinds, only: wp
-   use motion_intervals, only: row_t
-   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t, whole_gap, whole_tip
+   use motion_intervals, only: output_row_t
+   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t, observed_gap, &
+      observed_tip
    use row_basis, only: make_row_basis, set_row
    use row_search, only: search_rows
-   use row_signals, only: most_nodes, row_signal_t
+   use row_signals, only: max_nodes, row_signal_t
    use contact_states, only: impedance_of
-   use yielding_stop, only: holds, impedance_t
+   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
@@ -62,8 +63,8 @@ contains
          do k = 1, n
             if (.not. self%states(k)%is_active) cycle
             ! the first active contact at the same place
-            j = findloc(self%alike(:k) == self%alike(k) .and. self%states(:k)%is_active, .true., dim=1)
-            set%gap_sign(k) = self%alike_sign(j)*self%alike_sign(k)
+            j = findloc(self%colocated(:k) == self%colocated(k) .and. self%states(:k)%is_active, .true., dim=1)
+            set%gap_sign(k) = self%colocated_sign(j)*self%colocated_sign(k)
             if (j == k) rows = rows + 1
             set%gap_row(k) = merge(rows, set%gap_row(j), j == k)
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
@@ -81,7 +82,7 @@ contains
                set%gap_sign(k)*coefficients_of(self, k, end_gap))
             if (set%force_row(k) > 0) call set_row(set%rows, set%force_row(k), 1, coefficients_of(self, k, end_force))
          end do
-         call set_row(set%rows, set%tip_row, 1, coefficients_of(self, 0, whole_tip))
+         call set_row(set%rows, set%tip_row, 1, coefficients_of(self, 0, observed_tip))
       end associate
    end subroutine make_rows
 
@@ -91,10 +92,10 @@ contains
       complex(wp), allocatable :: exponent(:)
 
       if (size(self%set%compliant) > 0) then
-         exponent = self%set%joint%exponent
+         exponent = self%set%coupled%exponent
       else
          associate (oscillators => self%set%constrained%oscillators)
-            associate (n => oscillators%count, underdamped => oscillators%oscillating)
+            associate (n => oscillators%count, underdamped => oscillators%underdamped)
                exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:underdamped), &
                   0.0_wp*oscillators%spread(underdamped + 1:n)], wp), &
                   cmplx(-oscillators%decay(underdamped + 1:n) - 2.0_wp*oscillators%spread(underdamped + 1:n), 0.0_wp, &
@@ -114,7 +115,7 @@ contains
       if (is) return
       is = any(abs(exponent) > max_frequency) .or. any(abs(exponent) < min_frequency)
       if (size(self%set%compliant) > 0) then
-         is = is .or. size(self%set%joint%inactive) > 0
+         is = is .or. size(self%set%coupled%inactive) > 0
       else
          associate (oscillators => self%set%constrained%oscillators)
             is = is .or. any(oscillators%spread(:oscillators%count) < min_spread*oscillators%frequency)
@@ -126,7 +127,7 @@ contains
    pure function coefficients_of(self, k, kind) result(coefficient)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> `end_gap`, `end_force` or `whole_tip`
+      !> `end_gap`, `end_force` or `observed_tip`
       integer, intent(in) :: kind
       complex(wp) :: coefficient(self%set%motion_terms)
 
@@ -134,16 +135,16 @@ contains
          if (size(set%compliant) > 0) then
             if (kind == end_gap) then
                coefficient = set%gap(k, :)
-            else if (kind == whole_tip) then
-               coefficient = matmul(constrained%tip_value, set%joint%shape)
+            else if (kind == observed_tip) then
+               coefficient = matmul(constrained%tip_value, set%coupled%shape)
             else if (any(set%compliant == k)) then
-               coefficient = set%joint%force(findloc(set%compliant, k, dim=1), :)
+               coefficient = set%coupled%force(findloc(set%compliant, k, dim=1), :)
             else
                coefficient = set%reaction(findloc(constrained%closed, k, dim=1), :)
             end if
          else if (kind == end_gap) then
             coefficient = of_modes(constrained%value(:, k))
-         else if (kind == whole_tip) then
+         else if (kind == observed_tip) then
             coefficient = of_modes(constrained%tip_value)
          else
             ! 1 + 2 zeta s in a form without cancellation
@@ -162,7 +163,7 @@ contains
          real(wp), intent(in) :: values(:)
          complex(wp) :: terms(self%set%motion_terms)
 
-         terms = cmplx([values, values(self%set%constrained%oscillators%oscillating + 1:)], 0.0_wp, wp)
+         terms = cmplx([values, values(self%set%constrained%oscillators%underdamped + 1:)], 0.0_wp, wp)
       end function of_modes
    end function coefficients_of
 
@@ -178,8 +179,8 @@ contains
             if (size(path%z, 1) /= n .or. size(path%rows, 1) /= lanes*basis%blocks) deallocate (path%z, path%rows, &
                path%bounds)
          end if
-         if (.not. allocated(path%z)) allocate (path%z(n, 2, 0:most_nodes), path%rows(lanes*basis%blocks, &
-            0:most_nodes), path%bounds(lanes*basis%blocks, 0:most_nodes))
+         if (.not. allocated(path%z)) allocate (path%z(n, 2, 0:max_nodes), path%rows(lanes*basis%blocks, &
+            0:max_nodes), path%bounds(lanes*basis%blocks, 0:max_nodes))
          associate (z => path%z(:, :, 0))
             z = 0.0_wp
             if (size(set%compliant) > 0) then
@@ -189,12 +190,12 @@ contains
                end do
             else
                associate (oscillators => set%constrained%oscillators)
-                  do i = 1, oscillators%oscillating
+                  do i = 1, oscillators%underdamped
                      z(i, 1) = self%z(i)
                      z(i, 2) = -(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
                   end do
-                  do i = oscillators%oscillating + 1, oscillators%count
-                     m = i + oscillators%count - oscillators%oscillating
+                  do i = oscillators%underdamped + 1, oscillators%count
+                     m = i + oscillators%count - oscillators%underdamped
                      z(m, 1) = -0.5_wp*(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
                      z(i, 1) = self%z(i) - z(m, 1)
                   end do
@@ -225,12 +226,12 @@ contains
       logical :: is
 
       is = .true.
-      if (kind == whole_tip) return
+      if (kind == observed_tip) return
       is = self%set%gap_row(k) > 0
       if (kind == end_force) return
       associate (state => self%states(k))
-         if (kind == end_gap) is = is .and. (state%relaxes .or. .not. state%depth > 0.0_wp)
-         if (kind == whole_gap) is = is .and. .not. (state%is_node .and. self%node_depth > 0.0_wp)
+         if (kind == end_gap) is = is .and. (state%moves_with_beam .or. .not. state%depth > 0.0_wp)
+         if (kind == observed_gap) is = is .and. .not. (state%is_node .and. self%node_depth > 0.0_wp)
       end associate
    end function is_row
 
@@ -244,11 +245,11 @@ contains
 
       type(impedance_t) :: spring
       integer :: load_row
-      real(wp) :: factor, of_rate
+      real(wp) :: factor, rate_factor
 
       associate (set => self%set, constrained => self%set%constrained)
          load_row = 0
-         if (kind == whole_tip) then
+         if (kind == observed_tip) then
             signal%row = set%tip_row
             signal%offset = constrained%static_tip
             if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest)
@@ -274,24 +275,24 @@ contains
             signal%offset = signal%offset + self%forced%constant(load_row)
             signal%slope = self%forced%slope(load_row)
          end if
-         if (kind == end_gap .or. kind == whole_gap .or. kind == whole_tip) return
+         if (kind == end_gap .or. kind == observed_gap .or. kind == observed_tip) return
          if (kind == end_force .and. set%force_row(k) > 0) return
          spring = impedance_of(self%states(k))
          factor = -1.0_wp
-         of_rate = 0.0_wp
+         rate_factor = 0.0_wp
          if (kind /= end_undeformed) then
             factor = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%stiffness
-            of_rate = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%viscosity
+            rate_factor = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%viscosity
          end if
-         signal%offset = factor*signal%offset + of_rate*signal%slope
+         signal%offset = factor*signal%offset + rate_factor*signal%slope
          signal%slope = factor*signal%slope
-         signal%of_rate = of_rate*signal%factor
+         signal%rate_factor = rate_factor*signal%factor
          signal%factor = factor*signal%factor
       end associate
    end function row_signal
 
    !> Find the contact that ends the phase first. Contacts that cannot be decided here must be searched one by one.
-   subroutine search_contacts(self, limit, searches, is_decided, ended, ended_by, time)
+   subroutine search_contacts(self, limit, searches, is_decided, ended_at, ended_by, time)
       type(phase_state_t), intent(inout) :: self
       !> Time at which the search ends
       real(wp), intent(in) :: limit
@@ -299,7 +300,7 @@ contains
       type(search_t), intent(inout) :: searches(:)
       logical, intent(out) :: is_decided(:)
       !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
-      integer, intent(out) :: ended
+      integer, intent(out) :: ended_at
       integer, intent(out) :: ended_by
       !> Time of the end, or the limit
       real(wp), intent(out) :: time
@@ -320,7 +321,7 @@ contains
             if (state%is_deformed) kind(n) = end_renewed_contact
             signals(n) = row_signal(self, k, kind(n))
             ! a signal that starts with zero slope may be smaller than the rounding error of forces
-            signals(n)%is_sure = is_row(self, k, kind(n)) .and. state%start_order < 2
+            signals(n)%is_certified = is_row(self, k, kind(n)) .and. state%start_order < 2
             signals(n)%start_order = state%start_order
             if (.not. state%is_deformed) cycle
             n = n + 1
@@ -330,26 +331,26 @@ contains
          end associate
       end do
       call search_rows(self%set%rows, limit, signals(:n), self%path, first, time)
-      ended = 0
+      ended_at = 0
       ended_by = end_gap
       if (first > 0) then
-         ended = contact(first)
+         ended_at = contact(first)
          ended_by = kind(first)
-         if (signals(first)%greatest <= 64.0_wp*signals(first)%rounding) then
+         if (signals(first)%max_value <= 64.0_wp*signals(first)%rounding) then
             ! a signal that never exceeds its rounding error cannot be distinguished from zero
-            signals%is_sure = .false.
-            ended = 0
+            signals%is_certified = .false.
+            ended_at = 0
             time = limit
          end if
       end if
       is_decided = .true.
       do k = 1, n
-         is_decided(contact(k)) = is_decided(contact(k)) .and. signals(k)%is_sure
+         is_decided(contact(k)) = is_decided(contact(k)) .and. signals(k)%is_certified
          if (kind(k) == end_undeformed) cycle
-         searches(contact(k)) = search_t(outcome=found_none, time=time, greatest=signals(k)%greatest, &
+         searches(contact(k)) = search_t(outcome=found_none, time=time, max_value=signals(k)%max_value, &
             rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)
       end do
-      if (ended > 0) searches(ended)%outcome = found_zero
+      if (ended_at > 0) searches(ended_at)%outcome = found_zero
    end subroutine search_contacts
 
    !> Does the path of the simultaneous search cover the phase, and can this output row be evaluated from it?
@@ -357,34 +358,34 @@ contains
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
       real(wp), intent(in) :: length
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       logical :: is
 
       associate (path => self%path, contacts => size(self%states))
          is = path%is_complete .and. row%number <= 2*contacts + 1
          if (is) is = path%time(path%count) >= length
          if (is .and. row%number /= contacts + 1) is = is_row(self, mod(row%number - 1, contacts + 1) + 1, &
-            merge(end_force, whole_gap, row%number > contacts))
+            merge(end_force, observed_gap, row%number > contacts))
       end associate
    end function is_on_path
 
    !> An output row requested by observers, as a signal on the path of the simultaneous search.
    pure function signal_of_row(self, row) result(signal)
       type(phase_state_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       type(row_signal_t) :: signal
 
       associate (contacts => size(self%states))
          if (row%number > contacts + 1) then
             signal = row_signal(self, row%number - contacts - 1, end_force)
          else
-            signal = row_signal(self, row%number, merge(whole_tip, whole_gap, row%number > contacts))
+            signal = row_signal(self, row%number, merge(observed_tip, observed_gap, row%number > contacts))
          end if
       end associate
       signal%offset = row%offset + row%factor*signal%offset
       signal%slope = row%factor*signal%slope
       signal%factor = row%factor*signal%factor
-      signal%of_rate = row%factor*signal%of_rate
+      signal%rate_factor = row%factor*signal%rate_factor
    end function signal_of_row
 
 end module phase_rows

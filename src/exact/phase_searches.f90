@@ -1,10 +1,10 @@
 !> Search of single contacts for the end of a phase (docs/theory.md, section 17).
 module phase_searches
-   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use driven_signal, only: find_short_driven, start_of
+   use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
+   use driven_signal, only: find_short_driven, first_nonzero_order
    use kinds, only: i8, wp
    use modal_signal, only: modal_signal_t
-   use phase_state, only: driven_terms, end_force, end_gap, end_undeformed, end_renewed_contact, find_gap, &
+   use phase_state, only: driven_terms, end_force, end_gap, end_undeformed, end_renewed_contact, find_gap_signal, &
       phase_state_t, signal_of
    implicit none (type, external)
    private
@@ -22,7 +22,7 @@ contains
       !> One of the `end_` constants
       integer, intent(out) :: ended_by
 
-      class(viewed_signal_t), pointer :: signal
+      class(transformable_signal_t), pointer :: signal
       type(search_t) :: other
 
       associate (state => self%states(k), constrained => self%set%constrained)
@@ -39,17 +39,17 @@ contains
          end if
          if (ended_by == end_force .and. size(self%set%compliant) == 0 .and. self%loads%count == 0) then
             associate (force => constrained%force(findloc(constrained%closed, k, dim=1)))
-               force%start_order = start_of(force, state%start_order)
+               force%start_order = first_nonzero_order(force, state%start_order)
                call search_force(force, limit, search)
             end associate
             return
          end if
          call signal_of(self, k, ended_by, signal)
-         signal%start_order = start_of(signal, state%start_order)
+         signal%start_order = first_nonzero_order(signal, state%start_order)
          if (ended_by == end_force) then
             call search_force(signal, limit, search)
-            call move_alloc(self%signal, self%pressing)
-            self%pressing_at = k
+            call move_alloc(self%signal, self%force_signal)
+            self%force_signal_at = k
             self%history_of = 0
             return
          end if
@@ -58,7 +58,7 @@ contains
          if (ended_by == end_gap) call assign_history(self, k, search)
          if (.not. state%is_deformed) return
          call signal_of(self, k, end_undeformed, signal)
-         signal%start_order = start_of(signal, 0)
+         signal%start_order = first_nonzero_order(signal, 0)
          call first_zero(signal, min(limit, search%time), other)
          if (other%outcome == found_zero) then
             search = other
@@ -70,20 +70,20 @@ contains
    !> Find the time at which a contact force vanishes. A force that never exceeds its rounding error must become
    !> negative by more than this error; otherwise the last digits would decide between opening and closing.
    subroutine search_force(force, limit, search)
-      class(viewed_signal_t), intent(in) :: force
+      class(transformable_signal_t), intent(in) :: force
       !> Time at which the search ends
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
 
-      class(viewed_signal_t), allocatable :: raised
+      class(transformable_signal_t), allocatable :: raised
       integer(i8) :: before
       real(wp) :: error
 
       call first_zero(force, limit, search)
       error = 64.0_wp*search%rounding
-      if (search%outcome == found_none .or. search%greatest > error) return
+      if (search%outcome == found_none .or. search%max_value > error) return
       before = search%evaluations
-      call force%view(0.0_wp, 1.0_wp, error, 0, raised)
+      call force%transform(0.0_wp, 1.0_wp, error, 0, raised)
       call first_zero(raised, limit, search)
       search%evaluations = search%evaluations + before
    end subroutine search_force
@@ -98,15 +98,15 @@ contains
 
       type(modal_signal_t), pointer :: gap
 
-      call find_gap(self, k, gap)
+      call find_gap_signal(self, k, gap)
       associate (state => self%states(k), forced => self%forced)
          gap%last => self%set%last
          if (allocated(state%spring)) then
-            if (.not. state%relaxes) gap%contact = state%depth
-            gap%rate = min(state%spring%surface_rate, huge(1.0_wp))
+            if (.not. state%moves_with_beam) gap%relaxation = state%depth
+            gap%rate = min(state%spring%recovery_rate, huge(1.0_wp))
          end if
          if (self%loads%count == 0) then
-            gap%start_order = start_of(gap, state%start_order)
+            gap%start_order = first_nonzero_order(gap, state%start_order)
             call gap%find_zero(limit, search, self%history)
             call assign_history(self, k, search)
             return
@@ -122,8 +122,8 @@ contains
          end if
          associate (driven => self%set%forced%gap(k))
             call driven_terms(self, k, end_gap, driven%terms)
-            driven%until = self%longest
-            driven%start_order = start_of(driven, state%start_order)
+            driven%until = self%max_length
+            driven%start_order = first_nonzero_order(driven, state%start_order)
             call first_zero(driven, limit, search, self%history)
          end associate
          call assign_history(self, k, search)

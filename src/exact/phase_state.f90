@@ -1,27 +1,28 @@
 !> The present phase of a beam: closed contacts, modal state, and signals that end it (docs/theory.md, section 17).
 module phase_state
    use applied_loads, only: applied_loads_t
-   use certified_search, only: search_history_t, viewed_signal_t
-   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in, state_of_terms
+   use certified_search, only: search_history_t, transformable_signal_t
+   use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t, state_in, state_of_terms
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
    use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
-   use joint_modes, only: joint_amplitudes
+   use coupled_modes, only: coupled_amplitudes
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use forced_responses, only: forced_at, find_rows_at, make_unit_responses, forced_response_t, start_forced_response
+   use forced_responses, only: forced_rows_at, find_rows_at, make_unit_responses, forced_response_t, &
+      start_forced_response
    use row_signals, only: row_path_t
-   use slow_loads, only: forced_terms
+   use surrogate_loads, only: forced_terms
    use contact_states, only: impedance_of, reactions_t, contact_state_t
-   use yielding_stop, only: impedance_t
+   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, keep_state
-   public :: driven_terms, move_to, move_alone, free_state, force_terms, ready_reaction
-   public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
+   public :: phase_state_t, open_set_store, start_phase, find_load, signal_of, find_gap_signal, cache_state
+   public :: driven_terms, find_state, find_homogeneous_state, to_free_state, force_terms, set_reaction_state
+   public :: end_gap, end_force, end_undeformed, end_renewed_contact, observed_gap, observed_tip
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
    !> an unloaded but deformed contact, and the negative of the force that such a contact would have if closed.
@@ -30,7 +31,7 @@ module phase_state
    integer, parameter :: end_undeformed = 3
    integer, parameter :: end_renewed_contact = 4
    !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
-   integer, parameter :: whole_gap = 5, whole_tip = 6
+   integer, parameter :: observed_gap = 5, observed_tip = 6
 
    !> The beam in its free modes, the states of its contacts, and the present phase of its motion.
    type :: phase_state_t
@@ -52,22 +53,22 @@ module phase_state
       logical :: is_at_rest = .false.
       type(reactions_t) :: reactions
       !> Maximum length of the phase: the load segments end there
-      real(wp) :: longest = huge(1.0_wp)
+      real(wp) :: max_length = huge(1.0_wp)
       !> Modal loads at the present instant, and their rates, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
       !> Amplitudes times weights of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), allocatable :: amplitude(:)
       !> The signal that `signal_of` returned last
-      class(viewed_signal_t), allocatable :: signal
+      class(transformable_signal_t), allocatable :: signal
       !> The last force signal that was searched in the phase, and its contact; 0: none
-      class(viewed_signal_t), allocatable :: pressing
-      integer :: pressing_at = 0
+      class(transformable_signal_t), allocatable :: force_signal
+      integer :: force_signal_at = 0
       !> History of the search of the gap that ends the phase at a rigid contact, and this contact; 0: none
       type(search_history_t) :: history
       integer :: history_of = 0
       !> Index of the first contact at the same place, and 1 if it is on the same side of the beam, else -1, [contacts]
-      integer, allocatable :: alike(:)
-      real(wp), allocatable :: alike_sign(:)
+      integer, allocatable :: colocated(:)
+      real(wp), allocatable :: colocated_sign(:)
       !> Steps of the simultaneous search of all contacts
       type(row_path_t) :: path
    end type phase_state_t
@@ -75,32 +76,32 @@ module phase_state
 contains
 
    !> Prepare the store of contact sets for the contacts of a run. Beam and contact states are already set.
-   subroutine open_store(self, store)
+   subroutine open_set_store(self, store)
       type(phase_state_t), intent(inout) :: self
       type(set_store_t), target, intent(inout) :: store
 
       integer :: j, k
 
-      call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
+      call start_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
       allocate (self%forced%frequency(0))
-      self%alike = [(k, k=1, size(self%states))]
-      self%alike_sign = [(1.0_wp, k=1, size(self%states))]
+      self%colocated = [(k, k=1, size(self%states))]
+      self%colocated_sign = [(1.0_wp, k=1, size(self%states))]
       do k = 1, size(self%states)
          do j = 1, k - 1
             associate (apart => self%beam%value(:, j) - self%beam%value(:, k), mirrored => self%beam%value(:, j) &
                + self%beam%value(:, k))
                if (any(abs(apart) > 0.0_wp) .and. any(abs(mirrored) > 0.0_wp)) cycle
-               if (any(abs(apart) > 0.0_wp)) self%alike_sign(k) = -1.0_wp
+               if (any(abs(apart) > 0.0_wp)) self%colocated_sign(k) = -1.0_wp
             end associate
-            self%alike(k) = j
+            self%colocated(k) = j
             exit
          end do
       end do
-   end subroutine open_store
+   end subroutine open_set_store
 
    !> Start a phase at time tau with the set of contacts that are closed now.
-   subroutine take_over(self, tau, q, v, is_new, error)
+   subroutine start_phase(self, tau, q, v, is_new, error)
       type(phase_state_t), target, intent(inout) :: self
       real(wp), intent(in) :: tau
       !> State in the free modes, [free modes]
@@ -113,7 +114,7 @@ contains
       real(wp), dimension(size(self%states)) :: depth, branch_force
       integer :: k
 
-      self%pressing_at = 0
+      self%force_signal_at = 0
       self%history_of = 0
       self%path%is_complete = .false.
       self%node_depth = sum(self%states%depth, mask=self%states%is_node)
@@ -122,7 +123,7 @@ contains
       self%z => self%set%state(:, 1)
       self%v => self%set%state(:, 2)
       self%set%last%time = -1.0_wp
-      associate (constrained => self%set%constrained, joint => self%set%joint, compliant => self%set%compliant)
+      associate (constrained => self%set%constrained, coupled => self%set%coupled, compliant => self%set%compliant)
          call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
          if (self%loads%count > 0) call start_load_response(self, tau, is_new)
          if (size(compliant) > 0) then
@@ -130,25 +131,25 @@ contains
             branch_force = self%states%branch_force
             if (self%loads%count > 0) then
                associate (at => self%set%forced%at)
-                  depth = depth - forced_at(self%set%forced, self%forced, at%depths + 1, at%branches, 0.0_wp, 0)
-                  branch_force = branch_force - forced_at(self%set%forced, self%forced, at%branches + 1, at%tip, &
+                  depth = depth - forced_rows_at(self%set%forced, self%forced, at%depths + 1, at%branches, 0.0_wp, 0)
+                  branch_force = branch_force - forced_rows_at(self%set%forced, self%forced, at%branches + 1, at%tip, &
                      0.0_wp, 0)
                end associate
             end if
             if (allocated(self%amplitude)) then
-               if (size(self%amplitude) /= joint%count) deallocate (self%amplitude)
+               if (size(self%amplitude) /= coupled%count) deallocate (self%amplitude)
             end if
-            if (.not. allocated(self%amplitude)) allocate (self%amplitude(joint%count))
-            call joint_amplitudes(constrained%oscillators%square, joint, -constrained%static_gap(compliant), &
+            if (.not. allocated(self%amplitude)) allocate (self%amplitude(coupled%count))
+            call coupled_amplitudes(constrained%oscillators%square, coupled, -constrained%static_gap(compliant), &
                depth(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
-            self%amplitude = joint%weight*self%amplitude
+            self%amplitude = coupled%weight*self%amplitude
          else
             do k = 1, size(constrained%closed)
-               call ready_reaction(self%z, self%v, constrained%force(k))
+               call set_reaction_state(self%z, self%v, constrained%force(k))
             end do
          end if
       end associate
-   end subroutine take_over
+   end subroutine start_phase
 
    !> Find the modal loads at an instant, after the jump if they jump there.
    pure subroutine find_load(self, tau)
@@ -187,9 +188,10 @@ contains
             call make_unit_responses(self%beam, set%constrained, set%compliant, spring, self%loads, set%forced)
          end if
          call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
-         if (size(set%compliant) > 0) call forced_terms(set%constrained, set%joint, set%compliant, spring, self%loads, &
+         if (size(set%compliant) > 0) call forced_terms(set%constrained, set%coupled, set%compliant, spring, &
+            self%loads, &
             is_new, set%forced, self%forced)
-         self%longest = self%forced%until - tau
+         self%max_length = self%forced%until - tau
          call find_rows_at(set%forced, self%forced, 1, set%forced%at%gaps, 0.0_wp, rows, rates)
          !$omp simd
          do k = 1, size(rows)
@@ -200,7 +202,7 @@ contains
    end subroutine start_load_response
 
    !> Set the state of a reaction signal: a reaction depends on p + 2 zeta p', which obeys the equation of p.
-   subroutine ready_reaction(z, v, reaction)
+   subroutine set_reaction_state(z, v, reaction)
       !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
@@ -210,14 +212,14 @@ contains
 
       associate (oscillators => reaction%oscillators, two_zeta => reaction%oscillators%two_zeta)
          !$omp simd
-         do i = 1, oscillators%blended
+         do i = 1, oscillators%unseparated
             reaction%z(i) = z(i) + two_zeta*v(i)
             reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
          end do
-         reaction%z(oscillators%blended + 1:) = z(oscillators%blended + 1:)
-         reaction%v(oscillators%blended + 1:) = v(oscillators%blended + 1:)
+         reaction%z(oscillators%unseparated + 1:) = z(oscillators%unseparated + 1:)
+         reaction%v(oscillators%unseparated + 1:) = v(oscillators%unseparated + 1:)
       end associate
-   end subroutine ready_reaction
+   end subroutine set_reaction_state
 
    !> A signal of a contact in the present phase, valid until the next call.
    subroutine signal_of(self, k, kind, signal)
@@ -225,20 +227,20 @@ contains
       integer, intent(in) :: k
       !> One of the `end_` or `whole_` constants
       integer, intent(in) :: kind
-      class(viewed_signal_t), pointer, intent(out) :: signal
+      class(transformable_signal_t), pointer, intent(out) :: signal
 
-      class(viewed_signal_t), allocatable :: made
+      class(transformable_signal_t), allocatable :: made
       type(modal_signal_t), pointer :: gap
       type(driven_terms_t) :: terms
 
       if (size(self%set%compliant) > 0) then
          call exponential_of(self, k, kind, made)
-      else if (kind == end_gap .or. kind == whole_gap) then
-         call find_gap(self, k, gap)
+      else if (kind == end_gap .or. kind == observed_gap) then
+         call find_gap_signal(self, k, gap)
          ! the gap to the stop includes the displacement of the massless node
-         if (self%states(k)%is_node .and. kind == whole_gap) then
-            gap%contact = self%node_depth
-            gap%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
+         if (self%states(k)%is_node .and. kind == observed_gap) then
+            gap%relaxation = self%node_depth
+            gap%rate = min(self%states(k)%spring%recovery_rate, huge(1.0_wp))
          end if
          signal => gap
          if (self%loads%count == 0) return
@@ -248,14 +250,14 @@ contains
       end if
       if (self%loads%count > 0) then
          call driven_terms(self, k, kind, terms)
-         call add_terms(terms, self%longest, made)
+         call add_terms(terms, self%max_length, made)
       end if
       call move_alloc(made, self%signal)
       signal => self%signal
    end subroutine signal_of
 
    !> The homogeneous part of a gap in the present phase as a signal, if no compliant contact is closed.
-   subroutine find_gap(self, k, gap)
+   subroutine find_gap_signal(self, k, gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(modal_signal_t), pointer, intent(out) :: gap
@@ -275,9 +277,9 @@ contains
          gap%v(i) = self%v(i)
       end do
       gap%start_order = 0
-      gap%contact = 0.0_wp
+      gap%relaxation = 0.0_wp
       gap%last => null()
-   end subroutine find_gap
+   end subroutine find_gap_signal
 
    !> Contribution of the load response to a signal.
    subroutine driven_terms(self, k, kind, terms)
@@ -286,29 +288,29 @@ contains
       integer, intent(in) :: kind
       type(driven_terms_t), intent(inout) :: terms
 
-      real(wp) :: factor, of_rate
+      real(wp) :: factor, rate_factor
       integer :: i, row
 
       factor = merge(-1.0_wp, 1.0_wp, kind == end_undeformed)
-      of_rate = 0.0_wp
+      rate_factor = 0.0_wp
       if (kind == end_renewed_contact) then
          factor = self%states(k)%spring%stiffness
-         of_rate = self%states(k)%spring%viscosity
+         rate_factor = self%states(k)%spring%viscosity
       end if
       associate (set => self%set%forced, forced => self%forced)
          row = set%at%gaps + k
          if (kind == end_force) row = set%at%forces + k
-         if (kind == whole_tip) row = set%at%tip + 1
-         terms%constant = factor*forced%constant(row) + of_rate*forced%slope(row)
+         if (kind == observed_tip) row = set%at%tip + 1
+         terms%constant = factor*forced%constant(row) + rate_factor*forced%slope(row)
          terms%slope = factor*forced%slope(row)
          terms%frequency = forced%frequency
-         terms%harmonic = cmplx(factor, of_rate*forced%frequency, wp)*forced%harmonic(row, :)
+         terms%harmonic = cmplx(factor, rate_factor*forced%frequency, wp)*forced%harmonic(row, :)
          terms%modes = size(forced%pair)
          if (terms%modes == 0) return
          terms%mode = forced%mode
          terms%share = [(factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
          terms%share_of_rate = [(factor*set%driven(forced%pair(i))%row_of_rate(row) &
-            + of_rate*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
+            + rate_factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
       end associate
    end subroutine driven_terms
 
@@ -317,7 +319,7 @@ contains
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
-      class(viewed_signal_t), allocatable, intent(out) :: signal
+      class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(modal_signal_t), allocatable :: modal
 
@@ -326,7 +328,7 @@ contains
          select case (kind)
          case (end_force)
             modal = constrained%force(findloc(constrained%closed, k, dim=1))
-         case (whole_tip)
+         case (observed_tip)
             call make_modal_signal(constrained%oscillators, constrained%static_tip, constrained%tip_value, modal)
             modal%z = self%z
             modal%v = self%v
@@ -351,16 +353,16 @@ contains
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
-      class(viewed_signal_t), allocatable, intent(out) :: signal
+      class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(exponential_signal_t), allocatable :: sum
 
       allocate (sum)
-      associate (set => self%set, state => self%states(max(k, 1)), exponent => self%set%joint%exponent)
+      associate (set => self%set, state => self%states(max(k, 1)), exponent => self%set%coupled%exponent)
          allocate (sum%exponent, source=exponent)
          select case (kind)
-         case (end_force, whole_tip)
-            call force_terms(self, merge(0, k, kind == whole_tip), self%amplitude, sum%offset, sum%amplitude)
+         case (end_force, observed_tip)
+            call force_terms(self, merge(0, k, kind == observed_tip), self%amplitude, sum%offset, sum%amplitude)
          case (end_renewed_contact)
             sum%offset = state%spring%stiffness*set%rest_gap(k)
             allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
@@ -371,7 +373,8 @@ contains
          case default
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
-            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_recovery_term(state, sum)
+            if (kind == end_gap .and. state%depth > 0.0_wp &
+               .and. .not. state%moves_with_beam) call add_recovery_term(state, sum)
          end select
       end associate
       call move_alloc(sum, signal)
@@ -385,7 +388,7 @@ contains
       real(wp) :: rate
       integer :: slower
 
-      rate = min(state%spring%surface_rate, huge(1.0_wp))
+      rate = min(state%spring%recovery_rate, huge(1.0_wp))
       slower = count(abs(sum%exponent) < rate)
       sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
@@ -408,10 +411,10 @@ contains
          place = findloc(set%compliant, k, dim=1)
          if (k == 0) then
             offset = set%constrained%static_tip + sum(set%constrained%tip_value*set%rest)
-            allocate (amplitude, source=matmul(set%constrained%tip_value, set%joint%shape)*factor)
+            allocate (amplitude, source=matmul(set%constrained%tip_value, set%coupled%shape)*factor)
          else if (place > 0) then
             offset = set%rest_force(place)
-            allocate (amplitude, source=set%joint%force(place, :)*factor)
+            allocate (amplitude, source=set%coupled%force(place, :)*factor)
          else
             place = findloc(set%constrained%closed, k, dim=1)
             offset = set%rest_reaction(place)
@@ -421,7 +424,7 @@ contains
    end subroutine force_terms
 
    !> Cache the homogeneous part of the state at a time in the phase.
-   subroutine keep_state(self, time, term)
+   subroutine cache_state(self, time, term)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
@@ -429,16 +432,16 @@ contains
 
       associate (set => self%set)
          if (size(set%compliant) == 0) then
-            call move_alone(self, time, set%last%z, set%last%v)
+            call find_homogeneous_state(self, time, set%last%z, set%last%v)
          else
             call state_of_terms(set, term, self%z, self%v, time, set%last%z, set%last%v)
          end if
          set%last%time = time
       end associate
-   end subroutine keep_state
+   end subroutine cache_state
 
    !> State of the constrained modes at a time in the phase.
-   pure subroutine move_to(self, time, z, v, phasor, unforced)
+   pure subroutine find_state(self, time, z, v, phasor, unforced)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
@@ -451,7 +454,7 @@ contains
       real(wp), dimension(size(z)) :: rows, rates
       integer :: i
 
-      call move_alone(self, time, z, v)
+      call find_homogeneous_state(self, time, z, v)
       if (present(unforced)) unforced(:, 1) = z
       if (present(unforced)) unforced(:, 2) = v
       if (self%loads%count == 0) return
@@ -461,10 +464,10 @@ contains
          z(i) = z(i) + rows(i)
          v(i) = v(i) + rates(i)
       end do
-   end subroutine move_to
+   end subroutine find_state
 
    !> Homogeneous part of the state of the constrained modes at a time in the phase.
-   pure subroutine move_alone(self, time, z, v)
+   pure subroutine find_homogeneous_state(self, time, z, v)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
@@ -481,10 +484,10 @@ contains
       else
          call propagate(self%set%constrained%oscillators, time, self%z, self%v, z, v)
       end if
-   end subroutine move_alone
+   end subroutine find_homogeneous_state
 
    !> State q, rate of the free modes, [free modes], from the state z, v of the constrained modes, [modes].
-   pure subroutine free_state(self, z, v, q, rate)
+   pure subroutine to_free_state(self, z, v, q, rate)
       type(phase_state_t), intent(in) :: self
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
@@ -492,6 +495,6 @@ contains
       real(wp), contiguous, intent(out) :: rate(:)
 
       call to_free_modes(self%beam, self%set%constrained, z, v, q, rate)
-   end subroutine free_state
+   end subroutine to_free_state
 
 end module phase_state

@@ -1,31 +1,31 @@
 !> Transitions between phases: impacts, captures, and opening and closing of contacts (docs/theory.md, section 17).
 module phase_transitions
-   use certified_search, only: found_never_left, search_t
+   use certified_search, only: found_never_positive, search_t
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
-   use impact_problem, only: most_rounds
+   use impact_problem, only: max_rounds
    use kinds, only: wp
-   use motion_phases, only: found_break, found_taken_back, motion_t
+   use motion_phases, only: found_segment_end, found_cancelled, motion_t
    use phase_state, only: end_force, end_undeformed, end_renewed_contact, find_load, phase_state_t
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
-   use contact_changes, only: check_dampers, close_contact, let_go, open_contact, start_flight
-   use contact_reactions, only: find_reactions, leaving_orders, settle_touched
-   use contact_values, only: event_of, gap_of, noise_of, reaction_demand, speed_noise, velocity_of
+   use contact_changes, only: check_dampers, close_contact, detach_contact, open_contact, start_flight
+   use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
+   use contact_values, only: event_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, velocity_of
    implicit none (type, external)
    private
-   public :: follow_end, begin_contacts_at_start, resume
+   public :: apply_transition, begin_contacts_at_start, update_contacts
 
 contains
 
    !> Apply the transition at the end of a phase.
-   subroutine follow_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+   subroutine apply_transition(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
       !> The flight that ends began at rest on this contact
-      logical, intent(in) :: from_rest
+      logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
@@ -33,22 +33,22 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      if (search%outcome == found_break) then
-         call resume(self, motion, response)
+      if (search%outcome == found_segment_end) then
+         call update_contacts(self, motion, response)
          return
       end if
-      call apply_contact_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
-      call settle_touched(self, motion, response)
-   end subroutine follow_end
+      call apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
+      call resolve_touched_contacts(self, motion, response)
+   end subroutine apply_transition
 
    !> Apply the transition at a contact that ended a phase.
-   subroutine apply_contact_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+   subroutine apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
       !> The flight that ends began at rest on this contact
-      logical, intent(in) :: from_rest
+      logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
@@ -61,7 +61,7 @@ contains
       associate (state => self%states(k))
          select case (ended_by)
          case (end_force)
-            call let_go(self, k, motion, response)
+            call detach_contact(self, k, motion, response)
          case (end_undeformed)
             state%is_deformed = .false.
             state%depth = 0.0_wp
@@ -73,11 +73,12 @@ contains
                call close_compliant(self, k, search, motion, response)
                return
             end if
-            captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
+            captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
+               .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
             ! a flight from rest within the rounding error of the gap has no resolvable opening acceleration
-            captures(k)%is_pressed = search%outcome == found_never_left .and. from_rest
-            if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
+            captures(k)%has_reaction = search%outcome == found_never_positive .and. starts_at_rest
+            if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, k, captures, motion, response)
                call update_rigid_contacts(self, captures, motion, response)
@@ -90,7 +91,7 @@ contains
    end subroutine apply_contact_end
 
    !> Update the closed contacts after a change of load segment, or at the start of a continued motion.
-   subroutine resume(self, motion, response)
+   subroutine update_contacts(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -99,8 +100,8 @@ contains
 
       call update_rigid_contacts(self, captures, motion, response)
       call check_dampers(self, motion, response)
-      call settle_touched(self, motion, response)
-   end subroutine resume
+      call resolve_touched_contacts(self, motion, response)
+   end subroutine update_contacts
 
    !> Find the contacts that are closed, touched or hit at the start of a run.
    subroutine begin_contacts_at_start(self, hop_tolerance, motion, response)
@@ -118,20 +119,20 @@ contains
          if (.not. self%states(k)%is_active) cycle
          if (self%states(k)%is_deformed) then
             ! a static contact force was found for the initial state
-            captures(k)%is_in = self%states(k)%is_rigid
+            captures(k)%is_captured = self%states(k)%is_rigid
             if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
             cycle
          end if
-         if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
+         if (gap_of(self, k, motion%q) > gap_rounding(self, k, motion)) cycle
          associate (state => self%states(k), velocity => velocity_of(self, k, motion))
-            if (abs(velocity) > speed_noise(self, k, motion)) then
+            if (abs(velocity) > velocity_rounding(self, k, motion)) then
                state%start_order = 1
                if (velocity > 0.0_wp) cycle
                if (state%is_rigid) hit = k
                if (.not. state%is_rigid) call close_contact(self, k, 1, motion, response)
                cycle
             end if
-            captures(k)%is_in = state%is_rigid
+            captures(k)%is_captured = state%is_rigid
             state%is_touched = .not. state%is_rigid
          end associate
       end do
@@ -140,7 +141,7 @@ contains
       else
          call update_rigid_contacts(self, captures, motion, response)
       end if
-      call settle_touched(self, motion, response)
+      call resolve_touched_contacts(self, motion, response)
    end subroutine begin_contacts_at_start
 
    !> Close a compliant contact whose gap has fallen to zero.
@@ -155,12 +156,12 @@ contains
       integer :: order
 
       order = 1
-      if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
+      if (search%outcome == found_never_positive .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
             ! after a flight too low to resolve, a stop point faster than the recovering surface gets its velocity
             surface_speed = 0.0_wp
-            if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
+            if (.not. state%moves_with_beam) surface_speed = state%spring%recovery_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                excess_speed = velocity_of(self, k, motion) - surface_speed
@@ -168,7 +169,7 @@ contains
                ! impulse*surface_speed is omitted because it is a rounding error: either `excess_speed` is one, or both
                ! speeds are as small as the flight
                call charge_event(motion%recorder%ledger, 0.5_wp*impulse*excess_speed)
-               if (.not. reaction_demand(self, k, motion) > state%spring%surface_rate*surface_speed) then
+               if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
                end if
@@ -198,20 +199,20 @@ contains
       do k = 1, size(self%states)
          reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
          if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
-         reached(k) = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+         reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion)
       end do
       next = first
-      do round = 1, most_rounds
-         if (round == most_rounds) captures%is_in = captures%is_in .or. (reached .and. &
+      do round = 1, max_rounds
+         if (round == max_rounds) captures%is_captured = captures%is_captured .or. (reached .and. &
             .not. self%states%is_closed)
          call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
          if (count(reached) == 1) exit
          next = 0
          do k = 1, size(reached)
-            if (.not. reached(k) .or. captures(k)%is_in .or. self%states(k)%is_closed) cycle
+            if (.not. reached(k) .or. captures(k)%is_captured .or. self%states(k)%is_closed) cycle
             velocity = velocity_of(self, k, motion)
             if (velocity < 0.0_wp) then
-               if (velocity < -speed_noise(self, k, motion)) next = k
+               if (velocity < -velocity_rounding(self, k, motion)) next = k
             end if
          end do
          if (next == 0) exit
@@ -235,19 +236,19 @@ contains
 
       n = 0
       do k = 1, size(self%states)
-         if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
+         if (.not. (captures(k)%is_captured .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
          n = n + 1
          candidates(n) = k
       end do
       if (n == 0) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
       call find_reactions(self, candidates(:n), motion)
-      orders(:n) = leaving_orders(self, motion)
+      orders(:n) = opening_orders(self, motion)
       do a = 1, n
          k = candidates(a)
          associate (state => self%states(k), order => orders(a))
-            if (captures(k)%is_pressed) order = 0
-            if (captures(k)%is_in) then
+            if (captures(k)%has_reaction) order = 0
+            if (captures(k)%is_captured) then
                state%is_closed = order == 0
                state%is_deformed = .false.
                state%start_order = 0

@@ -2,13 +2,13 @@
 !> (docs/theory.md, section 21).
 module section_states
    use kinds, only: wp
-   use phase_losses, only: keep_indentation, leave_behind
-   use phase_state, only: free_state, move_to, phase_state_t
+   use phase_losses, only: update_indentation, recover_contact
+   use phase_state, only: to_free_state, find_state, phase_state_t
    use section_types, only: run_sections_t, section_state_t
    use contact_states, only: contact_state_t
    implicit none (type, external)
    private
-   public :: state_at, keep_modes, put_state
+   public :: state_at, record_modes, restore_state
 
 contains
 
@@ -30,18 +30,19 @@ contains
       allocate (state%q(size(self%beam%tip_value)), state%v(size(self%beam%tip_value)))
       allocate (state%is_closed(n), state%is_deformed(n), state%is_low(n))
       allocate (state%depth(n), state%branch_force(n), state%hop_tolerance(n))
-      call move_to(self, time, z, v)
-      call free_state(self, z, v, state%q, state%v)
+      call find_state(self, time, z, v)
+      call to_free_state(self, z, v, state%q, state%v)
       allocate (term(0))
-      if (size(self%set%compliant) > 0) term = self%amplitude*exp(self%set%joint%exponent*time)
+      if (size(self%set%compliant) > 0) term = self%amplitude*exp(self%set%coupled%exponent*time)
       do k = 1, n
          contact = self%states(k)
          if (.not. contact%is_rigid) then
             place = findloc(self%set%compliant, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, time, term, contact)
+               call update_indentation(self, place, time, term, contact)
             else
-               call leave_behind(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
+               call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), &
+                  time, &
                   contact)
             end if
          end if
@@ -55,7 +56,7 @@ contains
    end subroutine state_at
 
    !> Set the contact states from a stored state. The state of the modes is set elsewhere.
-   pure subroutine put_state(state, self)
+   pure subroutine restore_state(state, self)
       type(section_state_t), intent(in) :: state
       type(phase_state_t), intent(inout) :: self
 
@@ -72,10 +73,10 @@ contains
             contact%is_new_flight = .false.
          end associate
       end do
-   end subroutine put_state
+   end subroutine restore_state
 
    !> Record the free modes at the sections in a phase.
-   subroutine keep_modes(self, tau, length, first, sections)
+   subroutine record_modes(self, tau, length, first, sections)
       type(phase_state_t), intent(in) :: self
       !> Start of the phase, and its length
       real(wp), intent(in) :: tau
@@ -90,11 +91,11 @@ contains
 
       if (.not. allocated(sections%modes)) return
       do n = first, sections%count
-         call move_to(self, min(max(sections%tau(n) - tau, 0.0_wp), length), z, rate)
-         call free_state(self, z, rate, q, v)
+         call find_state(self, min(max(sections%tau(n) - tau, 0.0_wp), length), z, rate)
+         call to_free_state(self, z, rate, q, v)
          sections%modes(1, :, n) = q
          sections%modes(2, :, n) = v
       end do
-   end subroutine keep_modes
+   end subroutine record_modes
 
 end module section_states

@@ -2,16 +2,16 @@
 !> event, mapped by the event, and shifted back to a common instant (docs/theory.md, section 22).
 module tangent_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use certified_search, only: found_never_left, search_t
+   use certified_search, only: found_never_positive, search_t
    use complementarity, only: solve_active
    use kinds, only: wp
    use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t
    use section_types, only: run_sections_t
-   use tangent_columns, only: by_nothing, shift_columns, size_of_column, state_rates_t, tangent_t
-   use tangent_flow, only: find_rates, flow_columns, keeps_memory, load_changes
+   use tangent_columns, only: by_nothing, shift_columns, column_norm, state_rates_t, tangent_t
+   use tangent_flow, only: find_rates, propagate_columns, has_branch_force, find_load_changes
    implicit none (type, external)
    private
-   public :: begin_columns, end_columns, take_back_columns, take_sizes
+   public :: begin_columns, end_columns, revert_columns, record_sizes
 
    !> A single column larger than this, or smaller than the inverse, is scaled to size 1.
    real(wp), parameter :: max_size = 1.0e50_wp
@@ -26,10 +26,10 @@ contains
 
       real(wp) :: length
 
-      call find_rates(now, 0.0_wp, tangent%begun)
-      call shift_columns(tangent%begun, -1.0_wp, tangent)
+      call find_rates(now, 0.0_wp, tangent%rates_at_start)
+      call shift_columns(tangent%rates_at_start, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
-      length = size_of_column(tangent, 1, now%beam%oscillators)
+      length = column_norm(tangent, 1, now%beam%oscillators)
       if (length < max_size .and. length*max_size > 1.0_wp .or. length <= 0.0_wp) return
       tangent%log_scale = tangent%log_scale + log(length)
       tangent%q = tangent%q/length
@@ -39,18 +39,18 @@ contains
    end subroutine begin_columns
 
    !> A phase is cancelled: shift each column back to its own instant of the event before.
-   pure subroutine take_back_columns(tangent)
+   pure subroutine revert_columns(tangent)
       !> Unallocated: there are no variations
       type(tangent_t), allocatable, intent(inout) :: tangent
 
-      if (allocated(tangent)) call shift_columns(tangent%begun, 1.0_wp, tangent)
-   end subroutine take_back_columns
+      if (allocated(tangent)) call shift_columns(tangent%rates_at_start, 1.0_wp, tangent)
+   end subroutine revert_columns
 
    !> End of a phase: propagate each column, and shift it to its own instant of the event.
-   subroutine end_columns(now, ended, ended_by, search, tangent)
+   subroutine end_columns(now, ended_at, ended_by, search, tangent)
       type(phase_state_t), intent(in) :: now
       !> The contact that ends the phase, 0: none, and how: one of the `end_` constants
-      integer, intent(in) :: ended
+      integer, intent(in) :: ended_at
       integer, intent(in) :: ended_by
       type(search_t), intent(in) :: search
       type(tangent_t), intent(inout) :: tangent
@@ -60,23 +60,23 @@ contains
       real(wp) :: slope
       integer :: i
 
-      if (search%outcome == found_never_left) then
-         call shift_columns(tangent%begun, 1.0_wp, tangent)
+      if (search%outcome == found_never_positive) then
+         call shift_columns(tangent%rates_at_start, 1.0_wp, tangent)
          return
       end if
-      call flow_columns(now, search%time, tangent)
+      call propagate_columns(now, search%time, tangent)
       tangent%delay = 0.0_wp
       call find_rates(now, search%time, rates)
-      if (ended == 0) tangent%begun = rates
-      if (ended == 0) return
-      call load_changes(now, search%time, tangent, by_parameter, load_rate)
+      if (ended_at == 0) tangent%rates_at_start = rates
+      if (ended_at == 0) return
+      call find_load_changes(now, search%time, tangent, by_parameter, load_rate)
       nothing = 0.0_wp
-      slope = signal_change(now, ended, ended_by, rates%q, rates%v, rates%memory, load_rate)
-      if (ended_by == end_gap .and. now%states(ended)%is_rigid) tangent%least_speed = &
-         min(tangent%least_speed, abs(slope))
+      slope = signal_change(now, ended_at, ended_by, rates%q, rates%v, rates%memory, load_rate)
+      if (ended_by == end_gap .and. now%states(ended_at)%is_rigid) tangent%min_speed = &
+         min(tangent%min_speed, abs(slope))
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
       do i = 1, size(tangent%delay)
-         tangent%delay(i) = -signal_change(now, ended, ended_by, tangent%q(:, i), tangent%v(:, i), &
+         tangent%delay(i) = -signal_change(now, ended_at, ended_by, tangent%q(:, i), tangent%v(:, i), &
             tangent%memory(:, i), merge(by_parameter, nothing, i == size(tangent%delay) .and. &
             tangent%parameter /= by_nothing))/slope
       end do
@@ -84,7 +84,7 @@ contains
    end subroutine end_columns
 
    !> Record the size of the first column at the sections in the phase that have not been taken yet.
-   subroutine take_sizes(now, tau, length, tangent, sections)
+   subroutine record_sizes(now, tau, length, tangent, sections)
       type(phase_state_t), intent(in) :: now
       !> Start of the phase, and its length
       real(wp), intent(in) :: tau
@@ -102,12 +102,12 @@ contains
          ! a section within rounding error after the end belongs to the phase
          if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
          at_section = tangent
-         call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), at_section)
-         size_at_section = size_of_column(at_section, 1, now%beam%oscillators)
+         call propagate_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), at_section)
+         size_at_section = column_norm(at_section, 1, now%beam%oscillators)
          sections%log_size(n) = ieee_value(1.0_wp, ieee_quiet_nan)
          if (size_at_section > 0.0_wp) sections%log_size(n) = at_section%log_scale + log(size_at_section)
       end do
-   end subroutine take_sizes
+   end subroutine record_sizes
 
    !> Change of the signal that ends a phase by a change of state and loads.
    function signal_change(now, k, ended_by, q, v, memory, load) result(change)
@@ -128,7 +128,7 @@ contains
          select case (ended_by)
          case (end_gap)
             change = gap
-            if (keeps_memory(state)) change = gap - memory(k)/state%spring%stiffness
+            if (has_branch_force(state)) change = gap - memory(k)/state%spring%stiffness
          case (end_undeformed)
             change = -gap
          case (end_renewed_contact)

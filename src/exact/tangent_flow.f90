@@ -5,17 +5,17 @@ module tangent_flow
    use driven_modes, only: driven_mode_t, make_driven_mode
    use exponential_differences, only: exponential_difference
    use constrained_sets, only: constrained_set_t
-   use joint_modes, only: joint_amplitudes
+   use coupled_modes, only: coupled_amplitudes
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use load_settings, only: course_harmonic, time_course_t
-   use forced_responses, only: forced_at
-   use phase_state, only: move_to, phase_state_t
+   use forced_responses, only: forced_rows_at
+   use phase_state, only: find_state, phase_state_t
    use contact_states, only: contact_state_t
    use tangent_columns, only: by_amplitude, by_nothing, state_rates_t, tangent_t
    implicit none (type, external)
    private
-   public :: flow_columns, find_rates, keeps_memory, load_changes
+   public :: propagate_columns, find_rates, has_branch_force, find_load_changes
 
    !> Derivative of a load by the parameter: constant + slope t + Re((harmonic + secular t) exp(i frequency t)).
    type :: load_change_t
@@ -26,13 +26,13 @@ module tangent_flow
 contains
 
    !> Is the branch force P2 of a contact a state variable?
-   elemental function keeps_memory(state) result(keeps)
+   elemental function has_branch_force(state) result(keeps)
       type(contact_state_t), intent(in) :: state
       logical :: keeps
 
       keeps = .false.
       if (allocated(state%spring)) keeps = state%spring%branch_stiffness > 0.0_wp
-   end function keeps_memory
+   end function has_branch_force
 
    !> Rates of change of the state at a time in the phase.
    subroutine find_rates(now, time, rates)
@@ -46,7 +46,7 @@ contains
       real(wp) :: branch
       integer :: g, k, place
 
-      call move_to(now, time, z, v)
+      call find_state(now, time, z, v)
       associate (set => now%set, constrained => now%set%constrained)
          a = acceleration(constrained%oscillators, z, v)
          do g = 1, now%loads%count
@@ -54,8 +54,8 @@ contains
          end do
          allocate (term(size(set%compliant)), force(size(set%compliant)))
          if (size(set%compliant) > 0) then
-            term = now%amplitude*exp(set%joint%exponent*time)
-            force = set%rest_force + real(matmul(set%joint%force, term), wp)
+            term = now%amplitude*exp(set%coupled%exponent*time)
+            force = set%rest_force + real(matmul(set%coupled%force, term), wp)
             if (now%loads%count > 0) force = force + row_at(set%forced%at%forces + set%compliant)
             a = a + matmul(constrained%value(:, set%compliant), force)
          end if
@@ -68,16 +68,16 @@ contains
          end if
          rates%memory = [(0.0_wp, k=1, size(now%states))]
          do k = 1, size(now%states)
-            if (.not. keeps_memory(now%states(k))) cycle
+            if (.not. has_branch_force(now%states(k))) cycle
             associate (spring => now%states(k)%spring)
                place = findloc(set%compliant, k, dim=1)
                if (place > 0) then
-                  branch = sum(real(set%joint%branch(place, :)*term, wp))
+                  branch = sum(real(set%coupled%branch(place, :)*term, wp))
                   if (now%loads%count > 0) branch = branch + sum(row_at([set%forced%at%branches + k]))
                   rates%memory(k) = -spring%branch_stiffness*sum(constrained%value(:, k)*v) &
                      - spring%relaxation_rate*branch
                else
-                  rates%memory(k) = -spring%surface_rate*now%states(k)%branch_force*exp(-spring%surface_rate*time)
+                  rates%memory(k) = -spring%recovery_rate*now%states(k)%branch_force*exp(-spring%recovery_rate*time)
                end if
             end associate
          end do
@@ -93,7 +93,7 @@ contains
          integer :: i
 
          do i = 1, size(rows)
-            values(i:i) = forced_at(now%set%forced, now%forced, rows(i), rows(i), time, 0)
+            values(i:i) = forced_rows_at(now%set%forced, now%forced, rows(i), rows(i), time, 0)
          end do
       end function row_at
    end subroutine find_rates
@@ -109,7 +109,7 @@ contains
    end function value_of
 
    !> Propagate the columns to a time in the phase.
-   subroutine flow_columns(now, time, tangent)
+   subroutine propagate_columns(now, time, tangent)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(tangent_t), intent(inout) :: tangent
@@ -131,13 +131,13 @@ contains
       end do
       do k = 1, size(now%states)
          if (any(now%set%compliant == k)) cycle
-         if (keeps_memory(now%states(k))) then
-            tangent%memory(k, :) = tangent%memory(k, :)*exp(-now%states(k)%spring%surface_rate*time)
+         if (has_branch_force(now%states(k))) then
+            tangent%memory(k, :) = tangent%memory(k, :)*exp(-now%states(k)%spring%recovery_rate*time)
          else
             tangent%memory(k, :) = 0.0_wp
          end if
       end do
-   end subroutine flow_columns
+   end subroutine propagate_columns
 
    !> Propagate a column if no compliant contact is closed: all constrained modes are uncoupled.
    subroutine flow_uncoupled(now, time, change, is_driven, q, v)
@@ -205,16 +205,17 @@ contains
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       complex(wp) :: impulse_response, response, sigma, repeated
 
-      associate (own => mode%own, segment => change%segment)
-         impulse_response = exponential_difference(own, time)
-         response = exponential_difference([zero, own], time)
-         z = z + share*real(segment%constant*response + segment%slope*exponential_difference([zero, zero, own], time), &
+      associate (exponent => mode%exponent, segment => change%segment)
+         impulse_response = exponential_difference(exponent, time)
+         response = exponential_difference([zero, exponent], time)
+         z = z + share*real(segment%constant*response + segment%slope*exponential_difference([zero, zero, exponent], &
+            time), &
             wp)
          v = v + share*real(segment%constant*impulse_response + segment%slope*response, wp)
          if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
          sigma = cmplx(0.0_wp, segment%frequency, wp)
-         response = exponential_difference([sigma, own], time)
-         repeated = exponential_difference([sigma, sigma, own], time)
+         response = exponential_difference([sigma, exponent], time)
+         repeated = exponential_difference([sigma, sigma, exponent], time)
          z = z + share*real(segment%harmonic*response + change%secular*repeated, wp)
          v = v + share*real(segment%harmonic*(sigma*response + impulse_response) + change%secular*(response &
             + sigma*repeated), wp)
@@ -234,11 +235,11 @@ contains
       real(wp), intent(inout) :: memory(:)
 
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
-      complex(wp), dimension(now%set%joint%count) :: term, impulse_term
+      complex(wp), dimension(now%set%coupled%count) :: term, impulse_term
       real(wp), dimension(size(now%set%compliant)) :: zeros, depth
       integer :: g, i, m
 
-      associate (constrained => now%set%constrained, joint => now%set%joint, compliant => now%set%compliant)
+      associate (constrained => now%set%constrained, coupled => now%set%coupled, compliant => now%set%compliant)
          if (allocated(constrained%mode)) then
             z0 = matmul(q, constrained%mode)
             v0 = matmul(v, constrained%mode)
@@ -248,21 +249,22 @@ contains
          end if
          zeros = 0.0_wp
          depth = -matmul(z0, constrained%value(:, compliant))
-         call joint_amplitudes(constrained%oscillators%square, joint, zeros, depth, memory(compliant), z0, v0, term)
-         term = joint%weight*term*exp(joint%exponent*time)
+         call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, depth, memory(compliant), z0, v0, term)
+         term = coupled%weight*term*exp(coupled%exponent*time)
          if (is_driven) then
             do g = 1, size(change)
-               call joint_amplitudes(constrained%oscillators%square, joint, zeros, zeros, zeros, 0.0_wp*z0, &
+               call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, zeros, zeros, 0.0_wp*z0, &
                   now%set%forced%load(:, g), impulse_term)
-               do m = 1, joint%count
-                  term(m) = term(m) + joint%weight(m)*impulse_term(m)*term_response(joint%exponent(m), change(g), time)
+               do m = 1, coupled%count
+                  term(m) = term(m) + coupled%weight(m)*impulse_term(m)*term_response(coupled%exponent(m), change(g), &
+                     time)
                end do
             end do
          end if
-         z1 = real(matmul(joint%shape, term), wp)
-         v1 = real(matmul(joint%shape, joint%exponent*term), wp)
-         memory(compliant) = real(matmul(joint%branch, term), wp)
-         if (size(joint%inactive) > 0) call flow_inactive(z1, v1)
+         z1 = real(matmul(coupled%shape, term), wp)
+         v1 = real(matmul(coupled%shape, coupled%exponent*term), wp)
+         memory(compliant) = real(matmul(coupled%branch, term), wp)
+         if (size(coupled%inactive) > 0) call flow_inactive(z1, v1)
          call to_free_modes(constrained, z1, v1, q, v)
       end associate
 
@@ -276,7 +278,7 @@ contains
          real(wp), dimension(size(z)) :: uncoupled, uncoupled_rate
          integer :: j
 
-         associate (oscillators => now%set%constrained%oscillators, inactive => now%set%joint%inactive)
+         associate (oscillators => now%set%constrained%oscillators, inactive => now%set%coupled%inactive)
             call propagate(oscillators, time, z0, v0, uncoupled, uncoupled_rate)
             do j = 1, size(inactive)
                i = inactive(j)
@@ -344,7 +346,7 @@ contains
    end subroutine change_load
 
    !> Derivatives of all loads by the parameter, and rates of all loads, at a time in the phase.
-   pure subroutine load_changes(now, time, tangent, by_parameter, rate)
+   pure subroutine find_load_changes(now, time, tangent, by_parameter, rate)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(tangent_t), intent(in) :: tangent
@@ -363,6 +365,6 @@ contains
             rate(g) = segment%slope + real(cmplx(0.0_wp, segment%frequency, wp)*segment%harmonic*phasor, wp)
          end associate
       end do
-   end subroutine load_changes
+   end subroutine find_load_changes
 
 end module tangent_flow

@@ -13,7 +13,7 @@
 !> Elements and quadrature are those of the assembled K and M; only the coordinates differ. Units: E Ibar = rho Abar = L
 !> = 1.
 module natural_coordinates
-   use beam_element, only: gauss_rule, hermite_curvature, hermite_shape, section_pieces
+   use beam_element, only: gauss_rule, hermite_curvature, hermite_shape, section_breaks
    use beam_model, only: beam_model_t
    use beam_section, only: area, area_degree, inertia, inertia_degree
    use kinds, only: wp
@@ -119,7 +119,7 @@ contains
          breakpoint = [0.0_wp, 1.0_wp]
          natural%last_row(0) = 0
          do element = 1, mesh%elements
-            if (is_piecewise) breakpoint = section_pieces(section, mesh%length(element), mesh%tip_distance(element))
+            if (is_piecewise) breakpoint = section_breaks(section, mesh%length(element), mesh%tip_distance(element))
             natural%last_row(element) = natural%last_row(element - 1) + (size(breakpoint) - 1)*size(mass_point)
          end do
          allocate (natural%point(natural%last_row(mesh%elements)), natural%sqrt_mass(natural%last_row(mesh%elements)))
@@ -128,7 +128,7 @@ contains
          do element = 1, mesh%elements
             right = mesh%tip_distance(element)
             associate (length => mesh%length(element))
-               if (is_piecewise) breakpoint = section_pieces(section, length, right)
+               if (is_piecewise) breakpoint = section_breaks(section, length, right)
                block = 0.0_wp
                do segment = 1, size(breakpoint) - 1
                   width = breakpoint(segment + 1) - breakpoint(segment)

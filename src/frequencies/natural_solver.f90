@@ -13,7 +13,7 @@ module natural_solver
    use mode_shapes, only: fix_mode_signs
    use natural_coordinates, only: coordinates_of_shape, flexibility_matrix, make_natural_beam, natural_beam_t, &
       nodal_flexibility, row_shape
-   use pinned_coordinates, only: pinned_flexibility, rigid_rotation, take_rotation_out
+   use pinned_coordinates, only: pinned_flexibility, rigid_rotation, remove_rotation
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
@@ -54,7 +54,7 @@ contains
          if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
       end if
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
-      if (has_rigid_mode(model)) call take_rotation_out(natural, flexibility, nodal)
+      if (has_rigid_mode(model)) call remove_rotation(natural, flexibility, nodal)
       if (model%has_massless_node) then
          allocate (unit(natural%dofs), source=0.0_wp)
          unit(2*model%mesh%struck_node - 1) = 1.0_wp

@@ -11,7 +11,7 @@ module piecewise_frequencies
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: pieces_of, piecewise_lambda
+   public :: segments_of, piecewise_lambda
 
    !> A uniform segment, E Ibar = rho Abar = L = 1.
    type :: uniform_segment_t
@@ -36,7 +36,7 @@ module piecewise_frequencies
 contains
 
    !> The continuous beam of a model whose section is uniform between stations.
-   pure function pieces_of(model) result(beam)
+   pure function segments_of(model) result(beam)
       type(beam_model_t), intent(in) :: model
       type(piecewise_t) :: beam
 
@@ -81,7 +81,7 @@ contains
       allocate (beam%segments(count), beam%joints(0:count))
       beam%segments(:) = segments(:count)
       beam%joints(:) = joints(:count)
-   end function pieces_of
+   end function segments_of
 
    !> Constrain a joint, or add a spring at a joint.
    pure subroutine constrain(joint, motion, stiffness)

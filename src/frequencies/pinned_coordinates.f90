@@ -13,7 +13,7 @@ module pinned_coordinates
    use natural_coordinates, only: natural_beam_t
    implicit none (type, external)
    private
-   public :: pinned_flexibility, take_rotation_out, rigid_rotation
+   public :: pinned_flexibility, remove_rotation, rigid_rotation
 
    !> Forms of the deflection of a bend: the part of the beam that is at rest.
    integer, parameter :: root_at_rest = 1
@@ -65,7 +65,7 @@ contains
    end subroutine pinned_flexibility
 
    !> Project each column to be orthogonal to the rigid-body rotation. A second pass removes rounding errors.
-   pure subroutine take_rotation_out(natural, flexibility, nodal)
+   pure subroutine remove_rotation(natural, flexibility, nodal)
       type(natural_beam_t), intent(in) :: natural
       !> Rows of B for each coordinate, [rows, order]
       real(wp), intent(inout) :: flexibility(:, :)
@@ -83,7 +83,7 @@ contains
             nodal(:, j) = nodal(:, j) - amount*motion
          end do
       end do
-   end subroutine take_rotation_out
+   end subroutine remove_rotation
 
    !> The rigid-body rotation about the root, of unit modal mass.
    pure subroutine rigid_rotation(natural, direction, motion)

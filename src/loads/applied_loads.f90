@@ -9,11 +9,11 @@ module applied_loads
    use kinds, only: lambda1_power4, wp
    use load_courses, only: acceleration_of
    use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
-   use point_forces, only: slow
+   use point_forces, only: slow_frequency
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
-   public :: applied_loads_t, gather_loads, has_loads, bear_whole, count_forces, courses_of
+   public :: applied_loads_t, gather_loads, has_loads, drop_balanced, count_forces, courses_of
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
    !> table, exceeds `max_units` units, because gaps computed relative to such a response lose too many digits. The
@@ -114,7 +114,7 @@ contains
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration
-      loads%slow = max(slow, 1.0_wp/settings%response%duration, &
+      loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, &
          min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
@@ -169,7 +169,7 @@ contains
    !> A load that the closed rigid contacts balance entirely accelerates no mode, so its modal load is set to zero; a
    !> contact whose share of the load is a rounding error bears none of it. Otherwise the last bits of a zero force
    !> would decide when contacts open and close.
-   pure subroutine bear_whole(value, mode, share, load)
+   pure subroutine drop_balanced(value, mode, share, load)
       !> Values of the free modes at the closed contacts, [free, closed]
       real(wp), intent(in) :: value(:, :)
       !> The load in the free modes, [free]
@@ -194,6 +194,6 @@ contains
          if (norm2(value(:, k)*share(k)) <= rounding*norm2(mode)) share(k) = 0.0_wp
       end do
       load = 0.0_wp
-   end subroutine bear_whole
+   end subroutine drop_balanced
 
 end module applied_loads

@@ -22,7 +22,7 @@ module driven_modes
       !> 2 a, W^2 and the exponents of the free motion of the mode
       real(wp) :: damping = 0.0_wp
       real(wp) :: square = 0.0_wp
-      complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
+      complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
    end type driven_mode_t
 
    !> Maximum number of points of a divided difference of exp(s t) that gives the motion
@@ -39,10 +39,10 @@ contains
       associate (decay => oscillators%decay(place), spread => oscillators%spread(place))
          mode%square = oscillators%square(place)
          mode%damping = oscillators%two_zeta*mode%square + oscillators%mass_rate(place)
-         if (place <= oscillators%oscillating) then
-            mode%own = [cmplx(-decay, spread, wp), cmplx(-decay, -spread, wp)]
+         if (place <= oscillators%underdamped) then
+            mode%exponent = [cmplx(-decay, spread, wp), cmplx(-decay, -spread, wp)]
          else
-            mode%own = [cmplx(-decay, 0.0_wp, wp), cmplx(-(decay + 2.0_wp*spread), 0.0_wp, wp)]
+            mode%exponent = [cmplx(-decay, 0.0_wp, wp), cmplx(-(decay + 2.0_wp*spread), 0.0_wp, wp)]
          end if
       end associate
    end function make_driven_mode
@@ -81,7 +81,7 @@ contains
       points = (0.0_wp, 0.0_wp)
       points(1) = cmplx(0.0_wp, mode%frequency, wp)
       last = merge(4, 3, mode%is_ramp)
-      points(last - 1:last) = mode%own
+      points(last - 1:last) = mode%exponent
    end subroutine find_points
 
    !> Integral of the motion from the start.
@@ -149,17 +149,17 @@ contains
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       complex(wp) :: change, theta
 
-      change = start(2)*exponential_difference(mode%own, time) &
-         - mode%square*start(1)*exponential_difference([zero, mode%own], time)
+      change = start(2)*exponential_difference(mode%exponent, time) &
+         - mode%square*start(1)*exponential_difference([zero, mode%exponent], time)
       work = segment%constant*real(change, wp)
       if (abs(segment%slope) > 0.0_wp) then
          work = work + segment%slope*(time*(start(1) + real(change, wp)) - integral_of_free_motion(mode, start, time))
       end if
       if (abs(segment%harmonic) <= 0.0_wp) return
       theta = cmplx(0.0_wp, segment%frequency, wp)
-      associate (own => mode%own + theta)
-         work = work + real(segment%harmonic*(start(2)*exponential_difference([zero, own(2)], time) &
-            + (start(2)*mode%own(1) - mode%square*start(1))*exponential_difference([zero, own], time)), wp)
+      associate (exponent => mode%exponent + theta)
+         work = work + real(segment%harmonic*(start(2)*exponential_difference([zero, exponent(2)], time) &
+            + (start(2)*mode%exponent(1) - mode%square*start(1))*exponential_difference([zero, exponent], time)), wp)
       end associate
    end function work_on_free_motion
 
@@ -173,8 +173,8 @@ contains
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
 
-      value = start(1)*time + real(start(2)*exponential_difference([zero, mode%own], time) &
-         - mode%square*start(1)*exponential_difference([zero, zero, mode%own], time), wp)
+      value = start(1)*time + real(start(2)*exponential_difference([zero, mode%exponent], time) &
+         - mode%square*start(1)*exponential_difference([zero, zero, mode%exponent], time), wp)
    end function integral_of_free_motion
 
    !> Bounds on the motion and its derivatives between two instants. After a unit impulse neither the velocity of the
@@ -199,13 +199,13 @@ contains
 
       time = min(until, max_time)
       max_response = min(time, 1.0_wp/sqrt(mode%square), &
-         2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
+         2.0_wp/max(abs(mode%exponent(1) - mode%exponent(2)), tiny(1.0_wp)))
       bounds(0) = time*min(max_response, 0.5_wp*time)
       bounds(1) = time
-      if (abs(aimag(mode%own(1))) > 0.0_wp) then
+      if (abs(aimag(mode%exponent(1))) > 0.0_wp) then
          ! the effect of earlier impulses has decayed
          length = min(time, 2.0_wp/max(mode%damping, tiny(1.0_wp)))
-         decayed_bound = length/abs(aimag(mode%own(1)))
+         decayed_bound = length/abs(aimag(mode%exponent(1)))
          bounds(0) = min(bounds(0), decayed_bound)
          bounds(1) = min(bounds(1), sqrt(mode%square)*decayed_bound)
       end if
@@ -250,13 +250,13 @@ contains
       integer :: k
 
       bounds = huge(1.0_wp)
-      points = [cmplx(0.0_wp, mode%frequency, wp), mode%own]
+      points = [cmplx(0.0_wp, mode%frequency, wp), mode%exponent]
       distance = sqrt(square_of(points - cshift(points, 1)))
       ! product of the distances from the other two points
       distance = distance*cshift(distance, -1)
       if (any(distance < min_distance)) return
       amplitude = 1.0_wp/distance
-      if (present(from)) amplitude(2:) = amplitude(2:)*exp(real(mode%own, wp)*from)
+      if (present(from)) amplitude(2:) = amplitude(2:)*exp(real(mode%exponent, wp)*from)
       magnitude = sqrt(square_of(points))
       do k = merge(1, 0, mode%is_ramp), highest
          bounds(k) = sum(amplitude)

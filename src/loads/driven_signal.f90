@@ -1,14 +1,14 @@
 !> A signal that is the sum of a free motion and of the load response (docs/theory.md, section 18).
 module driven_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, bounds_t, search_t, term_columns, &
-      term_curvature, term_rate, term_value, viewed_signal_t
+      term_curvature, term_rate, term_value, transformable_signal_t
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
    use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
-   use modal_signal, only: add_more, modal_signal_t
+   use modal_signal, only: add_to_bounds, modal_signal_t
    implicit none (type, external)
    private
-   public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of, turn_of
+   public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, first_nonzero_order, phasor_of
 
    !> Load response: constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
@@ -23,8 +23,8 @@ module driven_signal
       real(wp), allocatable :: share(:), share_of_rate(:)
    end type driven_terms_t
 
-   type, extends(viewed_signal_t) :: driven_signal_t
-      class(viewed_signal_t), allocatable :: free
+   type, extends(transformable_signal_t) :: driven_signal_t
+      class(transformable_signal_t), allocatable :: free
       !> Load response added to the free motion: `factor` times the derivative of order `order` of the terms at the time
       !> from + t
       type(driven_terms_t) :: terms
@@ -37,8 +37,8 @@ module driven_signal
       procedure :: find_bounds
       procedure :: find_bounds_without_step
       procedure :: evaluate
-      procedure :: view
-      procedure :: stands_off
+      procedure :: transform
+      procedure :: starts_positive
    end type driven_signal_t
 
    !> Columns for a derivative and its two successors, and columns for their bounds
@@ -59,78 +59,78 @@ contains
       real(wp) :: added, added_slope
 
       call self%free%evaluate(t, value, slope)
-      call terms_at(self, t, turn_of(self%terms%frequency, self%from + t), added, added_slope)
+      call terms_at(self, t, phasor_of(self%terms%frequency, self%from + t), added, added_slope)
       value = value + added
       slope = slope + added_slope
    end subroutine evaluate
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine find_bounds(self, t, order, here)
+   subroutine find_bounds(self, t, order, bounds)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
-      call evaluate_bounds(self, t, order, .true., here)
+      call evaluate_bounds(self, t, order, .true., bounds)
    end subroutine find_bounds
 
    !> Values and bounds for a caller that takes no step from this instant.
-   subroutine find_bounds_without_step(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, bounds)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
-      call evaluate_bounds(self, t, order, .false., here)
+      call evaluate_bounds(self, t, order, .false., bounds)
    end subroutine find_bounds_without_step
 
    !> Values and bounds at an instant, with or without a bound on the step.
-   subroutine evaluate_bounds(self, t, order, takes_step, here)
+   subroutine evaluate_bounds(self, t, order, needs_step, bounds)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
-      logical, intent(in) :: takes_step
-      type(bounds_t), intent(out) :: here
+      logical, intent(in) :: needs_step
+      type(bounds_t), intent(out) :: bounds
 
       complex(wp) :: phasor(size(self%terms%frequency))
-      real(wp) :: floor, response, magnitude, oscillating(term_columns), linear(0:1), rounding, slope
+      real(wp) :: floor, response, magnitude, underdamped(term_columns), linear(0:1), rounding, slope
 
-      phasor = turn_of(self%terms%frequency, self%from + t)
+      phasor = phasor_of(self%terms%frequency, self%from + t)
       linear = linear_part_of(self, t, order)
-      call sum_oscillating_terms(self, t, phasor, order, oscillating, magnitude)
-      oscillating(term_value) = linear(0) + oscillating(term_value)
-      oscillating(term_rate) = linear(1) + oscillating(term_rate)
-      floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - oscillating(bound_value)
+      call sum_oscillating_terms(self, t, phasor, order, underdamped, magnitude)
+      underdamped(term_value) = linear(0) + underdamped(term_value)
+      underdamped(term_rate) = linear(1) + underdamped(term_rate)
+      floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - underdamped(bound_value)
       select type (free => self%free)
       type is (modal_signal_t)
-         call free%find_bounds_among(t, order, here, oscillating, floor, takes_step)
+         call free%find_bounds_of_sum(t, order, bounds, underdamped, floor, needs_step)
       class default
-         call free%find_bounds(t, order, here)
+         call free%find_bounds(t, order, bounds)
          ! its certified step does not include the load response
-         here%free = 0.0_wp
-         call add_more(oscillating, floor, here)
+         bounds%zero_free_step = 0.0_wp
+         call add_to_bounds(underdamped, floor, bounds)
       end select
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
-      here%rounding = here%rounding + rounding*(abs(linear(0)) + magnitude)
+      bounds%rounding = bounds%rounding + rounding*(abs(linear(0)) + magnitude)
       if (order == 0) then
-         here%signal = here%value
-         here%signal_rounding = here%rounding
+         bounds%signal = bounds%value
+         bounds%signal_rounding = bounds%rounding
       else
          call terms_at(self, t, phasor, response, slope)
-         here%signal = here%signal + response
-         here%signal_rounding = here%signal_rounding + rounding*(abs(response) + abs(self%factor) &
+         bounds%signal = bounds%signal + response
+         bounds%signal_rounding = bounds%signal_rounding + rounding*(abs(response) + abs(self%factor) &
             *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
       end if
    end subroutine evaluate_bounds
 
    !> The signal offset + factor times a derivative of this signal, with its time starting at an instant.
-   subroutine view(self, from, factor, offset, order, part)
+   subroutine transform(self, from, factor, offset, order, transformed)
       class(driven_signal_t), intent(in) :: self
       !> The instant
       real(wp), intent(in) :: from
@@ -139,19 +139,19 @@ contains
       !> 0: the signal itself, 1: its slope
       integer, intent(in) :: order
       !> The new signal
-      class(viewed_signal_t), allocatable, intent(out) :: part
+      class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(driven_signal_t), allocatable :: driven
 
       allocate (driven)
-      call self%free%view(from, factor, offset, order, driven%free)
+      call self%free%transform(from, factor, offset, order, driven%free)
       driven%terms = self%terms
       driven%factor = factor*self%factor
       driven%from = self%from + from
       driven%order = self%order + order
       driven%until = self%until - from
-      call move_alloc(driven, part)
-   end subroutine view
+      call move_alloc(driven, transformed)
+   end subroutine transform
 
    !> Load response and its slope.
    subroutine terms_at(self, t, phasor, value, slope)
@@ -228,7 +228,7 @@ contains
       do i = 1, size(phasor)
          associate (w => self%terms%frequency(i))
             term = differentiate(self%factor*self%terms%harmonic(i)*phasor(i), w, first)
-            amplitude = size_of(self%factor*self%terms%harmonic(i))*w**first
+            amplitude = abs1(self%factor*self%terms%harmonic(i))*w**first
             columns(term_value) = columns(term_value) + real(term, wp)
             columns(term_rate) = columns(term_rate) - w*aimag(term)
             columns(term_curvature) = columns(term_curvature) - w**2*real(term, wp)
@@ -256,22 +256,22 @@ contains
    end subroutine sum_oscillating_terms
 
    !> Magnitude of a complex amplitude, without protection against overflow.
-   elemental function size_of(harmonic) result(magnitude)
+   elemental function abs1(harmonic) result(magnitude)
       complex(wp), intent(in) :: harmonic
       real(wp) :: magnitude
 
       magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
-   end function size_of
+   end function abs1
 
    !> Phasor exp(i w t) of a harmonic.
-   elemental function turn_of(w, time) result(phasor)
+   elemental function phasor_of(w, time) result(phasor)
       !> Circular frequency
       real(wp), intent(in) :: w
       real(wp), intent(in) :: time
       complex(wp) :: phasor
 
       phasor = cmplx(cos(w*time), sin(w*time), wp)
-   end function turn_of
+   end function phasor_of
 
    !> A derivative of a harmonic term with the factor exp(i w t).
    elemental function differentiate(phasor, w, order) result(term)
@@ -307,15 +307,15 @@ contains
       search%outcome = found_none
       if (any(frequency > max_frequency)) return
       if (size(frequency) == 0 .and. abs(slope) <= 0.0_wp) then
-         call modes%find_short(limit, search)
+         call modes%find_end_of_short_flight(limit, search)
       else
          phasor = harmonic
-         call modes%find_short(limit, search, slope, phasor, frequency)
+         call modes%find_end_of_short_flight(limit, search, slope, phasor, frequency)
       end if
    end subroutine find_short_driven
 
    !> Is the signal clearly positive at its start, relative to the magnitudes of its terms?
-   pure function stands_off(self) result(answer)
+   pure function starts_positive(self) result(answer)
       class(driven_signal_t), intent(in) :: self
       logical :: answer
 
@@ -326,18 +326,19 @@ contains
       select type (free => self%free)
       type is (modal_signal_t)
          if (self%order > 0 .or. self%from > 0.0_wp) return
-         value = free%offset + sum(free%weight*free%z) + min(free%contact, 0.0_wp) + self%factor*(self%terms%constant &
+         value = free%offset + sum(free%weight*free%z) + min(free%relaxation, &
+            0.0_wp) + self%factor*(self%terms%constant &
             + sum(real(self%terms%harmonic, wp)))
          magnitude = abs(free%offset) + sum(abs(free%weight*free%z)) + abs(self%factor)*(abs(self%terms%constant) &
             + sum(abs(self%terms%harmonic)))
          answer = value > 1.0e-9_wp*magnitude
       end select
-   end function stands_off
+   end function starts_positive
 
    !> Order of the first derivative that a search must treat as nonzero at the start: a signal within its rounding error
    !> of zero and with positive slope starts with its slope.
-   function start_of(signal, known_order) result(order)
-      class(viewed_signal_t), intent(in) :: signal
+   function first_nonzero_order(signal, known_order) result(order)
+      class(transformable_signal_t), intent(in) :: signal
       !> Order known to the caller; 0: unknown
       integer, intent(in) :: known_order
       integer :: order
@@ -349,14 +350,14 @@ contains
       select type (signal)
       type is (modal_signal_t)
          ! the signal is clearly positive
-         if (signal%offset + sum(signal%weight*signal%z) + min(signal%contact, 0.0_wp) > &
+         if (signal%offset + sum(signal%weight*signal%z) + min(signal%relaxation, 0.0_wp) > &
             1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
       type is (driven_signal_t)
-         if (signal%stands_off()) return
+         if (signal%starts_positive()) return
       end select
       call signal%find_bounds(0.0_wp, 0, at_start)
       if (at_start%value <= at_start%rounding .and. at_start%slope > 0.0_wp) order = 1
-   end function start_of
+   end function first_nonzero_order
 
    !> Highest frequency of the harmonics.
    pure function highest_frequency(self) result(frequency)
@@ -372,7 +373,7 @@ contains
       !> Load response, moved into the signal
       type(driven_terms_t), intent(inout) :: terms
       real(wp), intent(in) :: longest
-      class(viewed_signal_t), allocatable, intent(inout) :: signal
+      class(transformable_signal_t), allocatable, intent(inout) :: signal
 
       type(driven_signal_t), allocatable :: driven
 

@@ -2,9 +2,9 @@
 !> (docs/theory.md, section 13).
 module few_modes
    use applied_loads, only: applied_loads_t, gather_loads, has_loads
-   use beam_model, only: beam_model_t, hold_supports, is_mechanism
+   use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use failures, only: failure_t
-   use free_modes, only: describe_modes, find_free_modes, free_modes_t
+   use free_modes, only: complete_modes, find_free_modes, free_modes_t
    use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
       make_supported_beam, &
       strain_of_shape
@@ -19,7 +19,7 @@ module few_modes
    use stop_contacts, only: stops_of
    implicit none (type, external)
    private
-   public :: takes_few_modes, keeps_all_modes, number_of_modes, base_count
+   public :: takes_few_modes, needs_all_modes, number_of_modes, base_count
    public :: find_base_modes, find_modes_of_run, find_few_modes
 
    !> Up to this number of elements all modes are found at once, in about 0.05 s.
@@ -36,16 +36,16 @@ contains
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
-      answer = elements > largest_dense .and. .not. keeps_all_modes(settings)
+      answer = elements > largest_dense .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
    !> Does a run need all modes? The replacement of the nodal velocity needs a column of the full mass matrix.
-   pure function keeps_all_modes(settings) result(answer)
+   pure function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
       answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
-   end function keeps_all_modes
+   end function needs_all_modes
 
    !> Number of modes of the mesh.
    pure function number_of_modes(model) result(number)
@@ -138,7 +138,7 @@ contains
       call find_residual_modes(beam, shapes, vectors, residuals, deflection, error)
       if (allocated(error)) return
       call append(model, beam, residuals, deflection, modes)
-      call describe_modes(model, modes)
+      call complete_modes(model, modes)
    end subroutine find_few_modes
 
    !> Take the lowest of the modes already known.
@@ -255,7 +255,7 @@ contains
          call displace_transposed(beam, forces(:, j), shapes(:, j))
       end do
       if (.not. any(has_impulses)) return
-      constrained = hold_supports(model)
+      constrained = constrain_supports(model)
       factors = constrained%mass
       call factorise(factors, error)
       if (allocated(error)) return

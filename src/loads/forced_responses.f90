@@ -7,22 +7,22 @@
 !> load, or so slow that their stiffness hardly acts during a phase, because the sum of their steady response and free
 !> motion, both large, loses its digits.
 module forced_responses
-   use applied_loads, only: applied_loads_t, bear_whole
+   use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
-   use driven_signal, only: driven_signal_t, turn_of
+   use driven_signal, only: driven_signal_t, phasor_of
    use constrained_sets, only: free_beam_t, constrained_set_t
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use point_forces, only: find_point_forces
    use power_integrals, only: make_power_form, power_form_t
-   use yielding_stop, only: holds, impedance_t
+   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: unit_responses_t, forced_response_t, make_unit_responses, ready_for_terms, start_forced_response, &
-      forced_at, find_rows_at
-   public :: answer_at, by_constant, by_harmonic
+   public :: unit_responses_t, forced_response_t, make_unit_responses, prepare_work_terms, start_forced_response, &
+      forced_rows_at, find_rows_at
+   public :: response_at, by_constant, by_harmonic
 
    !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this share of w.
    real(wp), parameter :: resonant = 0.02_wp
@@ -146,7 +146,7 @@ contains
          if (size(constrained%closed) == 0) exit
          call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, constrained%closed)), &
             spread(.true., 1, size(constrained%closed)), forced%share(:, g))
-         call bear_whole(beam%value(:, constrained%closed), loads%mode(:, g), forced%share(:, g), forced%load(:, g))
+         call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%share(:, g), forced%load(:, g))
       end do
       allocate (forced%driven(0))
       is_slow = constrained%oscillators%frequency < loads%slow .and. size(compliant) == 0
@@ -155,7 +155,7 @@ contains
          if (is_slow(i)) call add_driven(constrained, i, by_slope, 0, forced)
       end do
       do g = 1, total
-         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, tiny_step, wp), is_slow, response)
+         call response_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, tiny_step, wp), is_slow, response)
          forced%constant(:, g) = real(response, wp)
          forced%ramp(:, g) = aimag(response)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
@@ -164,7 +164,7 @@ contains
          do i = 1, constrained%count
             if (is_driven(i)) call add_driven(constrained, i, by_harmonic, g, forced)
          end do
-         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, &
+         call response_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, &
             response)
          forced%harmonic(:, g) = response
          forced%backward(:, g) = backward_of(constrained%oscillators, forced%load(:, g), loads%frequency(g), is_driven)
@@ -194,7 +194,7 @@ contains
    end function backward_of
 
    !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
-   subroutine ready_for_terms(exponent, shape, frequency, forced)
+   subroutine prepare_work_terms(exponent, shape, frequency, forced)
       !> Exponents of the terms, [count]
       complex(wp), intent(in) :: exponent(:)
       !> Modes of the set per unit of each term, [modes, count]
@@ -213,7 +213,7 @@ contains
       all = size(exponent) + size(frequency) + 1
       call make_power_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], &
          reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), forced%products)
-   end subroutine ready_for_terms
+   end subroutine prepare_work_terms
 
    !> Which modes are in resonance with a harmonic load?
    pure function resonates(oscillators, frequency) result(answer)
@@ -222,7 +222,7 @@ contains
       logical :: answer(oscillators%count)
 
       answer = .false.
-      associate (n => oscillators%oscillating)
+      associate (n => oscillators%underdamped)
          answer(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
       end associate
    end function resonates
@@ -259,7 +259,7 @@ contains
    end subroutine add_driven
 
    !> Response of the rows to a unit load exp(s t).
-   pure subroutine answer_at(constrained, compliant, spring, forced, load, s, left_out, response)
+   pure subroutine response_at(constrained, compliant, spring, forced, load, s, left_out, response)
       type(constrained_set_t), intent(in) :: constrained
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
@@ -311,7 +311,7 @@ contains
          response(at%tip + 1) = sum(constrained%tip_value*z)
          response(at%loads + 1:) = matmul(z, forced%load)
       end associate
-   end subroutine answer_at
+   end subroutine response_at
 
    !> Dynamic stiffness of a stop: P per unit of u exp(s t).
    elemental function dynamic_stiffness(spring, s) result(stiffness)
@@ -416,7 +416,7 @@ contains
    end subroutine start_modes
 
    !> Rows of the load response at a time since the start of the phase, or their rates.
-   pure function forced_at(set, forced, first, last, time, order) result(values)
+   pure function forced_rows_at(set, forced, first, last, time, order) result(values)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
       !> First and last row
@@ -432,7 +432,7 @@ contains
       call find_rows_at(set, forced, first, last, time, rows, rates)
       if (order == 0) values = rows
       if (order > 0) values = rates
-   end function forced_at
+   end function forced_rows_at
 
    !> Rows of the load response at a time since the start of the phase, and their rates.
    pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, phasor)
@@ -460,7 +460,7 @@ contains
       if (present(phasor)) then
          phasors = phasor
       else
-         phasors = turn_of(forced%frequency, time)
+         phasors = phasor_of(forced%frequency, time)
       end if
       do m = 1, size(forced%frequency)
          call add_harmonic(forced%harmonic(first:last, m), forced%frequency(m), phasors(m), rows, rates)

@@ -9,13 +9,13 @@ module mode_choice
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: first_count, next_count, most_count, largest_untried, rates_of_modes, take_modes
+   public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes
 
    !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
-   integer, parameter :: largest_untried = 32
+   integer, parameter :: max_all_modes = 32
    !> Numbers of lowest modes in successive trial runs.
    integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
-   integer, parameter :: most_count = counts(size(counts))
+   integer, parameter :: max_count = counts(size(counts))
    !> Modes up to this multiple of the highest load frequency are always included, up to a maximum number of modes,
    !> because a resonance may need longer than a trial run to develop.
    real(wp), parameter :: frequency_margin = 2.0_wp
@@ -113,7 +113,7 @@ contains
    end function rates_of_modes
 
    !> Select the lowest modes, ordered by their damping, and reorder the settings of single modes alike.
-   subroutine take_modes(mode_count, modes, settings)
+   subroutine select_modes(mode_count, modes, settings)
       !> Number of modes
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
@@ -125,8 +125,8 @@ contains
       order = damping_order(modes%square(:mode_count), settings%zeta, &
          rates_of_modes(settings, modes%square(:mode_count)))
       if (mode_count < size(modes%square) .and. allocated(settings%stress)) then
-         allocate (modes%left_square, source=modes%square(mode_count + 1:))
-         allocate (modes%left_mode, source=modes%mode(:, mode_count + 1:))
+         allocate (modes%truncated_square, source=modes%square(mode_count + 1:))
+         allocate (modes%truncated_mode, source=modes%mode(:, mode_count + 1:))
       end if
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
@@ -136,6 +136,6 @@ contains
       allocate (ratio, source=settings%mode_ratios)
       deallocate (settings%mode_ratios)
       allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, mode_count)])
-   end subroutine take_modes
+   end subroutine select_modes
 
 end module mode_choice

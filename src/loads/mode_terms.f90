@@ -62,7 +62,7 @@ module mode_terms
       real(wp) :: two_zeta = 0.0_wp
       real(wp) :: mass_rate = 0.0_wp
       !> Exponents of the mode, and 2 a = -their sum
-      complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
+      complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
       real(wp) :: damping = 0.0_wp
       !> Maximum time at which the sum is evaluated
       real(wp) :: length = 1.0_wp
@@ -90,9 +90,9 @@ contains
       logical :: separate(size(driven_motions))
 
       free_mode = make_driven_mode(oscillators, place)
-      mode = single_mode_t(oscillates=place <= oscillators%oscillating, decay=oscillators%decay(place), &
+      mode = single_mode_t(oscillates=place <= oscillators%underdamped, decay=oscillators%decay(place), &
          spread=oscillators%spread(place), square=oscillators%square(place), two_zeta=oscillators%two_zeta, &
-         mass_rate=oscillators%mass_rate(place), own=free_mode%own, damping=free_mode%damping, length=length)
+         mass_rate=oscillators%mass_rate(place), exponent=free_mode%exponent, damping=free_mode%damping, length=length)
       allocate (terms%exponent(0), terms%amplitude(2, 0))
       ! the steady response to each separate harmonic changes the initial state of the free motion
       free_start = start
@@ -109,11 +109,11 @@ contains
       type(driven_mode_t), intent(in) :: forced
       logical :: answer
 
-      if (abs(mode%own(1))*mode%length <= max_slow) then
+      if (abs(mode%exponent(1))*mode%length <= max_slow) then
          answer = forced%frequency*mode%length > max_slow_load
       else
          answer = forced%frequency > 0.0_wp .and. &
-            abs(cmplx(0.0_wp, forced%frequency, wp) - mode%own(1))*mode%length > max_resonance
+            abs(cmplx(0.0_wp, forced%frequency, wp) - mode%exponent(1))*mode%length > max_resonance
       end if
    end function is_separate
 
@@ -127,7 +127,7 @@ contains
       real(wp) :: fast, rates(2), free_start(2)
       integer :: k
 
-      rates = abs(mode%own)
+      rates = abs(mode%exponent)
       if (rates(2)*mode%length <= max_with_slow) then
          call add_slow(mode, start, driven_motions, 0.0_wp, terms)
          return
@@ -135,9 +135,9 @@ contains
       free_start = start
       if (rates(1)*mode%length <= max_slow) then
          if (size(driven_motions) > 0) then
-            fast = -0.5_wp*real(transform_of(driven_motions, mode%own(2)), wp)/mode%spread
+            fast = -0.5_wp*real(transform_of(driven_motions, mode%exponent(2)), wp)/mode%spread
             call add_slow(mode, [0.0_wp, 0.0_wp], driven_motions, fast, terms)
-            free_start = free_start + fast*[1.0_wp, real(mode%own(2), wp)]
+            free_start = free_start + fast*[1.0_wp, real(mode%exponent(2), wp)]
          end if
       else
          do k = 1, size(driven_motions)
@@ -203,8 +203,8 @@ contains
          do j = 1, slow_points
             s = radius*slow_direction(j)
             forced = transform_of(driven_motions, s)
-            transfer = 1.0_wp/((s - mode%own(1))*(s - mode%own(2)))
-            z = transfer*forced - fast/(s - mode%own(2))
+            transfer = 1.0_wp/((s - mode%exponent(1))*(s - mode%exponent(2)))
+            z = transfer*forced - fast/(s - mode%exponent(2))
             ! equal to z + 2 zeta z' except for parts without poles inside the circle
             if (is_stiff) then
                reaction = (forced - s*(s + alpha)*z)/mode%square
@@ -250,7 +250,7 @@ contains
       complex(wp) :: response, load_exponent
 
       load_exponent = cmplx(0.0_wp, forced%frequency, wp)
-      response = forced%force/((load_exponent - mode%own(1))*(load_exponent - mode%own(2)))
+      response = forced%force/((load_exponent - mode%exponent(1))*(load_exponent - mode%exponent(2)))
       free_start = free_start - real(response*[(1.0_wp, 0.0_wp), load_exponent], wp)
       call add_terms([load_exponent], [response], [1.0_wp + mode%two_zeta*load_exponent], terms)
    end subroutine add_harmonic
@@ -268,10 +268,10 @@ contains
 
       load_exponent = cmplx(0.0_wp, forced%frequency, wp)
       arm = radius_times_length/mode%length*direction
-      s = 0.5_wp*(load_exponent + mode%own(1)) + arm
-      conjugate_term = forced%force/((mode%own(2) - load_exponent)*(mode%own(2) - mode%own(1)))
-      z = (forced%force/((s - load_exponent)*(s - mode%own(1))) - conjugate_term)/(s - mode%own(2))
-      free_start = free_start + real(conjugate_term*[(1.0_wp, 0.0_wp), mode%own(2)], wp)
+      s = 0.5_wp*(load_exponent + mode%exponent(1)) + arm
+      conjugate_term = forced%force/((mode%exponent(2) - load_exponent)*(mode%exponent(2) - mode%exponent(1)))
+      z = (forced%force/((s - load_exponent)*(s - mode%exponent(1))) - conjugate_term)/(s - mode%exponent(2))
+      free_start = free_start + real(conjugate_term*[(1.0_wp, 0.0_wp), mode%exponent(2)], wp)
       call add_terms(s, arm/real(size(arm), wp)*z, 1.0_wp + mode%two_zeta*s, terms)
    end subroutine add_resonance
 
@@ -296,15 +296,15 @@ contains
          return
       end if
       ! 1 + 2 zeta s at the exponents, without cancellation
-      viscous = 1.0_wp + mode%two_zeta*mode%own
-      if (mode%square >= mode%mass_rate**2) viscous = -mode%own*(mode%own + mode%mass_rate)/mode%square
+      viscous = 1.0_wp + mode%two_zeta*mode%exponent
+      if (mode%square >= mode%mass_rate**2) viscous = -mode%exponent*(mode%exponent + mode%mass_rate)/mode%square
       if (mode%oscillates) then
-         call add_terms(mode%own(1:1), [cmplx(start(1), -(start(2) + mode%decay*start(1))/mode%spread, wp)], &
+         call add_terms(mode%exponent(1:1), [cmplx(start(1), -(start(2) + mode%decay*start(1))/mode%spread, wp)], &
             viscous(1:1), terms)
       else
          share = -0.5_wp*(start(2) + mode%decay*start(1))/mode%spread
          call add_slower(mode, start(1) - share, viscous(1), terms)
-         call add_terms(mode%own(2:2), [share], viscous(2:2), terms)
+         call add_terms(mode%exponent(2:2), [share], viscous(2:2), terms)
       end if
    end subroutine add_free_motion
 
@@ -320,13 +320,13 @@ contains
       integer :: j
 
       if (mode%decay*mode%length > max_slow) then
-         call add_terms(mode%own(1:1), [share], [viscous], terms)
+         call add_terms(mode%exponent(1:1), [share], [viscous], terms)
          return
       end if
       do j = 1, slow_points
          s = slow_radius/mode%length*slow_direction(j)
          terms%slow(:, j) = terms%slow(:, j) &
-            + s/real(slow_points, wp)*share/(s - mode%own(1))*[(1.0_wp, 0.0_wp), viscous]
+            + s/real(slow_points, wp)*share/(s - mode%exponent(1))*[(1.0_wp, 0.0_wp), viscous]
       end do
    end subroutine add_slower
 

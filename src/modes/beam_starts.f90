@@ -1,7 +1,7 @@
 !> Initial displacements and velocities of the beam. Those of a table, at points along the beam, are interpolated by a
 !> cubic spline, which the initial motion matches in the mean over the mass (docs/theory.md, section 18).
 module beam_starts
-   use beam_loads, only: base_mass_vector, base_rotation_vector, curve_t, inertia_of_curve, value_on
+   use beam_loads, only: base_mass_vector, base_rotation_vector, piecewise_cubic_t, inertia_of_curve, curve_value
    use beam_model, only: beam_model_t
    use cubic_splines, only: spline_slope
    use failures, only: fail, failure_t, status_bad_input
@@ -52,12 +52,12 @@ contains
       !> x/L, ascending, two or more
       real(wp), intent(in) :: position(:)
       real(wp), intent(in) :: values(:)
-      type(curve_t) :: curve
+      type(piecewise_cubic_t) :: curve
 
       if (position(1) > root_tolerance .and. model%root_dofs(1) == 0) then
-         curve = curve_t(position=[0.0_wp, position], value=[0.0_wp, values])
+         curve = piecewise_cubic_t(position=[0.0_wp, position], value=[0.0_wp, values])
       else
-         curve = curve_t(position=position, value=values)
+         curve = piecewise_cubic_t(position=position, value=values)
       end if
       curve%slope = spline_slope(curve%position, curve%value, [model%root_dofs(2) == 0, .false.])
    end function curve_of_table
@@ -85,7 +85,7 @@ contains
       character(*), intent(in) :: what
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(curve_t) :: curve
+      type(piecewise_cubic_t) :: curve
       real(wp) :: deviation, place
       integer :: k
 
@@ -104,7 +104,7 @@ contains
       subroutine check_point(x)
          real(wp), intent(in) :: x
 
-         deviation = value_on(curve, x)
+         deviation = curve_value(curve, x)
          if (abs(deviation) <= max_deviation*maxval(abs(values))) return
          call fail(error, status_bad_input, what//' of the table are '//to_text(deviation/maxval(abs(values))) &
             //' of the greatest at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &

@@ -7,7 +7,7 @@
 !> constraints). A root is sought as its distance from the nearer pole, so that no difference W_i^2 - w^2 cancels.
 module constrained_modes
    use beam_model, only: beam_support_t
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: wp
    use sorting, only: ascending_order, order_columns
    implicit none (type, external)
@@ -159,12 +159,12 @@ contains
       end if
       shifted = pole - pole(origin)
       bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
-         least_step=epsilon(1.0_wp), least_value=-1.0_wp)
+         step_tolerance=epsilon(1.0_wp), value_tolerance=-1.0_wp)
       do while (.not. bracket%is_found)
          associate (x => bracket%point)
             value = constant + sum(weight/(shifted - x))
             slope = sum(weight/(shifted - x)**2)
-            call enter(bracket, value)
+            call enter_value(bracket, value)
             ! Newton's method on x f(x), which has no pole at the origin
             next = x - x*value/(value + x*slope)
          end associate
@@ -176,7 +176,7 @@ contains
                if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
             end if
          end associate
-         call go_to(bracket, next)
+         call choose_point(bracket, next)
       end do
       root = pole(origin) + bracket%point
       distance = shifted - bracket%point

@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, die_out, padded, lanes, greatest_exponent, elastic_and_viscous
+   public :: apply_step, propagate_lanes, find_decay_factors, padded, lanes, max_exponent, elastic_and_viscous
    public :: sampler_t, next_sample, modal_energy, damping_order
 
    type :: oscillators_t
@@ -14,15 +14,15 @@ module damped_oscillators
       integer :: count = 0
       !> 2 zeta
       real(wp) :: two_zeta = 0.0_wp
-      !> W^2, underdamped oscillators first, then those up to `blended`, [count]
+      !> W^2, underdamped oscillators first, then those up to `unseparated`, [count]
       real(wp), allocatable :: square(:)
       !> W, [count]
       real(wp), allocatable :: frequency(:)
-      !> Oscillators 1 to `oscillating` are underdamped
-      integer :: oscillating = 0
-      !> Oscillators 1 to `blended` have exponents too near to each other to be separated; the others are far beyond
+      !> Oscillators 1 to `underdamped` are underdamped
+      integer :: underdamped = 0
+      !> Oscillators 1 to `unseparated` have exponents too near to each other to be separated; the others are far beyond
       !> critical damping
-      integer :: blended = 0
+      integer :: unseparated = 0
       !> Decay rate. Underdamped: zeta W^2 + alpha/2; else: that of the slow exponent, W^2/(zeta W^2 + alpha/2 + spread)
       !> > 0, [count, then ones up to `padded`]
       real(wp), allocatable :: decay(:)
@@ -46,7 +46,7 @@ module damped_oscillators
    real(wp), parameter :: min_separated_ratio = 1.25_wp
 
    !> exp(-x) is limited to x up to this: negligible, but still a normal number, which is faster than a subnormal one.
-   real(wp), parameter :: greatest_exponent = 700.0_wp
+   real(wp), parameter :: max_exponent = 700.0_wp
 
    !> Matrices of a step of fixed length, from the state (z, v) to (zz z + zv v, vz z + vv v), [count].
    type :: step_matrices_t
@@ -99,9 +99,9 @@ contains
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = damping_ratio(zeta, oscillators%mass_rate(i), oscillators%frequency(i))
-            if (xi < min_separated_ratio) oscillators%blended = i
+            if (xi < min_separated_ratio) oscillators%unseparated = i
             if (xi < 1.0_wp) then
-               oscillators%oscillating = i
+               oscillators%underdamped = i
                oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate(i)
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((1.0_wp - xi)*(1.0_wp + xi))
             else
@@ -201,19 +201,19 @@ contains
          factors = 1.0_wp
          return
       end if
-      call die_out(size(factors)/lanes, t, oscillators%decay, factors)
-      first = lanes*(oscillators%oscillating/lanes) + 1
-      if (oscillators%oscillating > 0) then
-         call propagate_underdamped(padded(min(oscillators%oscillating, size(z)))/lanes, t, factors, &
+      call find_decay_factors(size(factors)/lanes, t, oscillators%decay, factors)
+      first = lanes*(oscillators%underdamped/lanes) + 1
+      if (oscillators%underdamped > 0) then
+         call propagate_underdamped(padded(min(oscillators%underdamped, size(z)))/lanes, t, factors, &
             oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
-         if (oscillators%oscillating >= first) then
+         if (oscillators%underdamped >= first) then
             ! restore the overdamped modes of the last vector
-            call restore(oscillators%oscillating - first + 1, z0(first:first + lanes - 1), z(first:first + lanes - 1))
-            call restore(oscillators%oscillating - first + 1, v0(first:first + lanes - 1), v(first:first + lanes - 1))
+            call restore(oscillators%underdamped - first + 1, z0(first:first + lanes - 1), z(first:first + lanes - 1))
+            call restore(oscillators%underdamped - first + 1, v0(first:first + lanes - 1), v(first:first + lanes - 1))
          end if
       end if
-      if (oscillators%oscillating < min(size(z), last)) then
-         call propagate_overdamped((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, &
+      if (oscillators%underdamped < min(size(z), last)) then
+         call propagate_overdamped((size(z) - first + 1)/lanes, oscillators%underdamped + 2 - first, t, &
             factors(first:), oscillators%decay(first:), oscillators%spread(first:), &
             oscillators%inverse_spread(first:), z(first:), v(first:))
       end if
@@ -235,7 +235,7 @@ contains
    end subroutine restore
 
    !> Decay factors after a time, in whole SIMD vectors.
-   pure subroutine die_out(blocks, t, decay, factors)
+   pure subroutine find_decay_factors(blocks, t, decay, factors)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       real(wp), intent(in) :: t
@@ -249,9 +249,9 @@ contains
       integer :: i
 
       do i = 1, lanes*blocks
-         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
+         factors(i) = exp(-min(decay(i)*t, max_exponent))
       end do
-   end subroutine die_out
+   end subroutine find_decay_factors
 
    !> Propagate underdamped modes.
    pure subroutine propagate_underdamped(blocks, t, factors, decay, spread, inverse_spread, square, z, v)
@@ -310,7 +310,7 @@ contains
       integer :: i
 
       do i = 1, lanes*blocks
-         fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, greatest_exponent))
+         fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, max_exponent))
       end do
       !$omp simd private(phase, ratio, mixed, y)
       do i = 1, lanes*blocks
@@ -355,17 +355,17 @@ contains
       real(wp) :: slow, fast, fast_part
       integer :: i
 
-      do i = 1, oscillators%blended
+      do i = 1, oscillators%unseparated
          value(i) = z(i) + oscillators%two_zeta*v(i)
       end do
-      do i = oscillators%blended + 1, oscillators%count
+      do i = oscillators%unseparated + 1, oscillators%count
          slow = oscillators%decay(i)
          fast = slow + 2.0_wp*oscillators%spread(i)
          fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
          value(i) = -oscillators%inverse_square(i)* &
-            ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate(i)))*exp(-min(slow*t, greatest_exponent)) &
-            + fast_part*(fast*oscillators%fast_excess(i))*exp(-min(fast*t, greatest_exponent)))
+            ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate(i)))*exp(-min(slow*t, max_exponent)) &
+            + fast_part*(fast*oscillators%fast_excess(i))*exp(-min(fast*t, max_exponent)))
       end do
    end function elastic_and_viscous
 

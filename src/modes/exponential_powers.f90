@@ -1,15 +1,15 @@
 !> exp(s t) of many exponents with Re s <= 0, in SIMD vectors of real numbers.
 module exponential_powers
-   use damped_oscillators, only: greatest_exponent, lanes
+   use damped_oscillators, only: max_exponent, lanes
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: powers, powers_less_one, find_terms
+   public :: exponentials, exponentials_less_one, find_terms
 
 contains
 
    !> Real and imaginary parts of exp(s t).
-   pure subroutine powers(blocks, decay, omega, t, real_part, imaginary_part)
+   pure subroutine exponentials(blocks, decay, omega, t, real_part, imaginary_part)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
@@ -26,7 +26,7 @@ contains
       integer :: i
 
       do i = 1, lanes*blocks
-         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
+         factors(i) = exp(-min(decay(i)*t, max_exponent))
       end do
       do i = 1, lanes*blocks
          cosines(i) = cos(omega(i)*t)
@@ -39,10 +39,10 @@ contains
          real_part(i) = factors(i)*cosines(i)
          imaginary_part(i) = factors(i)*sines(i)
       end do
-   end subroutine powers
+   end subroutine exponentials
 
    !> exp(s t) and exp(s t) - 1, the latter without cancellation at short times.
-   pure subroutine powers_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, fall)
+   pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, fall)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
@@ -68,7 +68,7 @@ contains
       integer :: i
 
       do i = 1, lanes*blocks
-         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
+         factors(i) = exp(-min(decay(i)*t, max_exponent))
       end do
       do i = 1, lanes*blocks
          cosines(i) = cos(0.5_wp*omega(i)*t)
@@ -88,9 +88,9 @@ contains
          real_part(i) = factors(i)*(1.0_wp - versed)
          imaginary_part(i) = factors(i)*(2.0_wp*sines(i)*cosines(i))
       end do
-   end subroutine powers_less_one
+   end subroutine exponentials_less_one
 
-   !> Terms A exp(s t). The arithmetic is always that of `powers_less_one`, so that what a run
+   !> Terms A exp(s t). The arithmetic is always that of `exponentials_less_one`, so that what a run
    !> evaluates besides its motion does not change the motion.
    pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, fall)
       !> Amplitudes A, [count]
@@ -102,7 +102,7 @@ contains
       real(wp), intent(in) :: t
       !> A exp(s t), [count]
       complex(wp), intent(out) :: term(:)
-      !> Further results of `powers_less_one`, [padded]
+      !> Further results of `exponentials_less_one`, [padded]
       real(wp), contiguous, intent(out) :: imaginary_part(:)
       real(wp), contiguous, intent(out) :: less_one(:)
       real(wp), contiguous, intent(out) :: fall(:)
@@ -110,7 +110,7 @@ contains
       real(wp) :: real_part(size(decay))
       integer :: m
 
-      call powers_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, fall)
+      call exponentials_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, fall)
       do m = 1, size(amplitude)
          associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
             term(m) = cmplx(x*real_part(m) - y*imaginary_part(m), x*imaginary_part(m) + y*real_part(m), wp)

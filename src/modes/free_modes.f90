@@ -9,7 +9,7 @@ module free_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, describe_modes, rigid_square
+   public :: free_modes_t, find_free_modes, complete_modes, rigid_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
@@ -27,8 +27,8 @@ module free_modes
       real(wp), allocatable :: mode(:, :)
       !> Squared frequencies and shapes of the truncated modes, whose static part a run adds to the bending moments;
       !> unallocated: no mode is truncated
-      real(wp), allocatable :: left_square(:)
-      real(wp), allocatable :: left_mode(:, :)
+      real(wp), allocatable :: truncated_square(:)
+      real(wp), allocatable :: truncated_mode(:, :)
       !> Displacement of a massless node at the stop under a unit force with all else fixed; 0: the node has mass
       real(wp) :: node_flexibility = 0.0_wp
       !> (M phi_i)_c, for the replacement of the nodal velocity by an impulse, [modes]
@@ -52,11 +52,11 @@ contains
          modes%mode)
       if (allocated(error)) return
       call attach_supports(model%supports, modes%lambda, modes%mode)
-      call describe_modes(model, modes)
+      call complete_modes(model, modes)
    end subroutine find_free_modes
 
    !> Compute the quantities that follow from lambda and the mode shapes.
-   subroutine describe_modes(model, modes)
+   subroutine complete_modes(model, modes)
       type(beam_model_t), intent(in) :: model
       !> In: lambda and the mode shapes
       type(free_modes_t), intent(inout) :: modes
@@ -77,6 +77,6 @@ contains
       call multiply(model%mass, unit, mass_column)
       allocate (modes%nodal_mass(size(modes%lambda)))
       modes%nodal_mass(:) = matmul(mass_column, modes%mode)
-   end subroutine describe_modes
+   end subroutine complete_modes
 
 end module free_modes

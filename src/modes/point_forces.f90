@@ -4,11 +4,11 @@ module point_forces
    use small_equations, only: solve_small
    implicit none (type, external)
    private
-   public :: find_point_forces, slow
+   public :: find_point_forces, slow_frequency
 
    !> Frequency in omega1 below which modes are slow. Slow modes are unknowns of the equations, because their
    !> flexibility would hide that of the other modes.
-   real(wp), parameter :: slow = 0.1_wp
+   real(wp), parameter :: slow_frequency = 0.1_wp
 
 contains
 
@@ -33,7 +33,7 @@ contains
       integer :: i, j, k, points
 
       points = size(flexibility)
-      allocate (separate, source=pack([(i, i=1, size(dynamic))], abs(dynamic) < slow**2))
+      allocate (separate, source=pack([(i, i=1, size(dynamic))], abs(dynamic) < slow_frequency**2))
       inverse = 1.0_wp/dynamic
       inverse(separate) = 0.0_wp
       allocate (matrix(points + size(separate), points + size(separate)), right(points + size(separate), 1))

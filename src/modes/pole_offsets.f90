@@ -5,7 +5,7 @@ module pole_offsets
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, size_of
+   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, abs1
 
    !> Poles of a secular equation.
    type :: secular_t
@@ -179,11 +179,11 @@ contains
    end function sum_of_inverses
 
    !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
-   elemental function size_of(z) result(value)
+   elemental function abs1(z) result(value)
       complex(wp), intent(in) :: z
       real(wp) :: value
 
       value = abs(real(z, wp)) + abs(aimag(z))
-   end function size_of
+   end function abs1
 
 end module pole_offsets

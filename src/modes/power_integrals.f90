@@ -6,7 +6,7 @@ module power_integrals
    use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral, integrals_in
+   public :: power_form_t, span_t, make_power_form, find_span, energy_over, integral, integrals_in
 
    !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
    !> the plain coefficient p and the conjugate coefficient c of a pair.
@@ -188,7 +188,7 @@ contains
    end subroutine find_span
 
    !> Energy: the integral of a power over an interval.
-   pure function taken_by(form, span) result(energy)
+   pure function energy_over(form, span) result(energy)
       type(power_form_t), intent(in) :: form
       !> Terms of the power over the interval
       type(span_t), intent(in) :: span
@@ -206,7 +206,7 @@ contains
                *integral(s, span%time, exp(s*span%time)), wp)
          end associate
       end do
-   end function taken_by
+   end function energy_over
 
    !> Integral of exp(-2 decay t) from 0 to t.
    elemental function time_of_decay(decay, t, fall) result(value)

@@ -6,7 +6,7 @@ module tangent_columns
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: tangent_t, state_rates_t, open_tangent, strike_columns, shift_columns, size_of_column
+   public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
    public :: by_nothing, by_amplitude, by_frequency
 
    !> Parameter of the last column, after the columns for the initial state: no such column, the amplitude of a load, or
@@ -27,13 +27,13 @@ module tangent_columns
       !> Variations of the instant of the last event, [columns]
       real(wp), allocatable :: delay(:)
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
-      type(state_rates_t) :: begun
+      type(state_rates_t) :: rates_at_start
       !> One of the `by_` constants, and the number of the load
       integer :: parameter = by_nothing
       integer :: load = 0
       !> Minimum normal speed at impacts on rigid contacts, and minimum rate of any event function as a share of its
       !> terms. If either vanishes, the derivative does not exist
-      real(wp) :: least_speed = huge(1.0_wp)
+      real(wp) :: min_speed = huge(1.0_wp)
       !> Logarithm of the factor by which the columns were divided
       real(wp) :: log_scale = 0.0_wp
    end type tangent_t
@@ -41,7 +41,7 @@ module tangent_columns
 contains
 
    !> Allocate columns of zeros.
-   pure subroutine open_tangent(modes, contacts, columns, tangent)
+   pure subroutine allocate_tangent(modes, contacts, columns, tangent)
       integer, intent(in) :: modes
       integer, intent(in) :: contacts
       integer, intent(in) :: columns
@@ -49,10 +49,10 @@ contains
 
       allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%memory(contacts, columns), &
          tangent%delay(columns), source=0.0_wp)
-   end subroutine open_tangent
+   end subroutine allocate_tangent
 
    !> Apply impulses to all columns: B'v+ = -eps B'v over the contacts that give an impulse.
-   subroutine strike_columns(value, restitution, is_active, tangent)
+   subroutine reflect_columns(value, restitution, is_active, tangent)
       !> Modes at the contacts of the impact, [modes, contacts]
       real(wp), intent(in) :: value(:, :)
       !> Coefficients of restitution eps, [contacts]
@@ -68,7 +68,7 @@ contains
          call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), is_active, impulse)
          tangent%v(:, i) = tangent%v(:, i) + matmul(value, impulse)
       end do
-   end subroutine strike_columns
+   end subroutine reflect_columns
 
    !> Move each column from the nominal instant to its own instant of the event, or back.
    pure subroutine shift_columns(rates, factor, tangent)
@@ -89,18 +89,18 @@ contains
    end subroutine shift_columns
 
    !> Norm of a column in which each underdamped mode by itself decays monotonically.
-   pure function size_of_column(tangent, place, oscillators) result(length)
+   pure function column_norm(tangent, place, oscillators) result(length)
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: place
       !> The free modes
       type(oscillators_t), intent(in) :: oscillators
       real(wp) :: length
 
-      associate (q => tangent%q(:, place), v => tangent%v(:, place), n => oscillators%oscillating, &
+      associate (q => tangent%q(:, place), v => tangent%v(:, place), n => oscillators%underdamped, &
          last => oscillators%count)
          length = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
             + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%memory(:, place)**2))
       end associate
-   end function size_of_column
+   end function column_norm
 
 end module tangent_columns

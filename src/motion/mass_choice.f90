@@ -9,7 +9,7 @@ module mass_choice
    use stop_contacts, only: has_one_contact, stops_of
    implicit none (type, external)
    private
-   public :: errs_less_redistributed
+   public :: is_redistribution_more_accurate
 
 contains
 
@@ -23,7 +23,7 @@ contains
    !> cases; in the others the better matrix has a third of the error on average). Replacing the nodal velocity with the
    !> consistent matrix changes the energy in the elements at the stop. Among several contacts those at the tip count,
    !> provided that all of them are rigid: the one with the highest restitution.
-   pure function errs_less_redistributed(section, mesh, tip_mass_ratio, settings) result(answer)
+   pure function is_redistribution_more_accurate(section, mesh, tip_mass_ratio, settings) result(answer)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> Tip mass over the mass of the beam, mu
@@ -48,6 +48,6 @@ contains
          answer = stop%impulse == impulse_nodal .or. &
             stop%restitution*tip_mass_ratio >= share*length*area(section, 0.5_wp*length)
       end associate
-   end function errs_less_redistributed
+   end function is_redistribution_more_accurate
 
 end module mass_choice

@@ -9,7 +9,7 @@ module motion_run
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_release
-   use mass_choice, only: errs_less_redistributed
+   use mass_choice, only: is_redistribution_more_accurate
    use newmark_motion, only: check_newmark, newmark_response
    use number_text, only: to_text
    use response_types, only: response_t
@@ -57,9 +57,9 @@ contains
       end if
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
-      response%mesh_check%adds_mass = .not. model%is_redistributed .and. &
+      response%mesh_check%should_redistribute = .not. model%is_redistributed .and. &
          settings%stop%impulse == impulse_momentum .and. &
-         errs_less_redistributed(model%section, model%mesh, model%tip_mass_ratio, settings)
+         is_redistribution_more_accurate(model%section, model%mesh, model%tip_mass_ratio, settings)
       if (allocated(response%measures)) response%measures%mesh_elements = model%mesh%elements
    end subroutine run_motion
 

@@ -3,21 +3,21 @@
 module newmark_contacts
    use complementarity, only: solve_complementarity
    use contact_measures, only: measure_impulse
-   use contact_rows, only: along, put_along
+   use contact_rows, only: along, set_along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
-   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_lifted, is_open, &
-      lets_go, lifted_force, nowhere, newmark_run_t, contact_energy
+   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_unloaded, is_open, &
+      is_force_free, spring_damper_force, no_rejection, newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_closed_impulse, event_capture, event_contact, event_impact, &
       event_release, &
       event_separation, event_t, is_contact_end, response_t
    use run_recorder, only: charge_event
-   use yielding_stop, only: contact_force
+   use compliant_stop, only: contact_force
    implicit none (type, external)
    private
-   public :: open_contact, begin_contact, end_contact, settle, event_here, keep_event
+   public :: open_contact, begin_contact, end_contact, resolve_contacts, event_now, record_event
 
 contains
 
@@ -29,16 +29,16 @@ contains
 
       associate (state => run%states(run%now), contact => run%contacts(k))
          contact%status = is_open
-         contact%judged = .false.
+         contact%may_be_capture = .false.
          contact%is_stopped = .false.
          contact%shift = 0.0_wp
-         contact%refused_end = nowhere
+         contact%rejected_end = no_rejection
          state%force(k) = 0.0_wp
          if (contact%is_viscous) then
             state%indentation(k) = 0.0_wp
             state%branch_force(k) = 0.0_wp
          end if
-         contact%armed = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
+         contact%may_close = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
          contact%leaving = gap_at(run, k, state) < -run%contact_tolerance
       end associate
    end subroutine open_contact
@@ -57,10 +57,10 @@ contains
          if (contact%status == is_open) contact%shift = gap_at(run, k, run%states(run%now))
          contact%leaving = .false.
          contact%status = is_in_contact
-         contact%refused_end = nowhere
+         contact%rejected_end = no_rejection
          run%next_level = max(run%next_level, contact%contact_level)
       end associate
-      call keep_event(run, k, event_here(run, k, event_contact), response)
+      call record_event(run, k, event_now(run, k, event_contact), response)
    end subroutine begin_contact
 
 
@@ -77,9 +77,9 @@ contains
 
       associate (state => run%states(run%now), contact => run%contacts(k))
          if (contact%is_viscous .and. state%indentation(k) > 0.0_wp) then
-            contact%status = is_lifted
-            contact%armed = .false.
-            contact%refused_end = nowhere
+            contact%status = is_unloaded
+            contact%may_close = .false.
+            contact%rejected_end = no_rejection
             state%force(k) = 0.0_wp
          else
             lost = contact_energy(run, k, state)
@@ -90,14 +90,14 @@ contains
             call open_contact(run, k)
          end if
       end associate
-      call keep_event(run, k, event_here(run, k, event_separation), response)
+      call record_event(run, k, event_now(run, k, event_separation), response)
    end subroutine end_contact
 
 
    !> Find forces and accelerations from the equation of motion, and which contacts stay closed: compliant contacts by
    !> the sign of their force; closed rigid contacts, and those at which an impact stopped the beam, by the
    !> complementarity of reactions and accelerations.
-   pure subroutine settle(run, response)
+   pure subroutine resolve_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
       type(response_t), intent(inout) :: response
@@ -128,7 +128,7 @@ contains
             call accelerate(state%beam%acceleration, members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) call put_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
+            if (reaction(k) > 0.0_wp) call set_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
             call close_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
@@ -146,7 +146,7 @@ contains
          acceleration = acceleration + force*run%mass_columns(:, k)
       end subroutine accelerate
 
-   end subroutine settle
+   end subroutine resolve_contacts
 
 
    !> Update the forces of compliant contacts. The force of a spring and damper jumps with the velocity.
@@ -162,11 +162,11 @@ contains
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k))
                if (.not. allocated(contact%stop)) cycle
-               if (contact%is_viscous .and. (contact%status == is_in_contact .or. contact%status == is_lifted)) then
-                  force = lifted_force(run, k, state)
+               if (contact%is_viscous .and. (contact%status == is_in_contact .or. contact%status == is_unloaded)) then
+                  force = spring_damper_force(run, k, state)
                   if (contact%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
-                  if (contact%status == is_lifted) then
-                     if (.not. lets_go(run, k, state)) call begin_contact(run, k, response)
+                  if (contact%status == is_unloaded) then
+                     if (.not. is_force_free(run, k, state)) call begin_contact(run, k, response)
                   end if
                   if (contact%status == is_in_contact) then
                      state%branch_force(k) = force - contact%stop%stiffness*state%indentation(k)
@@ -197,14 +197,14 @@ contains
          if (reaction > 0.0_wp) then
             state%force(k) = reaction
             contact%status = is_constrained
-            contact%judged = .false.
-            contact%refused_end = nowhere
+            contact%may_be_capture = .false.
+            contact%rejected_end = no_rejection
             if (.not. (was_constrained .or. contact%is_captured)) then
-               call keep_event(run, k, event_here(run, k, event_capture), response)
+               call record_event(run, k, event_now(run, k, event_capture), response)
             end if
          else
             call open_contact(run, k)
-            if (was_constrained .or. contact%is_captured) call keep_event(run, k, event_here(run, k, event_release), &
+            if (was_constrained .or. contact%is_captured) call record_event(run, k, event_now(run, k, event_release), &
                response)
          end if
          contact%is_stopped = .false.
@@ -214,7 +214,7 @@ contains
 
 
    !> An event at the present state; the velocity after the event equals the velocity before.
-   pure function event_here(run, k, kind) result(event)
+   pure function event_now(run, k, kind) result(event)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -230,11 +230,11 @@ contains
          event%velocity_after = event%velocity_before
          event%contact = contact%contact%number
       end associate
-   end function event_here
+   end function event_now
 
 
    !> Record an event and charge its change of energy to the ledger.
-   pure subroutine keep_event(run, k, event, response)
+   pure subroutine record_event(run, k, event, response)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -255,6 +255,6 @@ contains
             run%observers%measures, k, event%tau, event%impulse)
          if (event%kind == event_impact .or. is_contact_end(event%kind)) contact%flights = contact%flights + 1
       end associate
-   end subroutine keep_event
+   end subroutine record_event
 
 end module newmark_contacts

@@ -4,16 +4,16 @@ module newmark_events
    use contact_rows, only: along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
-   use newmark_contacts, only: begin_contact, end_contact, event_here, keep_event, open_contact, settle
-   use newmark_impacts, only: strike
-   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, &
-      is_open, lets_go, lifted_force, rounding_at, newmark_run_t
+   use newmark_contacts, only: begin_contact, end_contact, event_now, record_event, open_contact, resolve_contacts
+   use newmark_impacts, only: apply_impacts
+   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
+      is_open, is_force_free, spring_damper_force, force_rounding_at, newmark_run_t
    use number_text, only: to_text
    use response_types, only: event_release, response_t
-   use step_intervals, only: cubic_of, greatest_of
+   use step_intervals, only: cubic_of, maximum_of
    implicit none (type, external)
    private
-   public :: find_events, give_way, begin_and_end_contacts
+   public :: find_events, trigger_events, begin_and_end_contacts
 
 contains
 
@@ -35,8 +35,8 @@ contains
          case (is_open)
             call check_open(run, k, step)
          case (is_constrained, is_in_contact)
-            if (run%closing(k)) run%leaves(k) = is_vanishing(run, k)
-         case (is_lifted)
+            if (run%event_ahead(k)) run%leaves(k) = is_vanishing(run, k)
+         case (is_unloaded)
             call check_lifted(run, k)
          case (is_inactive)
             cycle
@@ -60,9 +60,9 @@ contains
       associate (old => run%states(3 - run%now), new => run%states(run%now), contact => run%contacts(k))
          is_vanishing = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
          if (.not. allocated(contact%stop)) return
-         if (is_vanishing .and. contact%is_viscous) is_vanishing = lets_go(run, k, new)
+         if (is_vanishing .and. contact%is_viscous) is_vanishing = is_force_free(run, k, new)
          is_vanishing = is_vanishing .or. (along(contact%row, new%beam%velocity) > 0.0_wp .and. &
-            new%force(k) <= rounding_at(run, k, new))
+            new%force(k) <= force_rounding_at(run, k, new))
       end associate
    end function is_vanishing
 
@@ -79,19 +79,19 @@ contains
       associate (old => run%states(3 - run%now), new => run%states(run%now), contact => run%contacts(k))
          gap = gap_at(run, k, new)
          rate = gap_rate_at(run, k, new)
-         if (contact%judged) then
-            contact%peak = max(contact%peak, greatest_of(cubic_of([gap_at(run, k, old), gap], &
+         if (contact%may_be_capture) then
+            contact%peak = max(contact%peak, maximum_of(cubic_of([gap_at(run, k, old), gap], &
                step*[gap_rate_at(run, k, old), rate])))
-            if (contact%peak > run%hop_height) contact%judged = .false.
+            if (contact%peak > run%hop_height) contact%may_be_capture = .false.
          end if
          if (gap > run%hop_height) contact%captures = 0
          contact%leaving = gap < -run%contact_tolerance
          if (gap >= run%contact_tolerance) then
-            contact%armed = .true.
-         else if (rate < 0.0_wp .and. (contact%armed .or. run%closing(k) .or. contact%leaving)) then
+            contact%may_close = .true.
+         else if (rate < 0.0_wp .and. (contact%may_close .or. run%event_ahead(k) .or. contact%leaving)) then
             run%arrives(k) = .true.
          else if (rate > 0.0_wp) then
-            contact%armed = .true.
+            contact%may_close = .true.
          end if
       end associate
    end subroutine check_open
@@ -110,35 +110,35 @@ contains
             call open_contact(run, k)
             return
          end if
-         force = lifted_force(run, k, new)
+         force = spring_damper_force(run, k, new)
          if (force <= 0.0_wp) then
-            contact%armed = .true.
-         else if (force > lifted_force(run, k, old)) then
-            run%arrives(k) = contact%armed .or. run%closing(k)
+            contact%may_close = .true.
+         else if (force > spring_damper_force(run, k, old)) then
+            run%arrives(k) = contact%may_close .or. run%event_ahead(k)
          end if
       end associate
    end subroutine check_lifted
 
 
    !> Open or close contacts at the present state, because even the shortest step violates a contact condition.
-   pure subroutine give_way(run, response)
+   pure subroutine trigger_events(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
       type(response_t), intent(inout) :: response
 
       integer :: k
 
-      run%leaves = run%refuses .and. (run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
-      run%arrives = run%refuses .and. run%contacts%status == is_lifted
+      run%leaves = run%violates .and. (run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
+      run%arrives = run%violates .and. run%contacts%status == is_unloaded
       if (any(run%arrives) .or. any(run%leaves)) then
          call begin_and_end_contacts(run, response)
          return
       end if
-      k = findloc(run%refuses, .true., dim=1)
+      k = findloc(run%violates, .true., dim=1)
       call fail(run%error, status_run_failed, 'the contact near tau = '//to_text(instant_of(run))//' at '// &
          to_text(run%contacts(k)%contact%settings%position)//' cannot be located: even the step halved to its limit &
       &goes through the stop; contact_tolerance is too small, or the motion is not finite')
-   end subroutine give_way
+   end subroutine trigger_events
 
 
    !> Close and open contacts at one instant.
@@ -153,7 +153,7 @@ contains
          if (.not. run%leaves(k)) cycle
          if (run%contacts(k)%status == is_constrained) then
             call open_contact(run, k)
-            call keep_event(run, k, event_here(run, k, event_release), response)
+            call record_event(run, k, event_now(run, k, event_release), response)
          else
             call end_contact(run, k, response)
          end if
@@ -164,8 +164,8 @@ contains
       do k = 1, size(run%contacts)
          if (allocated(run%contacts(k)%stop)) run%arrives(k) = .false.
       end do
-      if (any(run%arrives)) call strike(run, response)
-      if (.not. allocated(run%error)) call settle(run, response)
+      if (any(run%arrives)) call apply_impacts(run, response)
+      if (.not. allocated(run%error)) call resolve_contacts(run, response)
    end subroutine begin_and_end_contacts
 
 end module newmark_events

@@ -6,12 +6,12 @@ module newmark_flights
    use newmark_stepper, only: copy_state
    implicit none (type, external)
    private
-   public :: keep_flight_start, take_flight_back
+   public :: record_flight_start, cancel_flight
 
 contains
 
    !> Store the present state as the one at which flights begin.
-   subroutine keep_flight_start(run, events)
+   subroutine record_flight_start(run, events)
       type(newmark_run_t), intent(inout) :: run
       !> Number of events of the run
       integer, intent(in) :: events
@@ -42,10 +42,10 @@ contains
          if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
          if (allocated(run%observers%blocks)) call store_sums(run)
       end associate
-   end subroutine keep_flight_start
+   end subroutine record_flight_start
 
    !> Restore the state at which the last flight began.
-   pure subroutine take_flight_back(run)
+   pure subroutine cancel_flight(run)
       type(newmark_run_t), intent(inout) :: run
 
       integer :: k, last
@@ -56,7 +56,7 @@ contains
       associate (start => run%flight_start)
          call copy(start%state, run%states(run%now))
          run%run_progress_t = start%progress
-         run%is_closing = .true.
+         run%has_event_ahead = .true.
          do k = 1, size(run%contacts)
             run%contacts(k)%contact_progress_t = start%contacts(k)
          end do
@@ -74,7 +74,7 @@ contains
          if (allocated(run%observers%sections)) run%observers%sections%count = start%sections
          if (allocated(run%observers%blocks)) call restore_sums(run, last)
       end associate
-   end subroutine take_flight_back
+   end subroutine cancel_flight
 
    !> Store the sums of the block in progress.
    subroutine store_sums(run)

@@ -1,42 +1,43 @@
 !> Impacts at rigid contacts of a finite-element beam.
 module newmark_impacts
    use complementarity, only: solve_active
-   use contact_rows, only: put_along
+   use contact_rows, only: set_along
    use failures, only: failure_t
-   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_arrested, is_hit, is_pushed, &
-      is_thrown_off, most_rounds, outcome_of, rebounds, struck_t, take_part
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_arrested, is_hit, &
+      gets_impulse, &
+      is_released, max_rounds, outcome_of, rebounds, impact_contact_t, add_impact_contact
    use kinds, only: wp
-   use newmark_contacts, only: event_here, keep_event, open_contact
+   use newmark_contacts, only: event_now, record_event, open_contact
    use newmark_energies, only: momentum_along
-   use newmark_flights, only: take_flight_back
+   use newmark_flights, only: cancel_flight
    use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, &
-      nowhere
+      no_rejection
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: newmark_stepper_t
    use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
    use run_settings, only: impulse_nodal
    implicit none (type, external)
    private
-   public :: strike
+   public :: apply_impacts
 
 contains
 
    !> Apply Newton's impact law to the contacts that are hit, to closed rigid contacts, and to every other contact that
    !> the beam touches without leaving it. If the impulses make the beam approach another contact, that contact takes
    !> part in the next impact problem at the same instant.
-   pure subroutine strike(run, response)
+   pure subroutine apply_impacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      type(struck_t) :: struck(size(run%contacts))
+      type(impact_contact_t) :: struck(size(run%contacts))
       logical :: is_nodal, only_captures
       integer :: i, n, round
 
       call capture_low_flights(run, response)
       if (allocated(run%error)) return
-      do round = 1, most_rounds
-         call find_struck(run, round == most_rounds, struck, n, is_nodal)
+      do round = 1, max_rounds
+         call find_struck(run, round == max_rounds, struck, n, is_nodal)
          if (.not. any(struck(:n)%before < 0.0_wp)) return
          only_captures = .not. any(struck(:n)%part == rebounds)
          if (is_nodal) then
@@ -51,7 +52,7 @@ contains
          call shorten_next_step(run)
          if (allocated(run%error)) return
       end do
-   end subroutine strike
+   end subroutine apply_impacts
 
 
    !> Find the contacts that take part in an impact: if any contact replaces nodal velocities, only those; otherwise
@@ -60,7 +61,7 @@ contains
       type(newmark_run_t), intent(in) :: run
       !> Last round of impact problems, in which restitution is zero at every contact
       logical, intent(in) :: is_last
-      type(struck_t), intent(inout) :: struck(:)
+      type(impact_contact_t), intent(inout) :: struck(:)
       !> Number of contacts that take part
       integer, intent(out) :: n
       logical, intent(out) :: is_nodal
@@ -78,11 +79,11 @@ contains
                if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
                part = rebounds
                if (is_last .or. rate >= 0.0_wp .or. &
-                  (contact%judged .and. contact%flight_events /= begins_now)) then
+                  (contact%may_be_capture .and. contact%flight_events /= begins_now)) then
                   part = comes_to_rest
                end if
             end if
-            call take_part(k, part, rate, contact%contact%settings%restitution, struck, n)
+            call add_impact_contact(k, part, rate, contact%contact%settings%restitution, struck, n)
          end associate
       end do
       associate (nodal => struck(:n)%part == rebounds .and. &
@@ -107,16 +108,16 @@ contains
       logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
 
-      captures_beam = run%arrives .and. run%contacts%judged .and. &
+      captures_beam = run%arrives .and. run%contacts%may_be_capture .and. &
          run%contacts%flight_events == response%event_count
       if (any(captures_beam)) then
-         call take_flight_back(run)
+         call cancel_flight(run)
          run%arrives = .false.
          call bring_to_rest(run, captures_beam, response)
          return
       end if
       chatters = run%contacts%captures >= chatter_limit
-      if (.not. any(run%arrives .and. run%contacts%judged .and. chatters)) return
+      if (.not. any(run%arrives .and. run%contacts%may_be_capture .and. chatters)) return
       do k = 1, size(run%contacts)
          chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. is_touched(run, k))
       end do
@@ -152,7 +153,7 @@ contains
          end do
          do k = 1, n
             associate (contact => run%contacts(members(k)))
-               call put_along(contact%row, 0.0_wp, state%beam%velocity)
+               call set_along(contact%row, 0.0_wp, state%beam%velocity)
                if (contact%status == is_constrained) then
                   call record_closed_impulse(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
@@ -161,15 +162,15 @@ contains
                contact%is_stopped = .true.
                contact%is_captured = .true.
                contact%captures = contact%captures + 1
-               contact%judged = .false.
-               contact%refused_end = nowhere
-               event = event_here(run, members(k), event_capture)
+               contact%may_be_capture = .false.
+               contact%rejected_end = no_rejection
+               event = event_now(run, members(k), event_capture)
                event%velocity_before = contact%row%sign*rate(k)
                event%impulse = impulse(k)
                ! the last event carries the change of energy of all, because that of a single contact may have either
                ! sign
                if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
-               call keep_event(run, members(k), event, response)
+               call record_event(run, members(k), event, response)
                if (allocated(run%error)) return
             end associate
          end do
@@ -219,7 +220,7 @@ contains
    !> Replace nodal velocities by Newton's law, whatever the change of energy in the adjacent elements.
    pure subroutine replace_velocities(run, struck)
       type(newmark_run_t), intent(inout) :: run
-      type(struck_t), intent(inout) :: struck(:)
+      type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
       real(wp) :: mass, momentum
@@ -229,7 +230,7 @@ contains
             associate (row => run%contacts(struck(i)%contact)%row)
                call momentum_along(run%stepper, beam, row, momentum, mass)
                call find_nodal_impulse(mass, momentum, struck(i))
-               call put_along(row, struck(i)%after, beam%velocity)
+               call set_along(row, struck(i)%after, beam%velocity)
             end associate
          end do
       end associate
@@ -239,7 +240,7 @@ contains
    !> Find impulses from the mobility matrix of the contacts, and add their velocities.
    pure subroutine distribute_impulses(run, struck)
       type(newmark_run_t), intent(inout) :: run
-      type(struck_t), intent(inout) :: struck(:)
+      type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
 
@@ -249,7 +250,7 @@ contains
             velocity(:) = velocity + struck(i)%impulse*run%mass_columns(:, struck(i)%contact)
          end do
          do i = 1, size(struck)
-            if (struck(i)%impulse > 0.0_wp) call put_along(run%contacts(struck(i)%contact)%row, struck(i)%after, &
+            if (struck(i)%impulse > 0.0_wp) call set_along(run%contacts(struck(i)%contact)%row, struck(i)%after, &
                velocity)
          end do
       end associate
@@ -259,7 +260,7 @@ contains
    !> Update one contact that took part in an impact, and record its event.
    pure subroutine after_impulse(run, struck, only_captures, response)
       type(newmark_run_t), intent(inout) :: run
-      type(struck_t), intent(in) :: struck
+      type(impact_contact_t), intent(in) :: struck
       !> Every contact that was hit captured the beam
       logical, intent(in) :: only_captures
       !> Receives the events
@@ -268,31 +269,31 @@ contains
       type(event_t) :: event
 
       associate (k => struck%contact, contact => run%contacts(struck%contact))
-         if (struck%part /= holds) contact%armed = .true.
+         if (struck%part /= holds) contact%may_close = .true.
          select case (outcome_of(struck, 0.0_wp))
-         case (is_pushed)
+         case (gets_impulse)
             call record_closed_impulse(run, k, struck%impulse, response)
-         case (is_thrown_off)
+         case (is_released)
             if (struck%part /= holds) return
-            event = event_here(run, k, event_release)
+            event = event_now(run, k, event_release)
             event%velocity_before = 0.0_wp
-            if (contact%status == is_constrained .or. contact%is_captured) call keep_event(run, k, event, response)
+            if (contact%status == is_constrained .or. contact%is_captured) call record_event(run, k, event, response)
             call open_contact(run, k)
-            contact%armed = .true.
+            contact%may_close = .true.
             call begin_flight(run, k)
             if (.not. only_captures) contact%captures = 0
          case (is_hit, is_arrested)
-            event = event_here(run, k, merge(event_impact, event_capture, struck%part == rebounds))
+            event = event_now(run, k, merge(event_impact, event_capture, struck%part == rebounds))
             event%velocity_before = contact%row%sign*struck%before
             event%impulse = struck%impulse
             event%energy_change = struck%energy_change
             contact%is_captured = struck%part == comes_to_rest
             if (contact%is_captured) contact%captures = contact%captures + 1
             contact%is_stopped = .not. struck%after > 0.0_wp
-            contact%judged = .false.
+            contact%may_be_capture = .false.
             if (.not. contact%is_stopped) call begin_flight(run, k)
-            contact%refused_end = nowhere
-            call keep_event(run, k, event, response)
+            contact%rejected_end = no_rejection
+            call record_event(run, k, event, response)
          end select
       end associate
    end subroutine after_impulse
@@ -305,7 +306,7 @@ contains
       integer, intent(in) :: k
 
       associate (contact => run%contacts(k))
-         contact%judged = .true.
+         contact%may_be_capture = .true.
          contact%peak = gap_at(run, k, run%states(run%now))
          contact%flight_events = begins_now
       end associate
@@ -324,9 +325,9 @@ contains
 
       type(event_t) :: event
 
-      event = event_here(run, k, event_closed_impulse)
+      event = event_now(run, k, event_closed_impulse)
       event%impulse = impulse
-      call keep_event(run, k, event, response)
+      call record_event(run, k, event, response)
    end subroutine record_closed_impulse
 
 end module newmark_impacts

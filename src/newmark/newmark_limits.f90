@@ -10,27 +10,27 @@ module newmark_limits
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
-   public :: divide_step, check_mesh, blame_mesh, check_ledger, rounding_of_energy
+   public :: divide_step, check_mesh, explain_mesh_error, check_ledger, rounding_of_energy
 
 contains
 
    !> Explain a failed factorisation by the mesh that caused it.
-   pure subroutine blame_mesh(error)
+   pure subroutine explain_mesh_error(error)
       !> The failure, whose message is replaced
       type(failure_t), intent(inout) :: error
 
       error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
          "): take elements of more equal length, a shorter step, or method = 'exact'"
-   end subroutine blame_mesh
+   end subroutine explain_mesh_error
 
    !> Refuse a step that is too long for a conditionally stable scheme, or divide the step if the settings allow that.
-   pure subroutine divide_step(model, zeta, settings, parts, error)
+   pure subroutine divide_step(model, zeta, settings, steps_per_sample, error)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: zeta
       !> Step length and parameters of the scheme
       type(response_settings_t), intent(in) :: settings
       !> Number of steps between two samples
-      integer, intent(out) :: parts
+      integer, intent(out) :: steps_per_sample
       !> Set if the step is too long and may not be divided
       type(failure_t), allocatable, intent(out) :: error
 
@@ -42,7 +42,7 @@ contains
       character(24) :: gamma_text
       character(:), allocatable :: remedy
 
-      parts = 1
+      steps_per_sample = 1
       if (settings%newmark_gamma < 0.5_wp) then
          write (gamma_text, '(f24.4)') settings%newmark_gamma
          call fail(error, status_bad_input, 'newmark_gamma must be at least 1/2: with '//trim(adjustl(gamma_text))// &
@@ -57,7 +57,7 @@ contains
       if (settings%step >= max_parts*limit) then
          remedy = ' or, with substep = .true., below '//rounded_down(max_parts*limit)//'; shorten it, '
       else if (settings%substep) then
-         parts = ceiling(settings%step/(share*limit))
+         steps_per_sample = ceiling(settings%step/(share*limit))
          return
       else
          remedy = '; shorten it, give substep = .true., '

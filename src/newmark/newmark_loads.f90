@@ -19,7 +19,7 @@ module newmark_loads
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: prepare_loads, load_at, load_at_end, level_to_jump, pass_jump, further_damping
+   public :: prepare_loads, load_at, load_at_end, level_to_jump, pass_jump, additional_damping
 
 contains
 
@@ -148,7 +148,7 @@ contains
 
    !> Damping besides 2 zeta K: proportional to the mass, or given for each mode. Modal damping extends the matrices of
    !> the supported beam to the full profile.
-   subroutine further_damping(settings, model, supported, damping, error)
+   subroutine additional_damping(settings, model, supported, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam with free rigid supports, whose modes have the damping ratios
       type(beam_model_t), intent(in) :: model
@@ -189,7 +189,7 @@ contains
          allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
       end if
-   end subroutine further_damping
+   end subroutine additional_damping
 
    !> The matrix stored with the full profile, zeros included.
    pure function full_profile(matrix) result(full)

@@ -32,8 +32,8 @@ contains
          run%share_of_stiffness = 2.0_wp*settings%zeta*run%share_of_damping &
             + (scheme%newmark_beta - 0.5_wp*scheme%newmark_gamma)*stepper%step**2
          run%mass_damping = 2.0_wp*settings%zeta_mass
-         run%damps_modes = allocated(settings%mode_ratios)
-         if (.not. run%damps_modes) return
+         run%has_modal_damping = allocated(settings%mode_ratios)
+         if (.not. run%has_modal_damping) return
          run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%double_zeta, stepper%stiffness)
          run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%share_of_damping, run%mode_damping), &
             -run%share_of_stiffness, stepper%stiffness)
@@ -54,7 +54,7 @@ contains
       associate (state => run%states(run%now), stepper => run%stepper, n => run%stepper%order)
          associate (y => state%beam%displacement(1:n), v => state%beam%velocity(1:n), &
             a => state%beam%acceleration(1:n))
-            if (run%damps_modes) then
+            if (run%has_modal_damping) then
                call multiply(run%mode_damping, v + run%share_of_damping*a, damped)
                call solve_factorised(run%bare_mass, damped)
             else

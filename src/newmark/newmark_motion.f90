@@ -6,39 +6,39 @@
 !> so that the samples are met exactly. A step is rejected by leaving the index of the present state as it is.
 module newmark_motion
    use applied_loads, only: has_loads
-   use beam_model, only: beam_model_t, hold_supports, is_mechanism
+   use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use contact_measures, only: open_measures
-   use contact_rows, only: along, band, contact_row_t, put_along
+   use contact_rows, only: along, band, contact_row_t, set_along
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: i8, wp
    use load_settings, only: start_release
    use moment_places, only: open_moments
-   use newmark_contacts, only: settle
+   use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_events, only: give_way, find_events
-   use newmark_flights, only: keep_flight_start
-   use newmark_limits, only: blame_mesh, check_ledger, check_mesh, divide_step
-   use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
+   use newmark_events, only: trigger_events, find_events
+   use newmark_flights, only: record_flight_start
+   use newmark_limits, only: explain_mesh_error, check_ledger, check_mesh, divide_step
+   use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_moments, only: moments_now, start_moments
-   use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, nowhere, &
+   use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_sections, only: resume, state_of, take_over
    use newmark_start, only: begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper
-   use newmark_steps, only: account_step, find_refusals, observe_step, prepare_level, try_step
+   use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: to_text
    use response_records, only: open_records, open_contact_record
-   use response_types, only: miss_of_energies, response_t
+   use response_types, only: balance_error, response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
-   use run_reach, only: tell_reach
+   use run_progress, only: report_progress
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
    use section_types, only: section_state_t
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_laws, only: make_yielding_stop
+   use stop_laws, only: make_compliant_stop
    use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of
    implicit none (type, external)
    private
@@ -72,28 +72,28 @@ contains
       if (is_continued) call take_over(carried, run)
       call open_outputs(model, settings, run, response)
       check_interval = max(1, run%samples/min_checks)
-      run%keeps_shapes = allocated(response%shape_tau)
+      run%records_shapes = allocated(response%shape_tau)
       run%root_dofs = model%root_dofs
       response%initial_energy = run%start_energy
       if (settings%output%measures) call start_measures(model, settings, run, error)
       if (allocated(error)) return
-      if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
+      if (run%records_shapes) call shapes_in_step(run, 0.0_wp, response)
       call begin(is_continued, run, response)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < run%samples .and. .not. allocated(run%error))
          call advance(run, response)
          if (allocated(run%error)) exit
          call observe_events(run%observers, response)
-         if (run%begins_flight) call keep_flight_start(run, response%event_count)
+         if (run%begins_flight) call record_flight_start(run, response%event_count)
          if (run%step_in_sample > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
-         call tell_reach(real(run%sample, wp), real(run%samples, wp))
-         if (.not. run%keeps_ledger .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
+         call report_progress(real(run%sample, wp), real(run%samples, wp))
+         if (.not. run%records_ledger .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
          call check_energy(run)
       end do
       if (.not. allocated(run%error) .and. allocated(response%energy)) then
-         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created &
-            + run%turnover, run%error)
+         call check_ledger(instant_of(run), balance_error(response), run%start_energy + run%ledger%created &
+            + run%absolute_work, run%error)
       end if
       if (allocated(run%error)) then
          call move_alloc(run%error, error)
@@ -129,7 +129,7 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
-      run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
+      run%records_ledger = allocated(response%energy) .or. settings%output%measures
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
          k=1, size(run%contacts))], run%release_contact, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
@@ -152,7 +152,7 @@ contains
          call begin_at_contacts(run, response)
       end if
       call observe_events(run%observers, response)
-      if (run%begins_flight) call keep_flight_start(run, response%event_count)
+      if (run%begins_flight) call record_flight_start(run, response%event_count)
    end subroutine begin
 
    !> Store final values and measures in the response.
@@ -209,30 +209,30 @@ contains
       if (settings%start%kind == start_release) call find_static_start(model, contacts, shape, error)
       if (allocated(error)) return
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
-      supported = hold_supports(model)
+      supported = constrain_supports(model)
       if (run%release_contact > 0) then
          supported%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
          run%height = contacts(run%release_contact)%sign*contacts(run%release_contact)%height
       end if
-      call divide_step(supported, settings%zeta, settings%response, run%parts, error)
+      call divide_step(supported, settings%zeta, settings%response, run%steps_per_sample, error)
       if (allocated(error)) return
       ! checked before modal damping extends the matrices to the full profile
       call check_mesh(supported, error)
       if (allocated(error)) then
-         if (error%status /= status_bad_input) call blame_mesh(error)
+         if (error%status /= status_bad_input) call explain_mesh_error(error)
          return
       end if
       call prepare_loads(supported, settings, run)
-      call further_damping(settings, model, supported, damping, error)
+      call additional_damping(settings, model, supported, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(supported, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
-            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), &
+            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%steps_per_sample, wp), &
             run%stepper, error, damping)
       end associate
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
-         if (error%status /= status_bad_input) call blame_mesh(error)
+         if (error%status /= status_bad_input) call explain_mesh_error(error)
          return
       end if
       run%states(2) = run%states(1)
@@ -258,9 +258,9 @@ contains
 
       n = size(contacts)
       allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%order + band, n), run%mobility(n, n), &
-         run%closed(n), run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), &
+         run%closed(n), run%rows(n, n), run%right(n), run%violates(n), run%event_ahead(n), run%arrives(n), &
          run%leaves(n))
-      run%closing = .false.
+      run%event_ahead = .false.
       run%contacts%row = [(contact_row_t(model%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
       is_active = active_contacts(contacts, run%contacts%row%dof)
       run%mass_columns = 0.0_wp
@@ -268,12 +268,12 @@ contains
          associate (contact => run%contacts(k))
             contact%contact = contacts(k)
             if (.not. is_active(k)) contact%status = is_inactive
-            call make_yielding_stop(contacts(k)%settings, contact%stop)
+            call make_compliant_stop(contacts(k)%settings, contact%stop)
             run%yields = run%yields .or. allocated(contact%stop)
             contact%is_viscous = contacts(k)%settings%law == law_spring_damper
             call check_contact(run, k, error)
             if (allocated(error)) return
-            call put_along(contact%row, 1.0_wp, run%mass_columns(:, k))
+            call set_along(contact%row, 1.0_wp, run%mass_columns(:, k))
             call solve_factorised(run%stepper%mass_factors, run%mass_columns(1:run%stepper%order, k))
          end associate
       end do
@@ -346,13 +346,13 @@ contains
          span = shiftr(whole_step, level)
          call try_step(run, level)
          response%evaluations = response%evaluations + 1_i8
-         call find_refusals(run, level, is_accepted)
+         call find_violations(run, level, is_accepted)
          if (is_accepted) exit
          response%rejected = response%rejected + 1_i8
-         run%is_closing = .true.
-         where (run%refuses) run%contacts%refused_end = run%offset + span
+         run%has_event_ahead = .true.
+         where (run%violates) run%contacts%rejected_end = run%offset + span
          if (level == deepest_level) then
-            call give_way(run, response)
+            call trigger_events(run, response)
             return
          end if
          level = level + 1
@@ -360,32 +360,32 @@ contains
 
       run%now = 3 - run%now
       run%offset = run%offset + span
-      if (run%is_closing) then
-         run%closing = run%offset < run%contacts%refused_end
-         where (.not. run%closing) run%contacts%refused_end = nowhere
-         run%is_closing = any(run%closing)
+      if (run%has_event_ahead) then
+         run%event_ahead = run%offset < run%contacts%rejected_end
+         where (.not. run%event_ahead) run%contacts%rejected_end = no_rejection
+         run%has_event_ahead = any(run%event_ahead)
       end if
       if (run%offset == whole_step) then
          run%offset = 0_i8
          run%step_in_sample = run%step_in_sample + 1
-         if (run%step_in_sample == run%parts) then
+         if (run%step_in_sample == run%steps_per_sample) then
             run%step_in_sample = 0
             run%sample = run%sample + 1
          end if
       end if
       step = run%stepper%factors(level)%step
       energy = energy_left(run)
-      if (run%keeps_ledger) call account_step(run, step)
+      if (run%records_ledger) call account_step(run, step)
       if (run%observes) then
          if (allocated(run%places)) moments(:, 2) = moments_now(run)
          call observe_step(run, from, step, [energy, energy_left(run)], moments)
       end if
-      if (run%keeps_shapes) call shapes_in_step(run, step, response)
+      if (run%records_shapes) call shapes_in_step(run, step, response)
       call find_events(run, step, response)
       if (allocated(run%error)) return
       if (run%next_jump <= size(run%jumps)) then
          call pass_jump(run, has_passed)
-         if (has_passed) call settle(run, response)
+         if (has_passed) call resolve_contacts(run, response)
       end if
    end subroutine advance
 
@@ -406,7 +406,7 @@ contains
          end do
       end associate
       call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created &
-         + run%turnover, run%error)
+         + run%absolute_work, run%error)
    end subroutine check_energy
 
    !> Prepare the measures of each contact.
@@ -426,7 +426,7 @@ contains
          call find_static_rest(model, run%contacts%contact, forces, energy, error)
          if (allocated(error)) return
       end if
-      call open_measures(size(run%contacts), run%release_contact, .true., settings%output%most_peaks, &
+      call open_measures(size(run%contacts), run%release_contact, .true., settings%output%max_peaks, &
          run%observers%measures)
       call open_accumulator(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
          run%observers%measures%of(0)%accumulator)

@@ -14,19 +14,19 @@ module newmark_run
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
    use stop_contacts, only: contact_t
-   use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
+   use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
-   public :: whole_step, nowhere, level_of, begins_now, is_open, is_constrained, is_in_contact, is_lifted, &
+   public :: whole_step, no_rejection, level_of, begins_now, is_open, is_constrained, is_in_contact, is_unloaded, &
       is_inactive
-   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, &
+   public :: instant_of, gap_at, gap_rate_at, depth_at, spring_damper_force, is_force_free, force_rounding_at, &
       contact_energy, energy_left
 
    !> Length of the undivided step in units of the shortest step.
    integer(i8), parameter :: whole_step = 2_i8**deepest_level
    !> No rejected step ends after the present state.
-   integer(i8), parameter :: nowhere = -1_i8
+   integer(i8), parameter :: no_rejection = -1_i8
 
    !> Status: the beam is away from the contact.
    integer, parameter :: is_open = 1
@@ -35,7 +35,7 @@ module newmark_run
    !> Status: closed compliant contact.
    integer, parameter :: is_in_contact = 3
    !> Status: a spring and damper is still deformed but carries no force, because the force would be tensile.
-   integer, parameter :: is_lifted = 4
+   integer, parameter :: is_unloaded = 4
    !> Status: the contact is inactive, because another rigid contact lies in front of it.
    integer, parameter :: is_inactive = 5
 
@@ -59,11 +59,11 @@ module newmark_run
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
       !> The flight counts as a capture if it stays below the hop height
-      logical :: judged = .false.
+      logical :: may_be_capture = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
       !> The contact may close again
-      logical :: armed = .true.
+      logical :: may_close = .true.
       !> The beam moves out from behind the contact surface, where relaxation of the stop or rounding left it
       logical :: leaving = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
@@ -76,8 +76,8 @@ module newmark_run
       integer :: captures = 0
       !> Gap at which contact began; the indentation is measured from there
       real(wp) :: shift = 0.0_wp
-      !> End of the last step that this contact rejected, as an offset; `nowhere` after that instant has passed
-      integer(i8) :: refused_end = nowhere
+      !> End of the last step that this contact rejected, as an offset; `no_rejection` after that instant has passed
+      integer(i8) :: rejected_end = no_rejection
       !> Energy dissipated by the contact, impacts included
       real(wp) :: dissipated = 0.0_wp
       !> Number of flights since the start of the run
@@ -88,7 +88,7 @@ module newmark_run
       type(contact_t) :: contact
       type(contact_row_t) :: row
       !> Unallocated: the contact is rigid
-      class(yielding_stop_t), allocatable :: stop
+      class(compliant_stop_t), allocatable :: stop
       !> The stop is a spring and damper, which does not recover before the beam leaves it
       logical :: is_viscous = .false.
       !> Number of halvings of the first step of a contact
@@ -123,7 +123,7 @@ module newmark_run
       !> Index of the next instant at which a load jumps
       integer :: next_jump = 1
       !> Sum of the magnitudes of the work of loads over all steps
-      real(wp) :: turnover = 0.0_wp
+      real(wp) :: absolute_work = 0.0_wp
       type(ledger_t) :: ledger
    end type run_progress_t
 
@@ -161,7 +161,7 @@ module newmark_run
       !> Mobility matrix of the contacts, w_j . M*^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: mobility(:, :)
       !> Number of whole steps between two samples
-      integer :: parts = 1
+      integer :: steps_per_sample = 1
       !> Time between two samples, tau
       real(wp) :: sample_step = 0.0_wp
       !> Number of samples after the one at the start
@@ -177,9 +177,9 @@ module newmark_run
       !> Pbar per unit of contact force
       real(wp) :: height_ratio = 0.0_wp
       !> Each step adds to the ledger of energies
-      logical :: keeps_ledger = .false.
+      logical :: records_ledger = .false.
       !> Shapes are recorded
-      logical :: keeps_shapes = .false.
+      logical :: records_shapes = .false.
       !> An observer reads every step
       logical :: observes = .false.
       type(observers_t) :: observers
@@ -208,7 +208,7 @@ module newmark_run
       !> Factor of mass-proportional damping
       real(wp) :: mass_damping = 0.0_wp
       !> Damping is given for each mode
-      logical :: damps_modes = .false.
+      logical :: has_modal_damping = .false.
       !> The matrix of modal damping, and the factors of M
       type(skyline_t) :: mode_damping, bare_mass
       real(wp) :: start_energy = 0.0_wp
@@ -219,15 +219,15 @@ module newmark_run
       !> Right side of these equations, and their solution, [contacts]
       real(wp), allocatable :: right(:)
       !> The trial step violates the contact condition
-      logical, allocatable :: refuses(:)
+      logical, allocatable :: violates(:)
       !> An event lies ahead, because the contact rejected a longer step
-      logical, allocatable :: closing(:)
+      logical, allocatable :: event_ahead(:)
       !> The contact closes at the end of the step
       logical, allocatable :: arrives(:)
       !> The contact opens at the end of the step
       logical, allocatable :: leaves(:)
       !> At least one contact may have an event ahead
-      logical :: is_closing = .false.
+      logical :: has_event_ahead = .false.
       !> At least one contact is compliant
       logical :: yields = .false.
       !> Set if the run cannot continue
@@ -249,7 +249,7 @@ contains
       offset = run%offset
       if (present(further)) offset = offset + further
       tau = (real(run%sample, wp) + (real(run%step_in_sample, wp) + shortest*real(offset, wp)) &
-         /real(run%parts, wp))*run%sample_step
+         /real(run%steps_per_sample, wp))*run%sample_step
    end function instant_of
 
    !> Gap between the beam and a contact, which may still be deformed.
@@ -277,7 +277,7 @@ contains
       associate (contact => run%contacts(k))
          rate = along(contact%row, state%beam%velocity)
          if (contact%is_viscous) return
-         if (state%indentation(k) > 0.0_wp) rate = rate - contact%stop%surface_rate*state%indentation(k)
+         if (state%indentation(k) > 0.0_wp) rate = rate - contact%stop%recovery_rate*state%indentation(k)
       end associate
    end function gap_rate_at
 
@@ -295,7 +295,7 @@ contains
    end function depth_at
 
    !> Force k u + c u' of a spring and damper, without regard to its sign.
-   pure function lifted_force(run, k, state) result(force)
+   pure function spring_damper_force(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -306,10 +306,10 @@ contains
          force = contact%stop%stiffness*state%indentation(k) &
             - contact%stop%viscosity*along(contact%row, state%beam%velocity)
       end associate
-   end function lifted_force
+   end function spring_damper_force
 
    !> Rounding error of the force of a compliant contact.
-   pure function rounding_at(run, k, state) result(force)
+   pure function force_rounding_at(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -320,25 +320,25 @@ contains
          force = rounding_of_force(contact%stop, abs(contact%contact%height) &
             + abs(along(contact%row, state%beam%displacement)), abs(along(contact%row, state%beam%velocity)))
       end associate
-   end function rounding_at
+   end function force_rounding_at
 
    !> Does an unloaded spring and damper remain without force? A force up to the release force counts as zero only if
    !> the beam moves away, because the release force may be large beside the stiffness of the spring.
-   pure function lets_go(run, k, state)
+   pure function is_force_free(run, k, state)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      logical :: lets_go
+      logical :: is_force_free
 
       real(wp) :: force
 
-      force = lifted_force(run, k, state)
+      force = spring_damper_force(run, k, state)
       associate (contact => run%contacts(k))
-         lets_go = force <= rounding_at(run, k, state) .or. &
+         is_force_free = force <= force_rounding_at(run, k, state) .or. &
             (force <= run%release_force .and. along(contact%row, state%beam%velocity) >= 0.0_wp)
       end associate
-   end function lets_go
+   end function is_force_free
 
    !> Strain energy of the springs of a contact.
    pure function contact_energy(run, k, state) result(energy)

@@ -7,7 +7,7 @@ module newmark_samples
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
-   use run_recorder, only: keep_sample, sample_t
+   use run_recorder, only: record_sample, sample_t
    implicit none (type, external)
    private
    public :: take_sample, shapes_in_step
@@ -49,7 +49,7 @@ contains
          end do
       end associate
       if (allocated(run%places)) sample%moment = moments_now(run)
-      call keep_sample(place, sample, run%ledger, response)
+      call record_sample(place, sample, run%ledger, response)
    end subroutine take_sample
 
    !> Record the requested shapes within the last step.

@@ -3,9 +3,9 @@
 module newmark_sections
    use contact_rows, only: along
    use kinds, only: wp
-   use newmark_contacts, only: settle
+   use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_run, only: gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, is_open, &
+   use newmark_run, only: gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, is_open, &
       newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use response_types, only: response_t
@@ -26,11 +26,11 @@ contains
          state%q = now%beam%displacement
          state%v = now%beam%velocity
          state%is_closed = run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact
-         state%is_deformed = run%contacts%status == is_lifted
+         state%is_deformed = run%contacts%status == is_unloaded
          state%depth = now%indentation
          state%branch_force = now%branch_force
          state%hop_tolerance = run%contacts%peak
-         state%is_low = run%contacts%judged
+         state%is_low = run%contacts%may_be_capture
       end associate
    end subroutine state_of
 
@@ -53,9 +53,9 @@ contains
             associate (contact => run%contacts(k))
                if (contact%status == is_inactive) cycle
                contact%status = is_open
-               contact%judged = state%is_low(k)
+               contact%may_be_capture = state%is_low(k)
                contact%peak = state%hop_tolerance(k)
-               if (state%is_deformed(k)) contact%status = is_lifted
+               if (state%is_deformed(k)) contact%status = is_unloaded
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
                ! the stored indentation fixes the gap at which contact began
                if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%contact%height &
@@ -86,7 +86,7 @@ contains
                .or. contact%status == is_in_contact
          end associate
       end do
-      call settle(run, response)
+      call resolve_contacts(run, response)
    end subroutine resume
 
 end module newmark_sections

@@ -5,7 +5,7 @@
 !>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta);
 !> with 2 beta >= gamma every step is stable.
 module newmark_stability
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use bracketed_zero, only: bracket_t, enter_value, choose_point
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use skyline_matrix, only: combine, factorise, negative_pivots, skyline_t
@@ -78,11 +78,11 @@ contains
          call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
          return
       end if
-      bracket = bracket_t(low=below, high=above, least_value=-1.0_wp, least_length=accuracy)
-      call go_to(bracket)
+      bracket = bracket_t(low=below, high=above, value_tolerance=-1.0_wp, length_tolerance=accuracy)
+      call choose_point(bracket)
       do while (.not. bracket%is_found)
-         call enter(bracket, merge(-1.0_wp, 1.0_wp, all_below(stiffness, mass, bracket%point)))
-         call go_to(bracket)
+         call enter_value(bracket, merge(-1.0_wp, 1.0_wp, all_below(stiffness, mass, bracket%point)))
+         call choose_point(bracket)
       end do
       frequency = sqrt(bracket%high)
    end subroutine highest_frequency

@@ -3,13 +3,13 @@ module newmark_start
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
    use contact_rows, only: band
-   use contact_starts, only: carry, check_start, flexible_beam_t, move_onto_contacts
+   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
-   use newmark_contacts, only: event_here, keep_event, settle
+   use newmark_contacts, only: event_now, record_event, resolve_contacts
    use newmark_events, only: begin_and_end_contacts
    use newmark_loads, only: load_at
    use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, newmark_run_t
@@ -18,7 +18,7 @@ module newmark_start
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: static_stiffness
-   use stop_contacts, only: active_contacts, contact_t, touch_tolerance
+   use stop_contacts, only: active_contacts, contact_t, penetration_tolerance
    implicit none (type, external)
    private
    public :: make_start, begin_at_contacts
@@ -73,7 +73,7 @@ contains
                if (allocated(error)) return
                displacement = shape(:, 1)
             end if
-            call carry(flexible, contacts, is_active, displacement, state%force, error)
+            call find_static_equilibrium(flexible, contacts, is_active, displacement, state%force, error)
             where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
                state%force/static_stiffness(contacts%settings)
          case (start_velocity, start_drop, start_mode, start_table)
@@ -191,10 +191,10 @@ contains
                if (allocated(contact%stop) .and. state%force(k) > 0.0_wp) then
                   contact%status = is_in_contact
                   run%next_level = max(run%next_level, contact%contact_level)
-                  call keep_event(run, k, event_here(run, k, event_contact), response)
+                  call record_event(run, k, event_now(run, k, event_contact), response)
                   cycle
                end if
-               if (contact%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(contact%contact)) cycle
+               if (contact%status /= is_open .or. gap_at(run, k, state) > penetration_tolerance(contact%contact)) cycle
                rate = gap_rate_at(run, k, state)
                run%arrives(k) = rate < 0.0_wp
                if (.not. allocated(contact%stop)) contact%is_stopped = .not. abs(rate) > 0.0_wp
@@ -204,7 +204,7 @@ contains
       if (any(run%arrives)) then
          call begin_and_end_contacts(run, response)
       else if (any(run%contacts%is_stopped) .or. any(run%contacts%status == is_in_contact)) then
-         call settle(run, response)
+         call resolve_contacts(run, response)
       end if
    end subroutine begin_at_contacts
 

@@ -22,7 +22,7 @@
 !> n = 8: 0.10 against 0.18 microseconds).
 module newmark_stepper
    use beam_model, only: beam_model_t
-   use contact_rows, only: band, contact_row_t, put_along
+   use contact_rows, only: band, contact_row_t, set_along
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
    use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
@@ -203,7 +203,7 @@ contains
       real(wp), intent(out) :: column(1 - band:)
 
       column = 0.0_wp
-      call put_along(row, 1.0_wp, column)
+      call set_along(row, 1.0_wp, column)
       call solve(stepper, stepper%factors(level), column)
    end subroutine solve_for_row
 

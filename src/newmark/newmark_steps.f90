@@ -7,20 +7,20 @@
 !> = slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c u'+ at the end of
 !> the step.
 module newmark_steps
-   use contact_rows, only: along, band, put_along
+   use contact_rows, only: along, band, set_along
    use kinds, only: wp
    use motion_intervals, only: observed_contact_t
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
-   use newmark_run, only: depth_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, &
+   use newmark_run, only: depth_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
       is_open, &
-      lets_go, newmark_run_t, contact_energy, whole_step
+      is_force_free, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: add_column, deepest_level, finish_step, make_factors, predict_step, solve_for_row
    use run_observers, only: observe
-   use yielding_stop, only: contact_force, mean_force_coefficients
+   use compliant_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
    private
-   public :: prepare_level, try_step, find_refusals, account_step, observe_step
+   public :: prepare_level, try_step, find_violations, account_step, observe_step
 
 contains
 
@@ -86,8 +86,8 @@ contains
             new => run%states(3 - run%now)%beam)
             ! removes rounding errors
             new%displacement(row%dof) = old%displacement(row%dof)
-            call put_along(row, 0.0_wp, new%velocity)
-            call put_along(row, 0.0_wp, new%acceleration)
+            call set_along(row, 0.0_wp, new%velocity)
+            call set_along(row, 0.0_wp, new%acceleration)
          end associate
       end do
       if (run%yields) call move_open_contacts(run, level)
@@ -110,9 +110,9 @@ contains
                   u = 0.0_wp
                   new%branch_force(k) = 0.0_wp
                   if (old%indentation(k) <= 0.0_wp .or. contact%is_viscous) cycle
-                  u = old%indentation(k)*run%factors(level)%stops(k)%contact
+                  u = old%indentation(k)*run%factors(level)%stops(k)%recovery
                   new%branch_force(k) = -contact%stop%stiffness*u
-               case (is_lifted)
+               case (is_unloaded)
                   contact%work = 0.0_wp
                   u = max(depth_at(run, k, new), 0.0_wp)
                   new%branch_force(k) = -contact%stop%stiffness*u
@@ -280,7 +280,7 @@ contains
    end subroutine eliminate
 
    !> Find the contacts whose conditions the trial step violates. A NaN counts as a violation.
-   pure subroutine find_refusals(run, level, is_accepted)
+   pure subroutine find_violations(run, level, is_accepted)
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
       integer, intent(in) :: level
@@ -299,18 +299,18 @@ contains
             select case (run%contacts(k)%status)
             case (is_open)
                gap = gap_at(run, k, new)
-               run%refuses(k) = .not. (gap >= min_gap .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
+               run%violates(k) = .not. (gap >= min_gap .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
             case (is_constrained, is_in_contact)
-               run%refuses(k) = .not. new%force(k) > 0.0_wp
-            case (is_lifted)
-               run%refuses(k) = .not. lets_go(run, k, new)
+               run%violates(k) = .not. new%force(k) > 0.0_wp
+            case (is_unloaded)
+               run%violates(k) = .not. is_force_free(run, k, new)
             case (is_inactive)
-               run%refuses(k) = .false.
+               run%violates(k) = .false.
             end select
-            is_accepted = is_accepted .and. .not. run%refuses(k)
+            is_accepted = is_accepted .and. .not. run%violates(k)
          end do
       end associate
-   end subroutine find_refusals
+   end subroutine find_violations
 
    !> Add the work of loads and the dissipated energy of the accepted step to the ledger.
    pure subroutine account_step(run, step)
@@ -325,7 +325,7 @@ contains
          if (run%loads%count > 0) then
             work = 0.5_wp*dot_product(old%beam%load + new%beam%load, new%beam%displacement - old%beam%displacement)
             ledger%work = ledger%work + work
-            run%turnover = run%turnover + abs(work)
+            run%absolute_work = run%absolute_work + abs(work)
          end if
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated

@@ -6,14 +6,14 @@ module block_statistics
    use measure_list, only: first_statistic, measure_named
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
-   use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, &
+   use statistic_types, only: block_sums_t, impact_t, minimum_displacement, minimum_tip, run_statistics_t, &
       statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, &
       sum_impulse, sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, &
-      contact_sums_t, top_displacement, top_force, top_impulse, top_tip, top_velocity
+      contact_sums_t, maximum_displacement, maximum_force, maximum_impulse, maximum_tip, maximum_velocity
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, empty_block, blocks_begun, take_events, take_contact, take_flight
+   public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_flight
    public :: finish_blocks, finish_statistics
 
    !> How a statistic follows from the sums of a contact.
@@ -30,28 +30,28 @@ module block_statistics
    type(form_t), parameter :: forms(statistic_count) = [ &
       form_t('mean_force', sum_impulse, sum_time), &
       form_t('rms_force', sum_square_force, sum_time, .true.), &
-      form_t('maximum_force', top_force), &
+      form_t('maximum_force', maximum_force), &
       form_t('mean_contact_force', sum_force, sum_contact), &
       form_t('rms_contact_force', sum_square_force, sum_contact, .true.), &
       form_t('impact_rate', sum_impacts, sum_time), &
       form_t('mean_impact_velocity', sum_velocity, sum_impacts), &
-      form_t('maximum_impact_velocity', top_velocity), &
+      form_t('maximum_impact_velocity', maximum_velocity), &
       form_t('mean_impulse', sum_impact_impulse, sum_impacts), &
-      form_t('maximum_impulse', top_impulse), &
+      form_t('maximum_impulse', maximum_impulse), &
       form_t('contact_time', sum_contact), &
       form_t('contact_share', sum_contact, sum_time), &
       form_t('mean_displacement', sum_displacement, sum_time), &
       form_t('rms_displacement', sum_square_displacement, sum_time, .true.), &
-      form_t('minimum_displacement', low_displacement), &
-      form_t('maximum_displacement', top_displacement), &
+      form_t('minimum_displacement', minimum_displacement), &
+      form_t('maximum_displacement', maximum_displacement), &
       form_t('mean_tip', sum_tip, sum_time), &
       form_t('rms_tip', sum_square_tip, sum_time, .true.), &
-      form_t('minimum_tip', low_tip), &
-      form_t('maximum_tip', top_tip)]
+      form_t('minimum_tip', minimum_tip), &
+      form_t('maximum_tip', maximum_tip)]
 
-   integer, parameter :: maxima(*) = [top_force, top_velocity, top_impulse, &
-      top_displacement, top_tip]
-   integer, parameter :: minima(*) = [low_displacement, low_tip]
+   integer, parameter :: maxima(*) = [maximum_force, maximum_velocity, maximum_impulse, &
+      maximum_displacement, maximum_tip]
+   integer, parameter :: minima(*) = [minimum_displacement, minimum_tip]
 
    !> Confidence level of the error bars
    real(wp), parameter :: confidence = 0.95_wp
@@ -115,7 +115,7 @@ contains
 
       sums = 0.0_wp
       sums(sum_time) = edge(2) - edge(1)
-      sums([top_displacement, top_tip]) = -huge(1.0_wp)
+      sums([maximum_displacement, maximum_tip]) = -huge(1.0_wp)
       sums(minima) = huge(1.0_wp)
    end function empty_block
 
@@ -162,7 +162,7 @@ contains
 
    !> Begin impacts at new events, and add the impulses of all new events. The impulse of a capture that cancels a low
    !> flight is negative, that is, directed towards the stop.
-   subroutine take_events(blocks, response)
+   subroutine add_events(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
       !> The run; events after the first `blocks%seen` are new
       type(response_t), intent(in) :: response
@@ -186,7 +186,7 @@ contains
          end associate
       end do
       blocks%seen = response%event_count
-   end subroutine take_events
+   end subroutine add_events
 
    !> Begin a contact. The contact begins a new impact if the beam has risen above the hop tolerance since the last
    !> impact, and if more time than `rest` has passed since that impact ended. If the run starts in contact, the impact
@@ -230,17 +230,17 @@ contains
    end subroutine begin_impact
 
    !> Record that the beam has risen above a contact, if its height exceeds the hop tolerance.
-   elemental subroutine take_flight(contact, height, hop_tolerance)
+   elemental subroutine record_flight(contact, height, hop_tolerance)
       type(contact_sums_t), intent(inout) :: contact
       !> Maximum gap to the undeformed contact
       real(wp), intent(in) :: height
       real(wp), intent(in) :: hop_tolerance
 
       contact%has_flown = contact%has_flown .or. height > hop_tolerance
-   end subroutine take_flight
+   end subroutine record_flight
 
    !> Add a closed contact, or the part of one within a block.
-   pure subroutine take_contact(contact, from, to, block, integrals, max_force)
+   pure subroutine add_contact(contact, from, to, block, integrals, max_force)
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
@@ -262,9 +262,9 @@ contains
          sums(sum_contact) = sums(sum_contact) + (to - from)
          sums([sum_force, sum_square_force]) = sums([sum_force, sum_square_force]) + integrals
          sums(sum_impulse) = sums(sum_impulse) + integrals(1)
-         sums(top_force) = max(sums(top_force), max_force)
+         sums(maximum_force) = max(sums(maximum_force), max_force)
       end associate
-   end subroutine take_contact
+   end subroutine add_contact
 
    !> Store the statistics in the response, and those of the whole run among its measures.
    subroutine finish_statistics(blocks, response)
@@ -286,9 +286,9 @@ contains
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
 
-      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, low_displacement, &
-         top_displacement]
-      integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, low_tip, top_tip]
+      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, minimum_displacement, &
+         maximum_displacement]
+      integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip]
       real(wp) :: quantile, whole(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)
       integer :: k, n
@@ -303,7 +303,7 @@ contains
          allocate (statistics%yields(contacts))
          statistics%yields(:) = blocks%contact%yields
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
-            = blocks%looks(forms%numerator)%tolerance
+            = blocks%search_state(forms%numerator)%tolerance
          whole = blocks%tip%sums
          do k = 1, contacts
             associate (contact => blocks%contact(k))
@@ -312,17 +312,17 @@ contains
                call classify(blocks, contact, statistics%class_edge(:, k), statistics%class_count(:, k))
                call scale_forces(blocks%force_scale, contact)
                is_missing = .false.
-               is_missing([sum_square_force, top_force]) = .not. contact%yields
+               is_missing([sum_square_force, maximum_force]) = .not. contact%yields
                call find_statistics(contact%sums, is_missing, quantile, statistics%value(:, k), &
                   statistics%half_width(:, k), statistics%in_block(:, :, k))
                whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
                   + contact%sums(sum_contact:sum_impact_impulse, :)
-               whole(top_force:top_impulse, :) = max(whole(top_force:top_impulse, :), &
-                  contact%sums(top_force:top_impulse, :))
+               whole(maximum_force:maximum_impulse, :) = max(whole(maximum_force:maximum_impulse, :), &
+                  contact%sums(maximum_force:maximum_impulse, :))
             end associate
          end do
          is_missing = .false.
-         is_missing([sum_square_force, top_force]) = .not. all(statistics%yields)
+         is_missing([sum_square_force, maximum_force]) = .not. all(statistics%yields)
          is_missing(of_stop) = blocks%release_contact == 0
          if (blocks%release_contact > 0) whole(of_stop, :) = blocks%contact(blocks%release_contact)%sums(of_stop, :)
          call find_statistics(whole, is_missing, quantile, statistics%value(:, 0), statistics%half_width(:, 0), &
@@ -344,7 +344,7 @@ contains
             associate (sums => contact%sums(:, block_at(blocks, impact%tau)))
                sums([sum_impacts, sum_velocity, sum_impact_impulse]) = &
                   sums([sum_impacts, sum_velocity, sum_impact_impulse]) + [1.0_wp, impact%velocity, impact%impulse]
-               sums([top_velocity, top_impulse]) = max(sums([top_velocity, top_impulse]), &
+               sums([maximum_velocity, maximum_impulse]) = max(sums([maximum_velocity, maximum_impulse]), &
                   [impact%velocity, impact%impulse])
             end associate
          end associate
@@ -385,7 +385,7 @@ contains
       real(wp), intent(in) :: scale
       type(contact_sums_t), intent(inout) :: contact
 
-      integer, parameter :: linear(*) = [sum_force, sum_impulse, top_force]
+      integer, parameter :: linear(*) = [sum_force, sum_impulse, maximum_force]
 
       contact%sums(linear, :) = scale*contact%sums(linear, :)
       contact%sums(sum_square_force, :) = scale**2*contact%sums(sum_square_force, :)

@@ -5,12 +5,12 @@
 !> maximum so far. The settling time depends only on the last interval above the level, so it is searched at the end of
 !> the run.
 module contact_measures
-   use bracketed_zero, only: bracket_t, chord, enter, go_to
+   use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use kinds, only: wp
-   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
+   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use response_types, only: settling_level, response_t, run_measures_t
    use run_measures, only: comes_to_rest, early_part, end_episode, excess_of, finish_accumulator, &
-      gather_measures, record_decay, put_peak, take_contact, take_impulse, accumulator_t
+      gather_measures, record_decay, record_peak, add_contact, add_impulse, accumulator_t
    implicit none (type, external)
    private
    public :: measurer_t, measures_t, open_measures, measure_interval, measure_impulse, finish_measures
@@ -31,7 +31,7 @@ module contact_measures
       !> Measures are requested
       logical :: is_wanted = .false.
       !> Maximum number of rebounds whose peaks are recorded
-      integer :: most_peaks = 0
+      integer :: max_peaks = 0
       !> Index of the contact from which the beam is released; 0: there is none
       integer :: release_contact = 0
       !> Measurers of all contacts; index 0 serves a run without contacts, [0:contacts]
@@ -41,15 +41,15 @@ module contact_measures
 contains
 
    !> Allocate the measures of a run. The caller opens each accumulator with the contact force at rest.
-   pure subroutine open_measures(contacts, release_contact, is_wanted, most_peaks, measures)
+   pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures)
       integer, intent(in) :: contacts
       integer, intent(in) :: release_contact
       logical, intent(in) :: is_wanted
-      integer, intent(in) :: most_peaks
+      integer, intent(in) :: max_peaks
       type(measures_t), intent(out) :: measures
 
       measures%is_wanted = is_wanted
-      measures%most_peaks = most_peaks
+      measures%max_peaks = max_peaks
       measures%release_contact = release_contact
       allocate (measures%of(0:contacts))
    end subroutine open_measures
@@ -61,7 +61,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: impulse
 
-      if (measures%is_wanted) call take_impulse(measures%of(k)%accumulator, tau, impulse)
+      if (measures%is_wanted) call add_impulse(measures%of(k)%accumulator, tau, impulse)
    end subroutine measure_impulse
 
    !> Update the measures of each contact, and of the energy, by an interval.
@@ -81,7 +81,7 @@ contains
          if (contact%is_closed) then
             call measure_closed(interval, k, contact, measures%of(k))
          else
-            call measure_flight(interval, k, contact%flights, measures%most_peaks, measures%of(k))
+            call measure_flight(interval, k, contact%flights, measures%max_peaks, measures%of(k))
          end if
          if (k == measures%release_contact .and. (contact%yields &
             .or. .not. contact%is_closed)) call record_exceedance(interval, k, &
@@ -104,16 +104,16 @@ contains
       measurer%has_risen = .false.
       associate (accumulator => measurer%accumulator)
          if (contact%yields) then
-            call interval%seek_peak(row_t(interval%force_row(k)), [0.0_wp, interval%length], &
+            call interval%seek_peak(output_row_t(interval%force_row(k)), [0.0_wp, interval%length], &
                accumulator%greatest_force/accumulator%force_scale*(1.0_wp + interval%tolerance), peak)
             if (peak%is_found) accumulator%greatest_force = max(accumulator%greatest_force, &
                accumulator%force_scale*peak%value)
-            accumulator%tolerance = max(accumulator%tolerance, peak%looks%tolerance)
+            accumulator%tolerance = max(accumulator%tolerance, peak%search_state%tolerance)
          else
             early = early_part(accumulator, interval%start, interval%length)
             if (early > 0.0_wp) early_impulse = interval%impulse(k, early)
          end if
-         call take_contact(accumulator, interval%start, interval%length, interval%impulse(k, interval%length), &
+         call add_contact(accumulator, interval%start, interval%length, interval%impulse(k, interval%length), &
             early_impulse)
       end associate
    end subroutine measure_closed
@@ -121,12 +121,12 @@ contains
    !> Count a flight as a rebound if it rises above the settling level, unless the run starts with the flight, or ends
    !> while the flight still rises. Record the peak of the rebound; if an earlier interval belongs to the same flight,
    !> only a higher peak replaces the recorded one.
-   subroutine measure_flight(interval, k, flights, most_peaks, measurer)
+   subroutine measure_flight(interval, k, flights, max_peaks, measurer)
       class(interval_t), intent(inout) :: interval
       integer, intent(in) :: k
       !> Number of the flight, counted from the start of the run; 0: the run starts with it
       integer, intent(in) :: flights
-      integer, intent(in) :: most_peaks
+      integer, intent(in) :: max_peaks
       type(measurer_t), intent(inout) :: measurer
 
       type(peak_t) :: peak
@@ -136,13 +136,13 @@ contains
 
       if (flights /= measurer%flight) measurer%has_risen = .false.
       measurer%flight = flights
-      if (.not. (measurer%has_risen .or. interval%reach(k) > settling_level)) return
+      if (.not. (measurer%has_risen .or. interval%gap_bound(k) > settling_level)) return
       associate (measures => measurer%measures, has_risen => measurer%has_risen)
          rebound_count = measures%rebounds + merge(0, 1, has_risen)
-         is_recorded = rebound_count <= most_peaks
+         is_recorded = rebound_count <= max_peaks
          if (flights == 0 .or. .not. (is_recorded .or. interval%is_last)) then
             if (has_risen) return
-            has_risen = interval%exceeds(row_t(k), settling_level)
+            has_risen = interval%exceeds(output_row_t(k), settling_level)
             if (.not. has_risen) return
             if (flights > 0) measures%rebounds = rebound_count
             call end_episode(measurer%accumulator)
@@ -150,8 +150,8 @@ contains
          end if
          threshold = settling_level
          if (has_risen .and. is_recorded) threshold = measures%peak_eta(rebound_count)
-         call interval%seek_peak(row_t(k), [0.0_wp, interval%length], threshold, peak)
-         measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%looks%tolerance)
+         call interval%seek_peak(output_row_t(k), [0.0_wp, interval%length], threshold, peak)
+         measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%search_state%tolerance)
          if (.not. peak%is_found) return
          if (.not. has_risen) call end_episode(measurer%accumulator)
          has_risen = .true.
@@ -159,7 +159,7 @@ contains
          if (interval%is_last .and. peak%still_rises) then
             measures%rebounds = rebound_count - 1
          else if (is_recorded) then
-            call put_peak(measures, interval%start + peak%time, peak%value)
+            call record_peak(measures, interval%start + peak%time, peak%value)
          end if
       end associate
    end subroutine measure_flight
@@ -175,16 +175,16 @@ contains
       real(wp) :: state(2)
       logical :: is_exceeded
 
-      if (.not. (had_risen .or. interval%reach(k) > settling_level)) return
+      if (.not. (had_risen .or. interval%gap_bound(k) > settling_level)) return
       is_exceeded = measurer%has_risen .and. .not. had_risen
       if (.not. is_exceeded) then
          ! the gap may exceed the level at the start of the interval, with either sign
-         state = interval%evaluate(row_t(k), 0.0_wp)
+         state = interval%evaluate(output_row_t(k), 0.0_wp)
          is_exceeded = abs(state(1)) > settling_level
       end if
-      if (.not. is_exceeded .and. had_risen) is_exceeded = interval%exceeds(row_t(k), settling_level)
-      if (.not. is_exceeded) is_exceeded = interval%exceeds(row_t(k, -1.0_wp), settling_level)
-      if (is_exceeded) call interval%keep_gap(k, measurer%exceeded)
+      if (.not. is_exceeded .and. had_risen) is_exceeded = interval%exceeds(output_row_t(k), settling_level)
+      if (.not. is_exceeded) is_exceeded = interval%exceeds(output_row_t(k, -1.0_wp), settling_level)
+      if (is_exceeded) call interval%record_gap(k, measurer%exceeded)
    end subroutine record_exceedance
 
    !> Find the instant in an interval at which the energy falls for the last time to the share that counts as decayed.
@@ -197,24 +197,25 @@ contains
 
       associate (accumulator => measurer%accumulator)
          if (.not. (interval%is_last .or. interval%may_gain)) then
-            if (accumulator%has_spent .or. .not. comes_to_rest(accumulator)) return
+            if (accumulator%has_decayed .or. .not. comes_to_rest(accumulator)) return
          end if
          measurer%measures%final_energy = interval%energy(interval%length)
          final_excess = excess_of(accumulator, measurer%measures%final_energy)
          ! most intervals end before the energy has decayed
-         if (.not. accumulator%has_spent .and. final_excess > 0.0_wp) return
+         if (.not. accumulator%has_decayed .and. final_excess > 0.0_wp) return
          excess = excess_of(accumulator, interval%energy(0.0_wp))
-         if (excess > 0.0_wp .and. accumulator%has_spent) call record_decay(accumulator, .false., interval%start)
-         if (accumulator%has_spent .or. final_excess > 0.0_wp) return
+         if (excess > 0.0_wp .and. accumulator%has_decayed) call record_decay(accumulator, .false., interval%start)
+         if (accumulator%has_decayed .or. final_excess > 0.0_wp) return
          ! the tolerance is the rounding error of the remaining energy
          bracket = bracket_t(high=interval%length, value_low=excess, value_high=final_excess, &
-            least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
+            value_tolerance=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), &
+            length_tolerance=4.0_wp*epsilon(1.0_wp))
          ! an impact before the interval may have dissipated the energy
          bracket%is_found = excess <= 0.0_wp
          if (.not. bracket%is_found) bracket%point = chord(bracket)
          do while (.not. bracket%is_found)
-            call enter(bracket, excess_of(accumulator, interval%energy(bracket%point)))
-            call go_to(bracket, chord(bracket))
+            call enter_value(bracket, excess_of(accumulator, interval%energy(bracket%point)))
+            call choose_point(bracket, chord(bracket))
          end do
          call record_decay(accumulator, .true., interval%start + bracket%point)
       end associate
@@ -257,12 +258,12 @@ contains
          real(wp) :: time
          logical :: is_exceeded
 
-         call finish_accumulator(measurer%accumulator, response, duration, lost, created, measures%most_peaks, &
+         call finish_accumulator(measurer%accumulator, response, duration, lost, created, measures%max_peaks, &
             measurer%measures, place)
          is_exceeded = .false.
          time = 0.0_wp
          if (allocated(measurer%exceeded)) then
-            call measurer%exceeded%last_beyond(settling_level, time, is_exceeded)
+            call measurer%exceeded%last_exceedance(settling_level, time, is_exceeded)
             time = measurer%exceeded%start + time
          end if
          measurer%measures%has_settled = .not. is_exceeded

@@ -2,20 +2,20 @@
 !> their squares, and extremes (docs/theory.md, section 20). Gaps, displacements and forces are numbered as rows of the
 !> interval (module `motion_intervals`).
 module interval_statistics
-   use block_statistics, only: blocks_begun, take_contact, take_flight
+   use block_statistics, only: blocks_begun, add_contact, record_flight
    use kinds, only: wp
-   use motion_intervals, only: interval_t, observed_contact_t, peak_t, row_t
+   use motion_intervals, only: interval_t, observed_contact_t, peak_t, output_row_t
    use signal_peaks, only: extreme_search_t
-   use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, &
-      sum_square_displacement, sum_square_tip, sum_tip, contact_sums_t, top_displacement, top_force, top_tip
+   use statistic_types, only: block_sums_t, minimum_displacement, minimum_tip, sum_displacement, &
+      sum_square_displacement, sum_square_tip, sum_tip, contact_sums_t, maximum_displacement, maximum_force, maximum_tip
    implicit none (type, external)
    private
-   public :: take_interval
+   public :: add_interval
 
 contains
 
    !> Add an interval, divided at the ends of blocks.
-   subroutine take_interval(interval, blocks)
+   subroutine add_interval(interval, blocks)
       class(interval_t), intent(inout) :: interval
       type(block_sums_t), intent(inout) :: blocks
 
@@ -38,14 +38,14 @@ contains
             associate (contact_sums => blocks%contact(contact%number))
                if (contact%is_closed) then
                   ! extends the impact in progress, outside the blocks too
-                  call take_contact(contact_sums, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+                  call add_contact(contact_sums, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
                else if (contact%is_active .and. .not. contact_sums%has_flown) then
                   call check_flight(interval, k, blocks%hop_tolerance, contact_sums)
                end if
             end associate
          end do
       end associate
-   end subroutine take_interval
+   end subroutine add_interval
 
    !> Does the beam rise above the hop tolerance over an open contact?
    subroutine check_flight(interval, k, hop_tolerance, contact_sums)
@@ -56,14 +56,14 @@ contains
 
       real(wp) :: level, state(2)
 
-      if (interval%reach(k) <= hop_tolerance) return
+      if (interval%gap_bound(k) <= hop_tolerance) return
       level = hop_tolerance + interval%rounding(k)
       ! the value at the end of the interval mostly makes a search unnecessary
-      state = interval%evaluate(row_t(k), interval%length)
+      state = interval%evaluate(output_row_t(k), interval%length)
       if (state(1) <= level) then
-         if (interval%exceeds(row_t(k), level)) state(1) = huge(1.0_wp)
+         if (interval%exceeds(output_row_t(k), level)) state(1) = huge(1.0_wp)
       end if
-      call take_flight(contact_sums, state(1), level)
+      call record_flight(contact_sums, state(1), level)
    end subroutine check_flight
 
    !> Add the stretch of an interval that lies within one block.
@@ -83,8 +83,8 @@ contains
       row = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(row), second(row)]
-         call widen_range(interval, row_t(row), stretch, sums(low_tip:top_tip), &
-            blocks%looks(low_tip:top_tip))
+         call widen_range(interval, output_row_t(row), stretch, sums(minimum_tip:maximum_tip), &
+            blocks%search_state(minimum_tip:maximum_tip))
       end associate
       do k = 1, interval%contacts
          contact = interval%contact(k)
@@ -93,60 +93,61 @@ contains
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + [sign*first(k), second(k)]
                if (contact%holds) then
-                  sums(low_displacement) = min(sums(low_displacement), sign*contact%height)
-                  sums(top_displacement) = max(sums(top_displacement), sign*contact%height)
+                  sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%height)
+                  sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%height)
                else if (contact%first_at_place < k) then
                   twin = interval%contact(contact%first_at_place)
-                  associate (range => blocks%contact(twin%number)%sums([low_displacement, top_displacement], block))
-                     sums(low_displacement) = min(sums(low_displacement), range(1))
-                     sums(top_displacement) = max(sums(top_displacement), range(2))
+                  associate (range => blocks%contact(twin%number)%sums([minimum_displacement, maximum_displacement], &
+                     block))
+                     sums(minimum_displacement) = min(sums(minimum_displacement), range(1))
+                     sums(maximum_displacement) = max(sums(maximum_displacement), range(2))
                   end associate
                else
-                  call widen_range(interval, row_t(k, sign, sign*contact%height), stretch, &
-                     sums(low_displacement:top_displacement), &
-                     blocks%looks(low_displacement:top_displacement))
+                  call widen_range(interval, output_row_t(k, sign, sign*contact%height), stretch, &
+                     sums(minimum_displacement:maximum_displacement), &
+                     blocks%search_state(minimum_displacement:maximum_displacement))
                end if
             end associate
             if (.not. contact%is_closed) cycle
             force = 0.0_wp
             row = interval%force_row(k)
             if (contact%has_force) then
-               call include_ends(interval, row_t(row), stretch, force)
-               call raise_maximum(interval, row_t(row, scale=maxval(force)), stretch, force(2), &
-                  blocks%looks(top_force))
+               call include_ends(interval, output_row_t(row), stretch, force)
+               call raise_maximum(interval, output_row_t(row, scale=maxval(force)), stretch, force(2), &
+                  blocks%search_state(maximum_force))
             end if
-            call take_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
+            call add_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
                [first(row), second(row)], force(2))
          end associate
       end do
    end subroutine add_stretch
 
    !> Widen a range by the values of a row.
-   subroutine widen_range(interval, row, stretch, range, looks)
+   subroutine widen_range(interval, row, stretch, range, search_state)
       class(interval_t), intent(inout) :: interval
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: range(2)
       !> State of the searches for the minimum and for the maximum
-      type(extreme_search_t), intent(inout) :: looks(2)
+      type(extreme_search_t), intent(inout) :: search_state(2)
 
       real(wp) :: negated_minimum, scale
 
       call include_ends(interval, row, stretch, range)
       scale = maxval(abs(range))
-      call raise_maximum(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
-         looks(2))
+      call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
+         search_state(2))
       negated_minimum = -range(1)
       scale = maxval(abs(range))
-      call raise_maximum(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, &
-         negated_minimum, looks(1))
+      call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), stretch, &
+         negated_minimum, search_state(1))
       range(1) = -negated_minimum
    end subroutine widen_range
 
    !> Widen a range by the values at both ends of a stretch, which mostly makes a search for extremes unnecessary.
    subroutine include_ends(interval, row, stretch, range)
       class(interval_t), intent(in) :: interval
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: range(2)
 
@@ -160,18 +161,18 @@ contains
    end subroutine include_ends
 
    !> Raise a known maximum of a row, if the row exceeds it.
-   subroutine raise_maximum(interval, row, stretch, known_maximum, looks)
+   subroutine raise_maximum(interval, row, stretch, known_maximum, search_state)
       class(interval_t), intent(inout) :: interval
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: known_maximum
-      type(extreme_search_t), intent(inout) :: looks
+      type(extreme_search_t), intent(inout) :: search_state
 
       type(peak_t) :: peak
 
-      peak%looks = looks
+      peak%search_state = search_state
       call interval%seek_peak(row, stretch, known_maximum, peak)
-      looks = peak%looks
+      search_state = peak%search_state
       if (peak%is_found) known_maximum = peak%value
    end subroutine raise_maximum
 

@@ -13,7 +13,7 @@ module mode_trials
    use stop_contacts, only: contact_t, contacts_of
    implicit none (type, external)
    private
-   public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, most_stalled, is_driven
+   public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
    public :: compare_runs, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance: the
@@ -22,7 +22,7 @@ module mode_trials
    !> A comparison makes no progress if it leaves at least this share of the previous difference. After this number of
    !> such comparisons in succession no further set is tried.
    real(wp), parameter :: progress = 0.5_wp
-   integer, parameter :: most_stalled = 2
+   integer, parameter :: max_stalled = 2
    !> All trials together may take these shares of the work (evaluations times modes) of the run in all modes, as
    !> estimated from the first trial. The documentation promises one half; the rest allows for the error of that
    !> estimate, which is larger if the run is longer than the trial.

@@ -8,13 +8,13 @@ module moment_places
    use beam_model, only: beam_model_t
    use beam_section, only: inertia, outer_fibre
    use kinds, only: lambda1_power4, wp
-   use motion_intervals, only: interval_t, peak_t, row_t
+   use motion_intervals, only: interval_t, peak_t, output_row_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
-   public :: moment_places_t, gather_places, open_moments, watch_moments, finish_moments
+   public :: moment_places_t, gather_places, open_moments, track_moments, finish_moments
 
    !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + mass-proportional damping) + load.F, with the
    !> values F of the time courses of the loads.
@@ -97,7 +97,7 @@ contains
    end subroutine open_moments
 
    !> Update the extremes of moments by an interval.
-   subroutine watch_moments(interval, moments)
+   subroutine track_moments(interval, moments)
       class(interval_t), intent(inout) :: interval
       !> Recorded moments, [places]
       type(moment_record_t), intent(inout) :: moments(:)
@@ -108,9 +108,9 @@ contains
       do p = 1, size(moments)
          associate (moment => moments(p))
             ! the values at both ends mostly make a search unnecessary
-            state = interval%evaluate(row_t(interval%moment_row(p)), 0.0_wp)
+            state = interval%evaluate(output_row_t(interval%moment_row(p)), 0.0_wp)
             call update_extremes(moment, state(1), interval%start)
-            state = interval%evaluate(row_t(interval%moment_row(p)), interval%length)
+            state = interval%evaluate(output_row_t(interval%moment_row(p)), interval%length)
             call update_extremes(moment, state(1), interval%start + interval%length)
             call seek_extreme(1.0_wp, moment%greatest, moment%maximum_search)
             call seek_extreme(-1.0_wp, -moment%least, moment%minimum_search)
@@ -120,20 +120,20 @@ contains
    contains
 
       !> Search for a value of sign times the moment above a threshold.
-      subroutine seek_extreme(sign, threshold, looks)
+      subroutine seek_extreme(sign, threshold, search_state)
          real(wp), intent(in) :: sign
          real(wp), intent(in) :: threshold
-         type(extreme_search_t), intent(inout) :: looks
+         type(extreme_search_t), intent(inout) :: search_state
 
          type(peak_t) :: peak
 
-         peak%looks = looks
-         call interval%seek_peak(row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
+         peak%search_state = search_state
+         call interval%seek_peak(output_row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
             -moments(p)%least)), [0.0_wp, interval%length], threshold, peak)
-         looks = peak%looks
+         search_state = peak%search_state
          if (peak%is_found) call update_extremes(moments(p), sign*peak%value, interval%start + peak%time)
       end subroutine seek_extreme
-   end subroutine watch_moments
+   end subroutine track_moments
 
    !> Update the extremes of a moment by its value at an instant.
    elemental subroutine update_extremes(moment, value, tau)

@@ -8,7 +8,7 @@ module motion_intervals
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
-   public :: interval_t, observed_contact_t, row_t, peak_t, curve_t
+   public :: interval_t, observed_contact_t, output_row_t, peak_t, curve_t
 
    !> Status of a contact during an interval.
    type :: observed_contact_t
@@ -33,13 +33,13 @@ module motion_intervals
    end type observed_contact_t
 
    !> The quantity offset + factor times a row.
-   type :: row_t
+   type :: output_row_t
       integer :: number = 1
       real(wp) :: factor = 1.0_wp
       real(wp) :: offset = 0.0_wp
       !> Magnitude to which the tolerance of peaks near zero refers; negative: the peaks themselves
       real(wp) :: scale = -1.0_wp
-   end type row_t
+   end type output_row_t
 
    !> Maximum of a row.
    type :: peak_t
@@ -51,7 +51,7 @@ module motion_intervals
       !> Time since the start of the interval
       real(wp) :: time = 0.0_wp
       !> State of the searches for this extreme
-      type(extreme_search_t) :: looks
+      type(extreme_search_t) :: search_state
    end type peak_t
 
    !> A row over an interval, stored for a later search.
@@ -60,7 +60,7 @@ module motion_intervals
       real(wp) :: start = 0.0_wp
       real(wp) :: length = 0.0_wp
    contains
-      procedure(last_exceedance_interface), deferred :: last_beyond
+      procedure(last_exceedance_interface), deferred :: last_exceedance
    end type curve_t
 
    type, abstract :: interval_t
@@ -79,11 +79,11 @@ module motion_intervals
    contains
       procedure(contact_interface), deferred :: contact
       procedure(evaluate_interface), deferred :: evaluate
-      procedure(reach_interface), deferred :: reach
+      procedure(reach_interface), deferred :: gap_bound
       procedure(reach_interface), deferred :: rounding
       procedure(exceeds_interface), deferred :: exceeds
       procedure(seek_peak_interface), deferred :: seek_peak
-      procedure(record_gap_interface), deferred :: keep_gap
+      procedure(record_gap_interface), deferred :: record_gap
       procedure(impulse_interface), deferred :: impulse
       procedure(integrate_interface), deferred :: integrate
       procedure(energy_interface), deferred :: energy
@@ -115,39 +115,39 @@ module motion_intervals
 
       !> Value and rate of a row at a time since the start of the interval.
       function evaluate_interface(self, row, time) result(state)
-         import :: interval_t, row_t, wp
+         import :: interval_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
-         type(row_t), intent(in) :: row
+         type(output_row_t), intent(in) :: row
          real(wp), intent(in) :: time
          real(wp) :: state(2)
       end function evaluate_interface
 
-      !> `reach`: upper bound of the magnitude of a gap, known without a search; `rounding`: its rounding error.
-      pure function reach_interface(self, k) result(reach)
+      !> `gap_bound`: upper bound of the magnitude of a gap, known without a search; `rounding`: its rounding error.
+      pure function reach_interface(self, k) result(gap_bound)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
-         real(wp) :: reach
+         real(wp) :: gap_bound
       end function reach_interface
 
       !> Does a row exceed a level?
       function exceeds_interface(self, row, level) result(does)
-         import :: interval_t, row_t, wp
+         import :: interval_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
-         type(row_t), intent(in) :: row
+         type(output_row_t), intent(in) :: row
          real(wp), intent(in) :: level
          logical :: does
       end function exceeds_interface
 
       !> Maximum of a row on a stretch of the interval, if it exceeds a known value.
       subroutine seek_peak_interface(self, row, stretch, known, peak)
-         import :: interval_t, peak_t, row_t, wp
+         import :: interval_t, peak_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
-         type(row_t), intent(in) :: row
+         type(output_row_t), intent(in) :: row
          !> Beginning and end of the stretch, since the start of the interval
          real(wp), intent(in) :: stretch(2)
          real(wp), intent(in) :: known

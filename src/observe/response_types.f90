@@ -14,7 +14,7 @@ module response_types
    private
    public :: response_t, event_t, contact_record_t, moment_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
-   public :: is_contact_start, is_contact_end, miss_of_energies
+   public :: is_contact_start, is_contact_end, balance_error
    public :: mode_check_t, mesh_check_t, run_measures_t, settling_level, settled_energy
 
    !> Rigid stop (model A): the beam hits the stop and rebounds.
@@ -88,7 +88,7 @@ module response_types
       real(wp), allocatable :: contact_start(:)
       real(wp), allocatable :: contact_end(:)
       !> The beam has hit a stop
-      logical :: has_met_stop = .false.
+      logical :: has_hit_stop = .false.
       !> Instant of the first impact, and d eta/d tau before it; not set if there is none
       real(wp) :: first_impact_tau = 0.0_wp
       real(wp) :: first_impact_velocity = 0.0_wp
@@ -112,9 +112,9 @@ module response_types
       !> Instant at which |eta_c| last exceeded that level
       real(wp) :: settling_tau = 0.0_wp
       !> The energy has decayed to the share `settled_energy` at the end of the run
-      logical :: has_spent = .false.
+      logical :: has_decayed = .false.
       !> Instant at which the energy last exceeded that share
-      real(wp) :: spent_tau = 0.0_wp
+      real(wp) :: decay_tau = 0.0_wp
       !> Energy at the start, of the beam at rest, and at the end
       real(wp) :: start_energy = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
@@ -154,7 +154,7 @@ module response_types
    !> Number of modes of a run, and the trials by which this number was chosen.
    type :: mode_check_t
       !> Number of modes retained, and number of modes of the mesh
-      integer :: kept = 0
+      integer :: retained = 0
       integer :: all_modes = 0
       !> Number of modes of the trial compared with the trial in the retained modes; 0: there was no comparison
       integer :: compared = 0
@@ -166,7 +166,7 @@ module response_types
       !> The difference is well within the tolerance
       logical :: agrees = .false.
       !> The motion continues under harmonic loads after the horizon
-      logical :: goes_on = .false.
+      logical :: persists = .false.
       !> Evaluations in trials, and sum over the trials of evaluations times modes
       integer(i8) :: evaluations = 0_i8
       real(wp) :: work = 0.0_wp
@@ -180,7 +180,7 @@ module response_types
       !> The inertia of the stop's node is redistributed to its neighbours
       logical :: is_redistributed = .false.
       !> The inertia is not redistributed, although redistribution would be more accurate
-      logical :: adds_mass = .false.
+      logical :: should_redistribute = .false.
       !> Number of elements of the finer mesh; 0: the mesh was given and not compared
       integer :: compared = 0
       !> Requested tolerance
@@ -303,7 +303,7 @@ contains
    end subroutine append_event
 
    !> Maximum error of the energy balance at the samples of a run.
-   pure function miss_of_energies(response) result(max_error)
+   pure function balance_error(response) result(max_error)
       !> The run, with its energies
       type(response_t), intent(in) :: response
       real(wp) :: max_error
@@ -316,7 +316,7 @@ contains
          if (allocated(e%work)) excess = excess - e%work
       end associate
       max_error = maxval(abs(excess))
-   end function miss_of_energies
+   end function balance_error
 
    !> Does an event of this kind begin a closed contact?
    elemental function is_contact_start(kind) result(starts)

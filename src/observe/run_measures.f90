@@ -14,7 +14,7 @@ module run_measures
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: accumulator_t, open_accumulator, take_impulse, take_contact, end_episode, record_decay, put_peak
+   public :: accumulator_t, open_accumulator, add_impulse, add_contact, end_episode, record_decay, record_peak
    public :: finish_accumulator, gather_measures
    public :: comes_to_rest, early_part, excess_of, force_window, no_rest, row_of
 
@@ -48,9 +48,9 @@ module run_measures
       !> Impulse of the episode within `force_window` of its beginning
       real(wp) :: early_impulse = 0.0_wp
       !> The energy has decayed
-      logical :: has_spent = .false.
+      logical :: has_decayed = .false.
       !> Instant at which the energy decayed
-      real(wp) :: spent_tau = 0.0_wp
+      real(wp) :: decay_tau = 0.0_wp
    end type accumulator_t
 
 contains
@@ -77,7 +77,7 @@ contains
    end subroutine open_accumulator
 
    !> Add an impulse at an instant.
-   elemental subroutine take_impulse(accumulator, tau, impulse)
+   elemental subroutine add_impulse(accumulator, tau, impulse)
       type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: impulse
@@ -85,10 +85,10 @@ contains
       call begin_episode(accumulator, tau)
       accumulator%impulse = accumulator%impulse + impulse
       if (tau <= accumulator%begin + force_window) call add_early_impulse(accumulator, impulse)
-   end subroutine take_impulse
+   end subroutine add_impulse
 
    !> Add a closed contact, or one step of it.
-   elemental subroutine take_contact(accumulator, from, length, impulse, early_impulse)
+   elemental subroutine add_contact(accumulator, from, length, impulse, early_impulse)
       type(accumulator_t), intent(inout) :: accumulator
       !> Beginning and length of the contact, tau
       real(wp), intent(in) :: from
@@ -100,7 +100,7 @@ contains
       call begin_episode(accumulator, from)
       accumulator%impulse = accumulator%impulse + (impulse - accumulator%rest_force*length)
       call add_early_impulse(accumulator, early_impulse)
-   end subroutine take_contact
+   end subroutine add_contact
 
    !> Length of the part of a contact that lies within `force_window` of the beginning of its episode.
    elemental function early_part(accumulator, from, length) result(part)
@@ -170,12 +170,12 @@ contains
       logical, intent(in) :: is_spent
       real(wp), intent(in) :: tau
 
-      if (is_spent .and. .not. accumulator%has_spent) accumulator%spent_tau = tau
-      accumulator%has_spent = is_spent
+      if (is_spent .and. .not. accumulator%has_decayed) accumulator%decay_tau = tau
+      accumulator%has_decayed = is_spent
    end subroutine record_decay
 
    !> Record the peak of the last rebound.
-   pure subroutine put_peak(measures, tau, eta)
+   pure subroutine record_peak(measures, tau, eta)
       !> Measures, in which the rebound is already counted
       type(run_measures_t), intent(inout) :: measures
       real(wp), intent(in) :: tau
@@ -198,10 +198,10 @@ contains
          measures%peak_eta(place) = eta
          measures%peak_tau(place) = tau
       end associate
-   end subroutine put_peak
+   end subroutine record_peak
 
    !> Compute the measures at the end of the run.
-   pure subroutine finish_accumulator(accumulator, response, duration, lost, created, most_peaks, measures, contact)
+   pure subroutine finish_accumulator(accumulator, response, duration, lost, created, max_peaks, measures, contact)
       !> Accumulated sums
       type(accumulator_t), intent(inout) :: accumulator
       !> The run, with its events
@@ -213,7 +213,7 @@ contains
       !> Energy created by replacing nodal velocities
       real(wp), intent(in) :: created
       !> Maximum number of rebounds whose peaks are recorded
-      integer, intent(in) :: most_peaks
+      integer, intent(in) :: max_peaks
       !> Measures; final energy, rebounds and settling time are set
       type(run_measures_t), intent(inout) :: measures
       !> Number of the contact whose events are counted; absent: all
@@ -228,8 +228,8 @@ contains
       measures%greatest_force = accumulator%greatest_force
       measures%greatest_impulse = accumulator%greatest_impulse
       call record_decay(accumulator, excess_of(accumulator, measures%final_energy) <= 0.0_wp, duration)
-      measures%has_spent = accumulator%has_spent
-      measures%spent_tau = accumulator%spent_tau
+      measures%has_decayed = accumulator%has_decayed
+      measures%decay_tau = accumulator%decay_tau
       measures%start_energy = accumulator%start_energy
       measures%rest_energy = merge(accumulator%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), &
          comes_to_rest(accumulator))
@@ -245,7 +245,7 @@ contains
       measures%created = shares(4)
       measures%left = shares(5)
       if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(0), measures%peak_tau(0))
-      peaks = min(measures%rebounds, most_peaks)
+      peaks = min(measures%rebounds, max_peaks)
       if (size(measures%peak_eta) > peaks) then
          measures%peak_eta = measures%peak_eta(:peaks)
          measures%peak_tau = measures%peak_tau(:peaks)
@@ -279,8 +279,8 @@ contains
          end if
          associate (event => response%events(i))
             if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
-            if (.not. measures%has_met_stop .and. is_arrival(event%kind)) then
-               measures%has_met_stop = .true.
+            if (.not. measures%has_hit_stop .and. is_arrival(event%kind)) then
+               measures%has_hit_stop = .true.
                measures%first_impact_tau = event%tau
                measures%first_impact_velocity = event%velocity_before
             end if
@@ -318,7 +318,7 @@ contains
       allocate (start(0), end(0))
       associate (whole => response%measures)
          whole%impacts = 0
-         whole%has_met_stop = .false.
+         whole%has_hit_stop = .false.
          do k = 1, size(response%contacts)
             associate (of_contact => response%contacts(k)%measures)
                whole%impacts = whole%impacts + of_contact%impacts
@@ -326,9 +326,9 @@ contains
                end = [end, of_contact%contact_end]
                whole%greatest_force = max(whole%greatest_force, of_contact%greatest_force)
                whole%greatest_impulse = max(whole%greatest_impulse, of_contact%greatest_impulse)
-               if (.not. of_contact%has_met_stop) cycle
-               if (whole%has_met_stop .and. of_contact%first_impact_tau >= whole%first_impact_tau) cycle
-               whole%has_met_stop = .true.
+               if (.not. of_contact%has_hit_stop) cycle
+               if (whole%has_hit_stop .and. of_contact%first_impact_tau >= whole%first_impact_tau) cycle
+               whole%has_hit_stop = .true.
                whole%first_impact_tau = of_contact%first_impact_tau
                whole%first_impact_velocity = of_contact%first_impact_velocity
             end associate
@@ -357,7 +357,7 @@ contains
       row(findloc(name, 'impacts', 1)) = real(measures%impacts, wp)
       row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)
       row(findloc(name, 'rebounds', 1)) = real(measures%rebounds, wp)
-      if (measures%has_met_stop) then
+      if (measures%has_hit_stop) then
          row(findloc(name, 'first_impact_tau', 1)) = measures%first_impact_tau
          row(findloc(name, 'first_impact_velocity', 1)) = measures%first_impact_velocity
       end if
@@ -369,7 +369,7 @@ contains
          row(first_peak:first_peak + peaks - 1) = measures%peak_eta(:peaks)
       end associate
       if (measures%has_settled) row(findloc(name, 'quiet_tau', 1)) = measures%settling_tau
-      if (measures%has_spent) row(findloc(name, 'spent_tau', 1)) = measures%spent_tau
+      if (measures%has_decayed) row(findloc(name, 'spent_tau', 1)) = measures%decay_tau
       row(findloc(name, 'lost_beam', 1)) = measures%lost_beam
       row(findloc(name, 'lost_stop', 1)) = measures%lost_stop
       row(findloc(name, 'lost_impact', 1)) = measures%lost_impact

@@ -1,14 +1,14 @@
 !> Observers of a run, for either method; each observer has an entry in the procedures of this module.
 module run_observers
-   use block_statistics, only: finish_statistics, open_blocks, take_events
+   use block_statistics, only: finish_statistics, open_blocks, add_events
    use contact_measures, only: finish_measures, measure_interval, measures_t
-   use interval_statistics, only: take_interval
+   use interval_statistics, only: add_interval
    use kinds, only: wp
-   use moment_places, only: finish_moments, watch_moments
+   use moment_places, only: finish_moments, track_moments
    use motion_intervals, only: interval_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
-   use section_records, only: finish_sections, open_sections, take_sections
+   use section_records, only: finish_sections, open_sections, record_sections
    use section_types, only: run_sections_t
    use statistic_types, only: block_sums_t
    implicit none (type, external)
@@ -59,10 +59,10 @@ contains
       type(observers_t), intent(inout) :: observers
       class(interval_t), intent(inout) :: interval
 
-      if (allocated(observers%blocks)) call take_interval(interval, observers%blocks)
-      if (allocated(observers%sections)) call take_sections(interval, observers%sections)
+      if (allocated(observers%blocks)) call add_interval(interval, observers%blocks)
+      if (allocated(observers%sections)) call record_sections(interval, observers%sections)
       if (.not. observers%measures%is_wanted) return
-      if (allocated(observers%moments)) call watch_moments(interval, observers%moments)
+      if (allocated(observers%moments)) call track_moments(interval, observers%moments)
       call measure_interval(interval, observers%measures)
    end subroutine observe
 
@@ -71,7 +71,7 @@ contains
       type(observers_t), intent(inout) :: observers
       type(response_t), intent(in) :: response
 
-      if (allocated(observers%blocks)) call take_events(observers%blocks, response)
+      if (allocated(observers%blocks)) call add_events(observers%blocks, response)
    end subroutine observe_events
 
    !> Store the results of the observers in the response at the end of the run.

@@ -6,8 +6,8 @@ module run_recorder
    use response_types, only: response_t
    implicit none (type, external)
    private
-   public :: ledger_t, charge_event, sample_t, asked_t, keep_sample
-   public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, keep_shape
+   public :: ledger_t, charge_event, sample_t, asked_t, record_sample
+   public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, record_shape
 
    !> Energies dissipated and supplied up to the start of the present phase or the end of the last step.
    type :: ledger_t
@@ -84,7 +84,7 @@ contains
    end function asked_of
 
    !> Record a sample in the histories.
-   pure subroutine keep_sample(place, sample, ledger, response)
+   pure subroutine record_sample(place, sample, ledger, response)
       !> Index in the histories, from 1
       integer, intent(in) :: place
       type(sample_t), intent(in) :: sample
@@ -112,7 +112,7 @@ contains
          entry%created(place) = ledger%created
          if (allocated(entry%work)) entry%work(place) = ledger%work + sample%work
       end associate
-   end subroutine keep_sample
+   end subroutine record_sample
 
    !> Prepare the recording of a run by phases.
    pure subroutine make_recorder(samples, step, modes, response, recorder)
@@ -174,7 +174,7 @@ contains
    end function shape_due
 
    !> Record the state at the instant of the next shape.
-   pure subroutine keep_shape(recorder, q, v, node)
+   pure subroutine record_shape(recorder, q, v, node)
       type(recorder_t), intent(inout) :: recorder
       !> State in the free modes, [modes]
       real(wp), intent(in) :: q(:)
@@ -186,6 +186,6 @@ contains
       recorder%shape_z(:, recorder%next_shape) = q
       recorder%shape_v(:, recorder%next_shape) = v
       recorder%next_shape = recorder%next_shape + 1
-   end subroutine keep_shape
+   end subroutine record_shape
 
 end module run_recorder

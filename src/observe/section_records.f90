@@ -4,13 +4,13 @@ module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
-   use motion_intervals, only: interval_t, observed_contact_t, row_t
+   use motion_intervals, only: interval_t, observed_contact_t, output_row_t
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: run_settings_t
    use section_types, only: run_sections_t
    implicit none (type, external)
    private
-   public :: check_period, open_sections, take_sections, finish_sections
+   public :: check_period, open_sections, record_sections, finish_sections
 
 contains
 
@@ -42,7 +42,7 @@ contains
       allocate (sections)
       associate (asked => settings%poincare, duration => settings%response%duration)
          sections%period = asked%period
-         sections%most_periods = asked%most_periods
+         sections%max_periods = asked%max_periods
          sections%tolerance = asked%tolerance
          sections%release_contact = release_contact
          first = modulo(asked%phase, 1.0_wp)
@@ -53,12 +53,12 @@ contains
             - (real(asked%skip, wp) + first) + 1.0_wp)))
          allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%impacts(n))
          sections%tau = [(min(duration, (real(asked%skip + k - 1, wp) + first)*asked%period), k=1, n)]
-         if (present(modes) .and. asked%keeps_modes) allocate (sections%modes(2, modes, n))
+         if (present(modes) .and. asked%records_modes) allocate (sections%modes(2, modes, n))
       end associate
    end subroutine open_sections
 
    !> Record the sections within an interval, including its end.
-   subroutine take_sections(interval, sections)
+   subroutine record_sections(interval, sections)
       class(interval_t), intent(in) :: interval
       type(run_sections_t), intent(inout) :: sections
 
@@ -72,17 +72,17 @@ contains
          associate (n => sections%count + 1)
             if (sections%tau(n) > end) exit
             time = min(max(sections%tau(n) - interval%start, 0.0_wp), interval%length)
-            sections%tip(:, n) = interval%evaluate(row_t(interval%tip_row()), time)
+            sections%tip(:, n) = interval%evaluate(output_row_t(interval%tip_row()), time)
             do k = 1, interval%contacts
                contact = interval%contact(k)
                sections%stop(:, contact%number, n) = [contact%sign*contact%height, 0.0_wp]
-               if (.not. contact%holds) sections%stop(:, contact%number, n) = interval%evaluate(row_t(k, &
+               if (.not. contact%holds) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
                   contact%sign, contact%sign*contact%height), time)
             end do
          end associate
          sections%count = sections%count + 1
       end do
-   end subroutine take_sections
+   end subroutine record_sections
 
    !> Compute the measures of the sections at the end of the run, and store the sections in the response.
    pure subroutine finish_sections(sections, response)
@@ -158,7 +158,7 @@ contains
 
       associate (n => sections%count, tip => sections%tip, stop => sections%stop)
          max_size = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])))
-         do p = 1, min(sections%most_periods, n/2)
+         do p = 1, min(sections%max_periods, n/2)
             return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
                size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p

@@ -32,7 +32,7 @@ module section_types
       !> Period of the load, tau
       real(wp) :: period = 0.0_wp
       !> Maximum period of the motion that is detected, in periods of the load
-      integer :: most_periods = 1
+      integer :: max_periods = 1
       !> Tolerance of the return of a state, as a share of its maximum
       real(wp) :: tolerance = 0.0_wp
       !> Instants, [sections]; the first `count` have been recorded

@@ -8,8 +8,8 @@ module statistic_types
    private
    public :: run_statistics_t, block_sums_t, impact_t, contact_sums_t, statistic_count
    public :: sum_time, sum_contact, sum_force, sum_square_force, sum_impulse, sum_impacts, sum_velocity, &
-      sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, top_force, &
-      top_velocity, top_impulse, low_displacement, top_displacement, low_tip, top_tip, sum_count
+      sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, maximum_force, &
+      maximum_velocity, maximum_impulse, minimum_displacement, maximum_displacement, minimum_tip, maximum_tip, sum_count
 
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
@@ -27,13 +27,13 @@ module statistic_types
    integer, parameter :: sum_square_displacement = 10
    integer, parameter :: sum_tip = 11
    integer, parameter :: sum_square_tip = 12
-   integer, parameter :: top_force = 13
-   integer, parameter :: top_velocity = 14
-   integer, parameter :: top_impulse = 15
-   integer, parameter :: low_displacement = 16
-   integer, parameter :: top_displacement = 17
-   integer, parameter :: low_tip = 18
-   integer, parameter :: top_tip = 19
+   integer, parameter :: maximum_force = 13
+   integer, parameter :: maximum_velocity = 14
+   integer, parameter :: maximum_impulse = 15
+   integer, parameter :: minimum_displacement = 16
+   integer, parameter :: maximum_displacement = 17
+   integer, parameter :: minimum_tip = 18
+   integer, parameter :: maximum_tip = 19
    integer, parameter :: sum_count = 19
 
    !> An impact: the onset of contact, together with further contacts that follow too soon, or after too low a flight,
@@ -87,7 +87,7 @@ module statistic_types
       !> Number of events already processed
       integer :: seen = 0
       !> States of the searches for extremes, shared by all contacts
-      type(extreme_search_t) :: looks(sum_count)
+      type(extreme_search_t) :: search_state(sum_count)
    end type block_sums_t
 
    !> Statistics of a run.

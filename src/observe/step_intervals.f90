@@ -3,12 +3,12 @@
 !> its values; forces, moments and energy are linear. Gaps, displacements, forces and moments are numbered as rows of
 !> the interval (module `motion_intervals`).
 module step_intervals
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: wp
-   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
+   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    implicit none (type, external)
    private
-   public :: step_interval_t, open_step_interval, cubic_of, greatest_of
+   public :: step_interval_t, open_step_interval, cubic_of, maximum_of
 
    !> Cubic c0 + c1 s + c2 s^2 + c3 s^3 for s = 0 ... 1.
    type :: cubic_t
@@ -27,11 +27,11 @@ module step_intervals
    contains
       procedure :: contact
       procedure :: evaluate
-      procedure :: reach
+      procedure :: gap_bound
       procedure :: rounding
       procedure :: exceeds
       procedure :: seek_peak
-      procedure :: keep_gap
+      procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
       procedure :: energy
@@ -41,7 +41,7 @@ module step_intervals
       !> Displacements at both ends of the step, then velocities
       real(wp) :: ends(4) = 0.0_wp
    contains
-      procedure :: last_beyond
+      procedure :: last_exceedance
    end type cubic_curve_t
 
 contains
@@ -70,7 +70,7 @@ contains
    !> Value and rate of a row at a time since the start of the step.
    function evaluate(self, row, time) result(state)
       class(step_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: time
       real(wp) :: state(2)
 
@@ -87,16 +87,16 @@ contains
    end function evaluate
 
    !> Upper bound of the magnitude of a gap, from the control points of its cubic.
-   pure function reach(self, k)
+   pure function gap_bound(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: reach
+      real(wp) :: gap_bound
 
       associate (ends => self%ends(:, k))
-         reach = max(abs(ends(1)), abs(ends(2)), abs(ends(1) + self%length*ends(3)/3.0_wp), &
+         gap_bound = max(abs(ends(1)), abs(ends(2)), abs(ends(1) + self%length*ends(3)/3.0_wp), &
             abs(ends(2) - self%length*ends(4)/3.0_wp))
       end associate
-   end function reach
+   end function gap_bound
 
    !> Zero, because a step is accurate to its discretisation error only, not to rounding.
    pure function rounding(self, k)
@@ -109,23 +109,23 @@ contains
 
    function exceeds(self, row, level) result(does)
       class(step_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: level
       logical :: does
 
       does = .false.
       if (.not. upper_bound(self, row) > level) return
-      does = greatest_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
+      does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
    !> Upper bound of a row over the step; for most steps no search is needed below this bound.
    pure function upper_bound(self, row) result(bound)
       class(step_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp) :: bound
 
       if (row%number <= self%contacts + 1) then
-         bound = row%offset + abs(row%factor)*self%reach(row%number)
+         bound = row%offset + abs(row%factor)*self%gap_bound(row%number)
       else
          bound = row%offset + maxval(row%factor*self%line(:, row%number - self%contacts - 1))
       end if
@@ -134,7 +134,7 @@ contains
    !> Find the maximum of a row on a stretch of the step.
    subroutine seek_peak(self, row, stretch, known, peak)
       class(step_interval_t), intent(inout) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
@@ -164,7 +164,7 @@ contains
       end do
    end subroutine seek_peak
 
-   subroutine keep_gap(self, k, curve)
+   subroutine record_gap(self, k, curve)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
       class(curve_t), allocatable, intent(inout) :: curve
@@ -176,7 +176,7 @@ contains
       type is (cubic_curve_t)
          curve%ends = self%ends(:, k)
       end select
-   end subroutine keep_gap
+   end subroutine record_gap
 
    !> Integral of a force from the start of the step.
    function impulse(self, k, time)
@@ -207,7 +207,7 @@ contains
 
       length = stretch(2) - stretch(1)
       do k = 1, size(first)
-         cubic = cubic_of_row(self, row_t(k, 1.0_wp, offset_of(k)), stretch)
+         cubic = cubic_of_row(self, output_row_t(k, 1.0_wp, offset_of(k)), stretch)
          a = [cubic%c(0), cubic%c(1), sum(cubic%c), rate_at(cubic, 1.0_wp)]
          first(k) = length*(0.5_wp*(a(1) + a(3)) + (a(2) - a(4))/12.0_wp)
          second(k) = length*dot_product(a, matmul(mass, a))
@@ -234,7 +234,7 @@ contains
    end function energy
 
    !> Last time at which the magnitude of the cubic exceeds a level.
-   subroutine last_beyond(self, level, time, is_at_end)
+   subroutine last_exceedance(self, level, time, is_at_end)
       class(cubic_curve_t), intent(in) :: self
       real(wp), intent(in) :: level
       real(wp), intent(out) :: time
@@ -255,12 +255,12 @@ contains
          if (abs(value_at(cubic, points(k))) > level) time = self%length*crossing(cubic, level, points(k), &
             points(k + 1))
       end do
-   end subroutine last_beyond
+   end subroutine last_exceedance
 
    !> A row on a stretch of the step, as a cubic.
    pure function cubic_of_row(self, row, stretch) result(cubic)
       class(step_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
+      type(output_row_t), intent(in) :: row
       !> Beginning and end of the stretch, since the start of the step
       real(wp), intent(in) :: stretch(2)
       type(cubic_t) :: cubic
@@ -299,7 +299,7 @@ contains
    end function cubic_of
 
    !> Maximum of a cubic on 0 <= s <= 1.
-   pure function greatest_of(cubic) result(greatest)
+   pure function maximum_of(cubic) result(greatest)
       type(cubic_t), intent(in) :: cubic
       real(wp) :: greatest
 
@@ -311,7 +311,7 @@ contains
       do k = 1, turn_count
          greatest = max(greatest, value_at(cubic, turn(k)))
       end do
-   end function greatest_of
+   end function maximum_of
 
    !> The point at which |cubic| falls through a level, between a point above the level and a point not above it,
    !> without a turning point in between: bisection to adjacent floating-point numbers.
@@ -325,11 +325,11 @@ contains
 
       type(bracket_t) :: bracket
 
-      bracket = bracket_t(low=above, high=below, point=above, least_value=-1.0_wp)
-      call go_to(bracket)
+      bracket = bracket_t(low=above, high=below, point=above, value_tolerance=-1.0_wp)
+      call choose_point(bracket)
       do while (.not. bracket%is_found)
-         call enter(bracket, abs(value_at(cubic, bracket%point)) - level)
-         call go_to(bracket)
+         call enter_value(bracket, abs(value_at(cubic, bracket%point)) - level)
+         call choose_point(bracket)
       end do
       point = bracket%low
    end function crossing

@@ -2,9 +2,9 @@
 module mass_and_taper_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
-   use paper_outcomes, only: definition_count, energy_end, outcome_t, usual_end
-   use paper_series, only: ends_of, find_soonest, series_t, soonest_of
-   use statement_types, only: add_statement, add_statement_of_ends, listed, mark_ties, number, percent, &
+   use paper_outcomes, only: definition_count, energy_end, outcome_t, displacement_end
+   use paper_series, only: ends_of, find_soonest, series_t, may_end_soonest
+   use statement_types, only: add_statement, add_end_statement, listed, mark_ties, number, percent, &
       statements_t
    implicit none (type, external)
    private
@@ -30,12 +30,12 @@ contains
       integer :: way, i, definition, limit_case
 
       do way = 1, way_count
-         ratio(way) = mass%outcome(1, way)%high_velocity &
-            /max(mass%outcome(mu_two, way)%high_velocity, 1.0e-12_wp)
+         ratio(way) = mass%outcome(1, way)%high_mode_velocity &
+            /max(mass%outcome(mu_two, way)%high_mode_velocity, 1.0e-12_wp)
          peaks = mass%outcome(:, way)%main_peak
          deviation(way) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
          best_mass(way) = mass%value(minloc(peaks(:printed_count), dim=1))
-         spread(way) = spread_of(mass%outcome(:printed_count, way), usual_end)
+         spread(way) = spread_of(mass%outcome(:printed_count, way), displacement_end)
          do definition = 1, definition_count
             similar(definition, way) = spread_of(mass%outcome(:printed_count, way), definition) < 0.2_wp
          end do
@@ -45,11 +45,11 @@ contains
       ! paper's figure, serve to find this case
       limit_case = 1 + findloc(abs(peaks/one_dof_peak - 1.0_wp) < 0.1_wp, .false., dim=1, back=.true.)
       limit_case = min(limit_case, size(peaks))
-      ends = [(mass%outcome(i, fine)%ends(usual_end), i=1, printed_count)]
+      ends = [(mass%outcome(i, fine)%ends(displacement_end), i=1, printed_count)]
       call add_statement(list, '7a', 'With a small tip mass high components are strong.', &
          'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2, over 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at mu = 0 ... 2, 10, 30: '// &
-         listed([(mass%outcome(i, fine)%high_velocity, i=1, size(peaks))], 4), '')
+         listed([(mass%outcome(i, fine)%high_mode_velocity, i=1, size(peaks))], 4), '')
       call add_statement(list, '7b', &
          'With a large tip mass the beam comes close to an impact oscillator of one degree of freedom.', &
          'main peak at mu = 2 against the eps of that oscillator, within 0.1', deviation, deviation < 0.1_wp, &
@@ -60,8 +60,8 @@ contains
          'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
          'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed_count), 3)//'; at 0.5 '// &
          percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
-      scaled_ends = [(ends(i)*mass%outcome(i, fine)%own_frequency, i=1, printed_count)]
-      call add_statement_of_ends(list, '7d', 'The end hardly depends on mu.', &
+      scaled_ends = [(ends(i)*mass%outcome(i, fine)%lowest_frequency, i=1, printed_count)]
+      call add_end_statement(list, '7d', 'The end hardly depends on mu.', &
          'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(ends, 1)// &
          '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed_count)], 1)// &
          '; times the lowest frequency of the beam with its mass: '//listed(scaled_ends, 1), &
@@ -112,14 +112,14 @@ contains
       integer :: way, i, definition, agreeing
 
       do way = 1, way_count
-         ends = ends_of(taper, way, usual_end)
+         ends = ends_of(taper, way, displacement_end)
          excess(way) = min(ends(uniform), ends(wedge))/ends(middle) - 1.0_wp
          soonest(way) = taper%value(minloc(ends, dim=1))
          peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(uniform, way)%main_peak
-         kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_first &
-            /max(taper%outcome(uniform, way)%kinetic_at_first, 1.0e-12_wp)
-         loss_ratio(way) = taper%outcome(wedge, way)%lost_at_first &
-            /max(taper%outcome(uniform, way)%lost_at_first, 1.0e-12_wp)
+         kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_impact &
+            /max(taper%outcome(uniform, way)%kinetic_at_impact, 1.0e-12_wp)
+         loss_ratio(way) = taper%outcome(wedge, way)%lost_before_peak &
+            /max(taper%outcome(uniform, way)%lost_before_peak, 1.0e-12_wp)
       end do
       do way = 1, way_count
          do definition = 1, definition_count
@@ -128,18 +128,18 @@ contains
          end do
       end do
       call find_soonest(taper, middle, first, tied)
-      ends = ends_of(taper, fine, usual_end)
+      ends = ends_of(taper, fine, displacement_end)
       agreeing = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
          definition_count)])
-      call add_statement_of_ends(list, '8a', 'With very little or much taper the vibration lasts longer.', &
+      call add_end_statement(list, '8a', 'With very little or much taper the vibration lasts longer.', &
          'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', excess, outlasts, &
          'ends at tau = '//listed(ends, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
          listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
-         listed(ends_of(taper, coarse_nodal, usual_end), 1), &
+         listed(ends_of(taper, coarse_nodal, displacement_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
-      call add_statement_of_ends(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
+      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
-         listed(pack(taper%value, soonest_of(taper, fine, usual_end)), 3), &
+         listed(pack(taper%value, may_end_soonest(taper, fine, displacement_end)), 3), &
          'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
       call mark_ties(list, tied)
@@ -150,13 +150,13 @@ contains
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
          'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', &
          kinetic_ratio, kinetic_ratio < 0.9_wp, &
-         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_first, i=1, size(ends))], 3)// &
+         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_impact, i=1, size(ends))], 3)// &
          '; mass that takes part in an impact, of the beam: '// &
-         listed([(1.0_wp/taper%outcome(i, fine)%mobility, i=1, size(ends))], 5), '')
+         listed([(1.0_wp/taper%outcome(i, fine)%inverse_mass, i=1, size(ends))], 5), '')
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
          'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', loss_ratio, &
          loss_ratio > 1.0_wp, &
-         'shares until the main rebound: '//listed([(taper%outcome(i, fine)%lost_at_first, i=1, size(ends))], 4)// &
+         'shares until the main rebound: '//listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(ends))], 4)// &
          '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(ends))], 4)// &
          "; paper's mesh, nodal reading, in all: "// &
          listed([(taper%outcome(i, coarse_nodal)%lost_at_impacts, i=1, size(ends))], 2)//', created: '// &

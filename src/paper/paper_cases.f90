@@ -5,7 +5,7 @@ module paper_cases
    use beam_section, only: section_t, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
-   use mass_choice, only: errs_less_redistributed
+   use mass_choice, only: is_redistribution_more_accurate
    use run_settings, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
       method_newmark, run_settings_t, stop_settings_t
    implicit none (type, external)
@@ -58,7 +58,7 @@ module paper_cases
       integer :: impulse = impulse_momentum
       !> True: use the more accurate of the consistent and the redistributed mass matrix; false: always use the
       !> consistent mass matrix of the paper
-      logical :: chooses_mass = .false.
+      logical :: chooses_mass_matrix = .false.
    end type way_t
 
 contains
@@ -71,7 +71,7 @@ contains
       type(way_t), intent(out) :: ways(way_count)
 
       ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
-      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, chooses_mass=.true.)
+      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, chooses_mass_matrix=.true.)
       ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
       ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
       ways(paper_nodal) = way_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)
@@ -96,8 +96,8 @@ contains
       if (allocated(error)) return
       section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
       settings%stop = stop_of_case(this, way%impulse)
-      is_redistributed = way%chooses_mass
-      if (is_redistributed) is_redistributed = errs_less_redistributed(section, mesh, this%tip_mass, settings)
+      is_redistributed = way%chooses_mass_matrix
+      if (is_redistributed) is_redistributed = is_redistribution_more_accurate(section, mesh, this%tip_mass, settings)
       call make_beam_model(section, mesh, this%tip_mass, model, is_redistributed)
    end subroutine model_of_case
 

@@ -4,7 +4,7 @@ module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
    use paper_cases, only: figure_case_t, way_t
-   use paper_outcomes, only: energy_end, find_outcome, outcome_t, usual_end
+   use paper_outcomes, only: energy_end, find_outcome, outcome_t, displacement_end
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private
@@ -19,7 +19,7 @@ module paper_convergence
       !> Effective mass at the stop in an impact, relative to the mass of the beam, [meshes]
       real(wp), allocatable :: mass(:)
       !> Instant tau of the first impact, [meshes]
-      real(wp), allocatable :: first_tau(:)
+      real(wp), allocatable :: impact_tau(:)
       !> Main peak in eta, [meshes, kinds of impulse]
       real(wp), allocatable :: main_peak(:, :)
       !> Instant tau of the last exceedance of 2 percent by |eta_c|, [meshes, kinds of impulse]
@@ -57,7 +57,7 @@ contains
          meshes = meshes + 1
       end do
       allocate (convergence%elements, source=[(coarsest*2**(i - 1), i=1, meshes)])
-      allocate (convergence%mass(meshes), convergence%first_tau(meshes))
+      allocate (convergence%mass(meshes), convergence%impact_tau(meshes))
       allocate (convergence%main_peak(meshes, 2), convergence%settling_tau(meshes, 2), &
          convergence%energy_tau(meshes, 2), convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
@@ -65,10 +65,10 @@ contains
             call find_outcome(figure_case_t(), way_t('', convergence%elements(i), method_exact, impulses(k)), &
                duration, outcome, error)
             if (allocated(error)) return
-            convergence%mass(i) = 1.0_wp/outcome%mobility
-            convergence%first_tau(i) = outcome%first_tau
+            convergence%mass(i) = 1.0_wp/outcome%inverse_mass
+            convergence%impact_tau(i) = outcome%impact_tau
             convergence%main_peak(i, k) = outcome%main_peak
-            convergence%settling_tau(i, k) = outcome%ends(usual_end)
+            convergence%settling_tau(i, k) = outcome%ends(displacement_end)
             convergence%energy_tau(i, k) = outcome%ends(energy_end)
             convergence%lost(i, k) = outcome%lost_at_impacts
             convergence%created(i, k) = outcome%created

@@ -12,7 +12,7 @@ module paper_outcomes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, &
+   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, displacement_end, energy_end, &
       never, sample_step
 
    !> Levels of |eta_c| whose last exceedance is the end of motion by the first three definitions.
@@ -22,7 +22,7 @@ module paper_outcomes
    real(wp), parameter :: end_shares(3) = [0.05_wp, 0.01_wp, 0.002_wp]
    !> Indices of the two definitions that statements quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy
    !> remains.
-   integer, parameter :: usual_end = 2
+   integer, parameter :: displacement_end = 2
    integer, parameter :: energy_end = size(end_levels) + 2
    integer, parameter :: definition_count = size(end_levels) + size(end_shares)
 
@@ -42,7 +42,7 @@ module paper_outcomes
       !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
       real(wp) :: ends(definition_count) = never
       !> Instant tau of the first impact
-      real(wp) :: first_tau = never
+      real(wp) :: impact_tau = never
       !> Peaks of the rebounds and their instants
       real(wp), allocatable :: peak_eta(:), peak_tau(:)
       !> Maximum indentation of the stop in eta
@@ -53,14 +53,14 @@ module paper_outcomes
       real(wp) :: main_peak = 0.0_wp
       !> Duration of the first closed contact, and time from the first impact to the start of the main rebound, both in
       !> tau
-      real(wp) :: first_contact = 0.0_wp
-      real(wp) :: first_touching = 0.0_wp
+      real(wp) :: contact_length = 0.0_wp
+      real(wp) :: time_to_rebound = 0.0_wp
       !> Ratio of the time in contact to the time out of contact, from the first impact to the last exceedance of 2
       !> percent by |eta_c|
       real(wp) :: contact_ratio = 0.0_wp
       !> Energies relative to the initial energy above rest: lost at events until the peak of the main rebound, lost at
       !> impacts in the whole run, and created by replacing nodal velocities in the whole run
-      real(wp) :: lost_at_first = 0.0_wp
+      real(wp) :: lost_before_peak = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
       real(wp) :: created = 0.0_wp
       !> Maximum velocity of approach in impacts after the main rebound
@@ -69,14 +69,14 @@ module paper_outcomes
       real(wp) :: energy_share(measured_modes) = 0.0_wp
       !> Fraction of the modes above the second in the sum of all modal amplitudes at the stop, for displacement and for
       !> velocity, shortly after the start of the main rebound
-      real(wp) :: high_displacement = 0.0_wp
-      real(wp) :: high_velocity = 0.0_wp
+      real(wp) :: high_mode_displacement = 0.0_wp
+      real(wp) :: high_mode_velocity = 0.0_wp
       !> Lowest frequency of the beam with its tip mass, in omega1
-      real(wp) :: own_frequency = 1.0_wp
+      real(wp) :: lowest_frequency = 1.0_wp
       !> Inverse of the effective mass at the stop in an impact, in 1/(rho Abar L)
-      real(wp) :: mobility = 0.0_wp
+      real(wp) :: inverse_mass = 0.0_wp
       !> Kinetic energy before the first impact, relative to the initial energy above rest
-      real(wp) :: kinetic_at_first = 0.0_wp
+      real(wp) :: kinetic_at_impact = 0.0_wp
    end type outcome_t
 
 contains
@@ -109,8 +109,8 @@ contains
       output%measures = .true.
       call run_case(this, way, model, modes, duration, output, response, error)
       if (allocated(error)) return
-      outcome%own_frequency = sqrt(modes%square(1))
-      outcome%mobility = sum(modes%mode(modes%stop_dof, :)**2)
+      outcome%lowest_frequency = sqrt(modes%square(1))
+      outcome%inverse_mass = sum(modes%mode(modes%stop_dof, :)**2)
       call measure(response, response%measures, outcome, rebound_start)
       if (.not. outcome%rebounds) return
       ! the shape is taken one sample after the release, when its effect on the highest modes has passed
@@ -182,17 +182,17 @@ contains
          end do
          outcome%created = energy%created(size(tau))/to_dissipate
          outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_dissipate
-         if (.not. measures%has_met_stop) return
-         outcome%first_tau = measures%first_impact_tau
+         if (.not. measures%has_hit_stop) return
+         outcome%impact_tau = measures%first_impact_tau
          first = min(size(tau), 1 + count(tau < measures%first_impact_tau))
          kinetic_before = energy%kinetic(max(first - 1, 1))
-         outcome%kinetic_at_first = kinetic_before/to_dissipate
+         outcome%kinetic_at_impact = kinetic_before/to_dissipate
          last = max(first, findloc(eta > end_levels(2), .true., dim=1, back=.true.))
          closed_samples = count(eta(first:last) < contact_level)
          outcome%contact_ratio = real(closed_samples, wp)/real(max(last - first + 1 - closed_samples, 1), wp)
       end associate
-      if (size(measures%contact_start) > 0) outcome%first_contact = measures%contact_end(1) - measures%contact_start(1)
-      associate (early => outcome%peak_tau < measures%first_impact_tau + 2.0_wp*pi/outcome%own_frequency)
+      if (size(measures%contact_start) > 0) outcome%contact_length = measures%contact_end(1) - measures%contact_start(1)
+      associate (early => outcome%peak_tau < measures%first_impact_tau + 2.0_wp*pi/outcome%lowest_frequency)
          outcome%rebounds = any(early)
          if (.not. outcome%rebounds) return
          main = maxloc(outcome%peak_eta, dim=1, mask=early)
@@ -202,13 +202,13 @@ contains
          associate (event => response%events(i))
             if (event%tau <= outcome%peak_tau(main)) then
                rebound_start = event%tau
-               outcome%lost_at_first = outcome%lost_at_first + max(0.0_wp, -event%energy_change)/to_dissipate
+               outcome%lost_before_peak = outcome%lost_before_peak + max(0.0_wp, -event%energy_change)/to_dissipate
             else if (event%kind == event_impact .or. event%kind == event_contact) then
                outcome%later_velocity = max(outcome%later_velocity, -event%velocity_before)
             end if
          end associate
       end do
-      outcome%first_touching = rebound_start - measures%first_impact_tau
+      outcome%time_to_rebound = rebound_start - measures%first_impact_tau
    end subroutine measure
 
    !> Compute the contributions of the modes shortly after the start of the main rebound.
@@ -238,9 +238,9 @@ contains
       n = min(measured_modes, 2*n)
       outcome%energy_share(:n) = energy(:n)/sum(energy)
       amplitude = abs(modes%mode(modes%stop_dof, :))*sqrt(2.0_wp*energy/modes%square)
-      outcome%high_displacement = sum(amplitude(3:))/sum(amplitude)
+      outcome%high_mode_displacement = sum(amplitude(3:))/sum(amplitude)
       amplitude = amplitude*sqrt(modes%square)
-      outcome%high_velocity = sum(amplitude(3:))/sum(amplitude)
+      outcome%high_mode_velocity = sum(amplitude(3:))/sum(amplitude)
    end subroutine measure_components
 
 end module paper_outcomes

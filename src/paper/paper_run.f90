@@ -2,11 +2,11 @@
 module paper_run
    use failures, only: failure_t
    use kinds, only: wp
-   use memory_needs, only: add_modes, add_samples, need_t
+   use memory_needs, only: add_modes, add_samples, memory_need_t
    use paper_cases, only: make_ways, way_count, way_t
    use progress_line, only: start_progress, stop_progress
    use scene_types, only: scene_t
-   use statements_file, only: check_text, write_statements
+   use statements_file, only: refuse_foreign_text, write_statements
    use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
    use study_job, only: job_t
@@ -25,7 +25,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Not used, because the runs are not computed in parallel
       integer, intent(in) :: threads
-      type(need_t), intent(out) :: need
+      type(memory_need_t), intent(out) :: need
 
       associate (unused => threads, statements => scene%statements)
          call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', &
@@ -46,7 +46,7 @@ contains
       type(way_t) :: ways(way_count)
 
       if (.not. is_first_rank()) return
-      call check_text(job%folder, scene, error)
+      call refuse_foreign_text(job%folder, scene, error)
       if (allocated(error)) return
       if (.not. job%quiet) call start_progress(job%label)
       call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)

@@ -7,8 +7,8 @@ module paper_series
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
-   public :: series_t, make_series, compute_series, ends_of, soonest_of, find_soonest
-   public :: series_names, series_signs
+   public :: series_t, make_series, compute_series, ends_of, may_end_soonest, find_soonest
+   public :: series_names, series_symbols
    public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
 
    integer, parameter :: vary_preload = 1
@@ -22,7 +22,7 @@ module paper_series
    !> Names of the varied parameters in scene files, and their symbols in the paper
    character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
       'tip_mass_ratio', 'taper', 'stiffness_ratio']
-   character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', &
+   character(*), parameter :: series_symbols(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', &
       'kappa']
 
    type :: series_t
@@ -112,7 +112,7 @@ contains
 
    !> Whether each case may be the one whose motion ends soonest. The error of an end is estimated by its difference
    !> from the end in the way of comparison (`comparison_way`) plus a sampling interval.
-   pure function soonest_of(series, way, definition) result(may_be_soonest)
+   pure function may_end_soonest(series, way, definition) result(may_be_soonest)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
       !> Number of the definition of the end of motion
@@ -125,7 +125,7 @@ contains
          first = minloc(ends, dim=1)
          may_be_soonest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
       end associate
-   end function soonest_of
+   end function may_end_soonest
 
    !> For each definition of the end and each way of computing, whether the motion of the given case ends soonest, or is
    !> tied with other cases within the error.
@@ -141,7 +141,7 @@ contains
 
       do way = 1, way_count
          do definition = 1, definition_count
-            may_be_soonest = soonest_of(series, way, definition)
+            may_be_soonest = may_end_soonest(series, way, definition)
             is_first(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) == 1
             is_tied(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) > 1
          end do

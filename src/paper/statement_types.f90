@@ -5,9 +5,9 @@ module statement_types
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private
-   public :: statement_t, statements_t, add_statement, add_statement_of_ends, mark_ties
+   public :: statement_t, statements_t, add_statement, add_end_statement, mark_ties
    public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
-   public :: order, listed, percent, number
+   public :: rank_correlation, listed, percent, number
 
    !> The statement holds for exact motion on the fine mesh.
    integer, parameter :: verdict_holds = 1
@@ -39,9 +39,9 @@ module statement_types
       !> Reason of a difference between the paper and the program
       character(:), allocatable :: reason
       !> Whether the statement is about the end of motion
-      logical :: has_end = .false.
+      logical :: concerns_end = .false.
       !> Number of definitions of the end of motion for which the condition is met, in each way
-      integer :: definitions(way_count) = 0
+      integer :: definitions_met(way_count) = 0
       !> Number of further definitions for which the compared values are tied, in each way
       integer :: ties(way_count) = 0
       !> Qualification of the verdict; empty: none
@@ -93,7 +93,7 @@ contains
 
    !> Append a statement about the end of motion. In each way the statement holds if the condition is met for most
    !> definitions of the end.
-   subroutine add_statement_of_ends(list, label, text, measure, figure, holds, detail, reason, remark)
+   subroutine add_end_statement(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
       !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
@@ -109,10 +109,10 @@ contains
       call add_statement(list, label, text, measure, figure, 2*count(holds, dim=1) > definition_count, detail, reason, &
          remark)
       associate (new => list%item(size(list%item)))
-         new%has_end = .true.
-         new%definitions = count(holds, dim=1)
+         new%concerns_end = .true.
+         new%definitions_met = count(holds, dim=1)
       end associate
-   end subroutine add_statement_of_ends
+   end subroutine add_end_statement
 
    !> Record the ties of the last statement, which is about the end of motion.
    pure subroutine mark_ties(list, is_tied)
@@ -134,7 +134,7 @@ contains
       associate (holds => item%holds)
          if (holds(fine)) then
             verdict = verdict_holds
-         else if (item%has_end .and. 2*(item%definitions(fine) + item%ties(fine)) > definition_count) then
+         else if (item%concerns_end .and. 2*(item%definitions_met(fine) + item%ties(fine)) > definition_count) then
             verdict = verdict_tie
          else if (holds(coarse)) then
             verdict = verdict_coarse
@@ -156,18 +156,18 @@ contains
       verdict = verdict_of(item)
       words = trim(verdict_names(verdict))
       if (item%remark /= '') words = words//', '//item%remark
-      if (.not. item%has_end .or. verdict == verdict_tie) return
+      if (.not. item%concerns_end .or. verdict == verdict_tie) return
       way = fine
       if (verdict == verdict_coarse) way = coarse
       if (verdict == verdict_nodal) way = coarse_nodal
-      if (item%definitions(way) > 1 .and. item%definitions(way) < definition_count - 1) then
+      if (item%definitions_met(way) > 1 .and. item%definitions_met(way) < definition_count - 1) then
          words = words//' (hangs on the definition of the end)'
       end if
    end function verdict_in_words
 
    !> Kendall's rank correlation of a sequence with its index: the fraction of ascending pairs minus the fraction of
    !> descending pairs.
-   pure function order(value) result(tau)
+   pure function rank_correlation(value) result(tau)
       real(wp), intent(in) :: value(:)
       !> Rank correlation; 1: ascending, -1: descending
       real(wp) :: tau
@@ -182,7 +182,7 @@ contains
          end do
       end do
       tau = tau/(0.5_wp*real(size(value)*(size(value) - 1), wp))
-   end function order
+   end function rank_correlation
 
    !> Text of numbers, separated by commas.
    pure function listed(values, digits) result(text)

@@ -21,7 +21,7 @@ module statements_file
    use statements_tables, only: print_outcomes, print_statements
    implicit none (type, external)
    private
-   public :: write_statements, check_text
+   public :: write_statements, refuse_foreign_text
 
    integer, parameter :: max_text_length = 500
    !> First characters of the text file: the number of the first statement.
@@ -59,7 +59,7 @@ contains
    end subroutine write_statements
 
    !> Refuse to replace a file that is not a text of statements.
-   subroutine check_text(folder, scene, error)
+   subroutine refuse_foreign_text(folder, scene, error)
       !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
@@ -77,7 +77,7 @@ contains
          if (transfer(bytes(:len(text_start)), text_start) == text_start) return
       end if
       call refuse_foreign(path, 'a table of statements', error)
-   end subroutine check_text
+   end subroutine refuse_foreign_text
 
    !> Write the statements with their verdicts.
    subroutine write_verdicts(group, ways, list)
@@ -106,13 +106,13 @@ contains
       call group%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
       call group%add('verdict', verdict, 'none', &
          'verdict', along='statement')
-      call group%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', &
+      call group%add('has_end', merge(1, 0, list%item%concerns_end), '1', '1: the end of the motion counts', &
          along='statement')
       call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
          call group%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
             along='statement')
-         call group%add(name_of('definitions', i), list%item%definitions(i), '1', &
+         call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
             'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
          call group%add(name_of('ties', i), list%item%ties(i), '1', &
             'definitions of the end for which what is compared cannot be told apart: '//trim(ways(i)%name), &
@@ -147,21 +147,21 @@ contains
          call add(trim(end_name), or_nan(series%outcome%ends(size(end_levels) + i)), &
             "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
       end do
-      call add('first_impact', or_nan(series%outcome%first_tau), 'first meeting with the stop, tau')
+      call add('first_impact', or_nan(series%outcome%impact_tau), 'first meeting with the stop, tau')
       call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')
       call add('indentation', series%outcome%indentation, 'deepest indentation, eta')
-      call add('first_contact', series%outcome%first_contact, 'length of the first contact that lasts, tau')
+      call add('first_contact', series%outcome%contact_length, 'length of the first contact that lasts, tau')
       call add('contact_ratio', series%outcome%contact_ratio, 'time on the stop over time away')
       call add('lost_at_impacts', series%outcome%lost_at_impacts, 'energy lost at impacts, of the energy to lose')
       call add('created', series%outcome%created, 'energy created by the nodal reading, of the energy to lose')
-      call add('kinetic_at_first', series%outcome%kinetic_at_first, &
+      call add('kinetic_at_first', series%outcome%kinetic_at_impact, &
          'kinetic energy at the first impact, of the energy to lose')
-      call add('mass_in_impact', 1.0_wp/series%outcome%mobility, 'mass that takes part in an impact, of the beam')
+      call add('mass_in_impact', 1.0_wp/series%outcome%inverse_mass, 'mass that takes part in an impact, of the beam')
       call add('later_velocity', series%outcome%later_velocity, 'greatest velocity of approach after the main rebound')
-      call add('high_displacement', series%outcome%high_displacement, &
+      call add('high_displacement', series%outcome%high_mode_displacement, &
          'part of the modes above the second in the displacement of the stop point early in the main rebound')
-      call add('high_velocity', series%outcome%high_velocity, 'the same part in its velocity')
-      call add('own_frequency', series%outcome%own_frequency, 'lowest frequency of the beam, in omega1')
+      call add('high_velocity', series%outcome%high_mode_velocity, 'the same part in its velocity')
+      call add('own_frequency', series%outcome%lowest_frequency, 'lowest frequency of the beam, in omega1')
 
    contains
 
@@ -204,7 +204,7 @@ contains
          is_scale=.true.)
       call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', &
          along='elements')
-      call group%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
+      call group%add('first_impact', convergence%impact_tau, '1', 'first meeting with the stop, tau', along='elements')
       call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
       call group%add('quiet', or_nan(convergence%settling_tau), '1', 'tau when |eta_c| last exceeds 0.02', along)
       call group%add('spent', or_nan(convergence%energy_tau), '1', &

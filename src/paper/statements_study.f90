@@ -9,7 +9,7 @@ module statements_study
    use paper_convergence, only: convergence_t, find_convergence
    use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, &
       vary_restitution, vary_stiffness, vary_taper, vary_zeta
-   use place_and_damping_statements, only: judge_damping, judge_position
+   use position_and_damping_statements, only: judge_damping, judge_position
    use statement_types, only: statements_t
    use stop_statements, only: judge_models, judge_preload, judge_restitution
    implicit none (type, external)

@@ -5,7 +5,7 @@ module statements_tables
    use paper_cases, only: way_count, way_t
    use paper_convergence, only: impulse_kinds
    use paper_outcomes, only: definition_count
-   use paper_series, only: series_signs
+   use paper_series, only: series_symbols
    use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
    use statements_study, only: study_t
    implicit none (type, external)
@@ -55,7 +55,7 @@ contains
             '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
          do k = 1, size(impulse_kinds)
             do i = 1, size(c%elements)
-               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%first_tau(i), &
+               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%impact_tau(i), &
                   c%mass(i), impulse_kinds(k), c%main_peak(i, k), &
                   adjustr(padded(number(c%settling_tau(i, k), 4), 14)), &
                   adjustr(padded(number(c%energy_tau(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
@@ -68,7 +68,7 @@ contains
          'of the modes'
       write (unit, '(a)') 'above the second in displacement and velocity of the stop point early in that rebound'
       do i = 1, size(study%series)
-         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', &
+         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_symbols(i), 'way                   ', 'eta 5 %', &
             'eta 2 %', 'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
          do k = 1, size(study%series(i)%cases)
             do way = 1, way_count
@@ -78,8 +78,8 @@ contains
                   end do
                   write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%ways(way)%name, &
                      (adjustr(cells(definition)(:9)), definition=1, definition_count), outcome%main_peak, &
-                     outcome%lost_at_impacts, outcome%created, outcome%high_displacement, &
-                     outcome%high_velocity
+                     outcome%lost_at_impacts, outcome%created, outcome%high_mode_displacement, &
+                     outcome%high_mode_velocity
                end associate
             end do
          end do
@@ -105,7 +105,7 @@ contains
       integer :: way
 
       text = ''
-      if (.not. item%has_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
+      if (.not. item%concerns_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
          (all(item%holds) .or. .not. any(item%holds))) then
          text = short_text(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
@@ -114,12 +114,12 @@ contains
          if (way > 1) text = text//'; '
          text = text//trim(ways(way)%name)//' '//short_text(item%figure(way))//' ('// &
             trim(merge('yes', 'no ', item%holds(way)))
-         if (item%has_end) text = text//', '//number(real(item%definitions(way), wp), 0)//' of ' &
+         if (item%concerns_end) text = text//', '//number(real(item%definitions_met(way), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
          if (item%ties(way) > 0) text = text//', '//number(real(item%ties(way), wp), 0)//' tied'
          text = text//')'
       end do
-      if (item%has_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
+      if (item%concerns_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
          //' definitions of the end'
    end function figures_text
 

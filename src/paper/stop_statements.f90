@@ -2,9 +2,9 @@
 module stop_statements
    use kinds, only: pi, wp
    use paper_cases, only: coarse_nodal, fine, way_count
-   use paper_outcomes, only: definition_count, energy_end, usual_end
+   use paper_outcomes, only: definition_count, energy_end, displacement_end
    use paper_series, only: ends_of, series_t
-   use statement_types, only: add_statement, add_statement_of_ends, listed, number, order, percent, statements_t
+   use statement_types, only: add_statement, add_end_statement, listed, number, rank_correlation, percent, statements_t
    implicit none (type, external)
    private
    public :: judge_models, judge_preload, judge_restitution
@@ -98,7 +98,7 @@ contains
          associate (compliant => soft%outcome(i, way), rigid_result => rigid%outcome(rigid_case, way))
             difference(i) = abs(compliant%main_peak - rigid_result%main_peak)
             indentation(i) = compliant%indentation
-            share(i) = compliant%first_contact/period
+            share(i) = compliant%contact_length/period
          end associate
       end do
    end subroutine compare
@@ -114,16 +114,16 @@ contains
       integer :: way, definition
 
       do way = 1, way_count
-         figure(way) = end_ratio(way, usual_end)
+         figure(way) = end_ratio(way, displacement_end)
          do definition = 1, definition_count
             sooner(definition, way) = end_ratio(way, definition) < 0.8_wp .and. &
-               order(ends_of(preload, way, definition)) < -0.3_wp
+               rank_correlation(ends_of(preload, way, definition)) < -0.3_wp
          end do
       end do
-      ends = ends_of(preload, fine, usual_end)
-      call add_statement_of_ends(list, '3', 'The larger the preload, the sooner the vibration ends.', &
+      ends = ends_of(preload, fine, displacement_end)
+      call add_end_statement(list, '3', 'The larger the preload, the sooner the vibration ends.', &
          'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', figure, sooner, &
-         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '//number(order(ends), 2)// &
+         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '//number(rank_correlation(ends), 2)// &
          ' (-1: each sooner than the one before); energy down to 1 %: '// &
          listed(ends_of(preload, fine, energy_end), 1), &
          'at delta = 0.2 a nearly periodic bounce delays the end, its rebounds '// &
@@ -156,31 +156,31 @@ contains
 
       first_high = findloc(restitution%value >= 0.6_wp, .true., dim=1)
       do way = 1, way_count
-         reduction(way) = end_reduction(way, usual_end)
+         reduction(way) = end_reduction(way, displacement_end)
          do definition = 1, definition_count
             sooner(definition, way) = end_reduction(way, definition) > 0.05_wp
             ends = ends_of(restitution, way, definition)
             similar(definition, way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp < 0.1_wp
          end do
-         ends = ends_of(restitution, way, usual_end)
+         ends = ends_of(restitution, way, displacement_end)
          spread_above(way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp
       end do
-      ends = ends_of(restitution, fine, usual_end)
+      ends = ends_of(restitution, fine, displacement_end)
       peaks = [(restitution%outcome(i, fine)%main_peak, i=1, size(peaks))]
-      call add_statement_of_ends(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
+      call add_end_statement(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
          'by what share eps = 0 ends before eps = 0.6, over 0.05', reduction, sooner, &
          'ends at tau = '//listed(ends, 2)//"; paper's mesh, nodal reading: "// &
-         listed(ends_of(restitution, coarse_nodal, usual_end), 2)//', energy down to 1 %: '// &
+         listed(ends_of(restitution, coarse_nodal, displacement_end), 2)//', energy down to 1 %: '// &
          listed(ends_of(restitution, coarse_nodal, energy_end), 2)//'; spread of the main peaks '// &
          number(1.0e6_wp*(maxval(peaks) - minval(peaks)), 2)//'e-6', &
          'with a consistent impulse the mass that takes part in an impact, '// &
-         percent(1.0_wp/restitution%outcome(1, fine)%mobility)// &
+         percent(1.0_wp/restitution%outcome(1, fine)%inverse_mass)// &
          ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip '// &
          'mass; by the nodal reading eps matters, but its order is not the same by eta and by energy')
-      call add_statement_of_ends(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
+      call add_end_statement(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
          'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, similar, 'ends at tau = '// &
          listed(ends(first_high:), 2)//"; paper's mesh, nodal reading: "// &
-         listed(values_from(ends_of(restitution, coarse_nodal, usual_end), first_high), 2), '')
+         listed(values_from(ends_of(restitution, coarse_nodal, displacement_end), first_high), 2), '')
 
    contains
 

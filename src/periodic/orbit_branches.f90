@@ -1,16 +1,16 @@
 !> Branches of periodic orbits over a parameter, by pseudo-arclength continuation, and the bifurcations and grazing
 !> points on them (docs/theory.md, section 22).
 module orbit_branches
-   use bracketed_zero, only: bracket_t, chord, enter, go_to
+   use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use failures, only: failure_t
    use kinds, only: wp
-   use orbit_newton, only: close_orbit, direction_of_multiplier, distance_of, find_direction, moved_along, place_t, &
+   use orbit_newton, only: solve_orbit, doubling_direction, distance_of, find_direction, predictor, initial_state_t, &
       solution_t
-   use orbit_returns, only: change_places, joins_at, look_back, returns_in_half
+   use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period
    use orbit_settings, only: orbit_settings_t
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_none, mark_torus, &
       orbit_branch_t, orbit_point_t
-   use section_map, only: section_map_t, turn_section
+   use section_map, only: section_map_t, shift_section
    implicit none (type, external)
    private
    public :: trace_branches
@@ -28,7 +28,7 @@ module orbit_branches
       real(wp) :: limit(2) = 0.0_wp
       type(orbit_point_t), allocatable :: point(:)
       !> Orbits at period doublings, and indices of their points
-      type(place_t), allocatable :: doubling(:)
+      type(initial_state_t), allocatable :: doubling(:)
       integer, allocatable :: at(:)
       !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: origin(:)
@@ -49,7 +49,7 @@ contains
       type(orbit_branch_t), allocatable, intent(out) :: branch(:)
 
       type(trace_t) :: down, up
-      type(place_t), allocatable :: doubling(:)
+      type(initial_state_t), allocatable :: doubling(:)
       type(orbit_branch_t) :: first
       integer :: i, n
 
@@ -77,7 +77,7 @@ contains
       type(orbit_settings_t), intent(in) :: asked
       integer, intent(in) :: parent
       integer, intent(in) :: parent_point
-      type(place_t), intent(in) :: doubling
+      type(initial_state_t), intent(in) :: doubling
       integer, intent(in) :: periods
       !> Number of successive doublings still to follow
       integer, intent(in) :: levels
@@ -92,17 +92,17 @@ contains
       logical :: is_new
 
       map%periods = periods/2
-      call close_orbit(map, doubling, asked%tolerance, max_corrections, at_doubling)
+      call solve_orbit(map, doubling, asked%tolerance, max_corrections, at_doubling)
       if (.not. at_doubling%converged) return
-      call direction_of_multiplier(map, at_doubling%map, direction)
+      call doubling_direction(map, at_doubling%map, direction)
       if (.not. allocated(direction)) return
       map%periods = periods
       length = asked%step
       do i = 1, 4
-         call close_orbit(map, moved_along(map, doubling, direction, length), asked%tolerance, 2*max_corrections, &
+         call solve_orbit(map, predictor(map, doubling, direction, length), asked%tolerance, 2*max_corrections, &
             branched, direction)
          is_new = branched%converged
-         if (is_new) is_new = .not. returns_in_half(branched%point, units_of(map))
+         if (is_new) is_new = .not. has_half_period(branched%point, units_of(map))
          if (is_new) exit
          length = 0.3_wp*length
       end do
@@ -175,8 +175,8 @@ contains
       trace%last = start
       trace%start = start%point
       trace%step = asked%step
-      trace%limit = map%unit(size(map%unit))*[asked%lowest_ratio, asked%greatest_ratio] &
-         /(asked%greatest_ratio - asked%lowest_ratio)
+      trace%limit = map%unit(size(map%unit))*[asked%min_ratio, asked%max_ratio] &
+         /(asked%max_ratio - asked%min_ratio)
       allocate (trace%point(0), trace%doubling(0), trace%at(0), trace%origin(0))
    end subroutine open_trace
 
@@ -192,17 +192,17 @@ contains
       real(wp), allocatable :: direction(:)
       logical :: is_acceptable
 
-      do while (.not. trace%is_over .and. size(trace%point) < asked%most_points)
-         call close_orbit(map, moved_along(map, trace%last%place, trace%direction, trace%step), asked%tolerance, &
+      do while (.not. trace%is_over .and. size(trace%point) < asked%max_points)
+         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, trace%step), asked%tolerance, &
             max_corrections, next, trace%direction)
          is_acceptable = .false.
          if (next%converged) then
             call find_direction(map, next%map, trace%direction, direction)
             if (allocated(direction)) is_acceptable = sum(direction*trace%direction) > 0.7_wp .and. &
-               distance_of(map, next%place, trace%last%place) < 2.0_wp*trace%step
+               distance_of(map, next%initial, trace%last%initial) < 2.0_wp*trace%step
             ! the orbit is on the branch of half the period again
             if (size(trace%origin) > 0) is_acceptable = is_acceptable .and. &
-               .not. returns_in_half(next%point, units_of(map))
+               .not. has_half_period(next%point, units_of(map))
          end if
          if (is_acceptable .and. next%point%impacts == trace%last%point%impacts) then
             call add_step(map, asked, next, direction, trace)
@@ -223,7 +223,7 @@ contains
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
 
-      type(place_t) :: guess
+      type(initial_state_t) :: guess
       type(solution_t) :: end
       type(failure_t), allocatable :: error
       real(wp), allocatable :: along(:)
@@ -236,10 +236,10 @@ contains
       if (trace%is_over) return
       if (next%point%impacts == trace%last%point%impacts) call locate_bifurcations(map, asked, next, direction, trace)
       if (trace%is_over) return
-      if (next%place%value < trace%limit(1) .or. next%place%value > trace%limit(2)) then
-         guess = next%place
+      if (next%initial%value < trace%limit(1) .or. next%initial%value > trace%limit(2)) then
+         guess = next%initial
          guess%value = min(max(guess%value, trace%limit(1)), trace%limit(2))
-         call close_orbit(map, guess, asked%tolerance, 2*max_corrections, end)
+         call solve_orbit(map, guess, asked%tolerance, 2*max_corrections, end)
          end%point%mark = mark_limit
          if (end%converged) trace%point = [trace%point, end%point]
          trace%is_over = .true.
@@ -248,14 +248,14 @@ contains
       trace%point = [trace%point, next%point]
       trace%last = next
       trace%direction = direction
-      if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, asked%greatest_step)
+      if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, asked%max_step)
       ! near a fold the sign of the parameter change is uncertain
       if (abs(direction(n)) < 1.0e-3_wp) return
       side = sign(1.0_wp, direction(n))
-      call turn_section(map, trace%last%place%value, trace%last%place%state, next%map%response, is_turned, error)
+      call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_turned, error)
       if (.not. is_turned .or. allocated(error)) return
-      trace%last%place%turn = map%turn
-      call close_orbit(map, trace%last%place, asked%tolerance, max_corrections, end)
+      trace%last%initial%section_phase = map%section_phase
+      call solve_orbit(map, trace%last%initial, asked%tolerance, max_corrections, end)
       trace%is_over = .not. end%converged
       if (trace%is_over) return
       trace%last = end
@@ -277,7 +277,7 @@ contains
       integer :: i
 
       do i = 1, size(trace%origin)
-         trace%is_over = joins_at(trace%origin(i), trace%last%point, next, 2.0_wp*trace%step*map%unit(size(map%unit)))
+         trace%is_over = rejoins_at(trace%origin(i), trace%last%point, next, 2.0_wp*trace%step*map%unit(size(map%unit)))
          if (.not. trace%is_over) cycle
          ! the previous step may have marked the same point as a fold
          where (trace%point%mark == mark_fold .and. abs(trace%point%value - trace%origin(i)%value) <= near &
@@ -286,7 +286,7 @@ contains
          return
       end do
       if (size(trace%point) == 0) trace%second = next
-      call look_back(trace%start, trace%second, trace%last%point, next, units_of(map), is_away, trace%is_closed)
+      call check_closure(trace%start, trace%second, trace%last%point, next, units_of(map), is_away, trace%is_closed)
       trace%is_closed = trace%is_closed .and. trace%has_left
       trace%has_left = trace%has_left .or. is_away
       trace%is_over = trace%is_closed
@@ -323,12 +323,12 @@ contains
          bifurcation%point%mark = kind
          ! if the two halves of the period exchange their values there, the fold is a period doubling of another,
          ! unknown branch
-         if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = change_places(trace%last%point, next%point)
+         if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = halves_swap(trace%last%point, next%point)
          if (trace%is_over) bifurcation%point%mark = mark_doubling
          trace%point = [trace%point, bifurcation%point]
          if (trace%is_over) return
          if (kind /= mark_doubling) cycle
-         trace%doubling = [trace%doubling, bifurcation%place]
+         trace%doubling = [trace%doubling, bifurcation%initial]
          trace%at = [trace%at, size(trace%point)]
       end do
    end subroutine locate_bifurcations
@@ -388,16 +388,16 @@ contains
       real(wp), allocatable :: direction(:)
 
       bracket = bracket_t(high=trace%step, grows=values(2) > 0.0_wp, value_low=values(1), value_high=values(2), &
-         least_step=1.0e-12_wp, most_evaluations=60)
+         step_tolerance=1.0e-12_wp, max_evaluations=60)
       bracket%point = chord(bracket)
       do
-         call close_orbit(map, moved_along(map, trace%last%place, trace%direction, bracket%point), asked%tolerance, &
+         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, bracket%point), asked%tolerance, &
             max_corrections, bifurcation, trace%direction)
          if (.not. bifurcation%converged) return
          call find_direction(map, bifurcation%map, trace%direction, direction)
          if (.not. allocated(direction)) return
-         call enter(bracket, test_function(kind, bifurcation%point, direction))
-         call go_to(bracket, chord(bracket))
+         call enter_value(bracket, test_function(kind, bifurcation%point, direction))
+         call choose_point(bracket, chord(bracket))
          if (bracket%is_found) return
       end do
    end subroutine locate_zero
@@ -425,16 +425,16 @@ contains
 
       best = trace%last
       direction = trace%direction
-      speed = min(best%point%least_speed, next%least_speed)
+      speed = min(best%point%min_speed, next%min_speed)
       high = trace%step
       do round = 1, rounds
          trace%last = best
          low = 0.0_wp
          do i = 1, halvings
             trial_step = 0.5_wp*(low + high)
-            call close_orbit(map, moved_along(map, trace%last%place, direction, trial_step), asked%tolerance, &
+            call solve_orbit(map, predictor(map, trace%last%initial, direction, trial_step), asked%tolerance, &
                max_corrections, trial, direction)
-            speed = min(speed, trial%least_speed)
+            speed = min(speed, trial%min_speed)
             if (trial%converged .and. trial%point%impacts == best%point%impacts) then
                best = trial
                low = trial_step
@@ -449,7 +449,7 @@ contains
          trace%direction = direction
       end do
       best%point%mark = mark_lost
-      associate (velocity_unit => map%unit(size(best%place%state%q) + 1))
+      associate (velocity_unit => map%unit(size(best%initial%state%q) + 1))
          if (continues .or. speed < grazing_ratio*velocity_unit) best%point%mark = mark_grazing
       end associate
       trace%point = [trace%point, best%point]

@@ -4,26 +4,26 @@ module orbit_newton
    use kinds, only: wp
    use lapack_interfaces, only: dgeev, dgesv
    use orbit_types, only: orbit_point_t
-   use section_map, only: evaluate_map, map_result_t, put_unknowns, section_map_t, unknowns_of
+   use section_map, only: evaluate_map, map_result_t, set_unknowns, section_map_t, unknowns_of
    use section_types, only: section_state_t
    implicit none (type, external)
    private
-   public :: place_t, solution_t, close_orbit, find_direction, direction_of_multiplier, moved_along, distance_of
+   public :: initial_state_t, solution_t, solve_orbit, find_direction, doubling_direction, predictor, distance_of
 
    !> Initial state of an orbit, and the value of the parameter.
-   type :: place_t
+   type :: initial_state_t
       type(section_state_t) :: state
       real(wp) :: value = 0.0_wp
       !> Phase of the section in the load period, as a share of the period
-      real(wp) :: turn = 0.0_wp
-   end type place_t
+      real(wp) :: section_phase = 0.0_wp
+   end type initial_state_t
 
    type :: solution_t
-      type(place_t) :: place
+      type(initial_state_t) :: initial
       type(orbit_point_t) :: point
       type(map_result_t) :: map
       !> Minimum speed of an impact with restitution in all trial motions
-      real(wp) :: least_speed = huge(1.0_wp)
+      real(wp) :: min_speed = huge(1.0_wp)
       logical :: converged = .false.
    end type solution_t
 
@@ -31,46 +31,46 @@ contains
 
    !> Solve for a periodic orbit from an initial guess. With a direction the parameter is unknown, too, and corrections
    !> are orthogonal to the direction, so that the orbit keeps the arclength of the guess.
-   subroutine close_orbit(map, guess, tolerance, most_steps, solution, direction)
+   subroutine solve_orbit(map, guess, tolerance, max_steps, solution, direction)
       type(section_map_t), target, intent(inout) :: map
-      type(place_t), intent(in) :: guess
+      type(initial_state_t), intent(in) :: guess
       !> Tolerance of the residual, in units of the map
       real(wp), intent(in) :: tolerance
-      integer, intent(in) :: most_steps
+      integer, intent(in) :: max_steps
       type(solution_t), intent(out) :: solution
       !> Direction in units of the map, [unknowns + 1]
       real(wp), intent(in), optional :: direction(:)
 
       integer, parameter :: max_halvings = 12
-      type(place_t) :: trial
+      type(initial_state_t) :: trial
       type(map_result_t) :: result
       real(wp), allocatable :: correction(:), residual(:)
       real(wp) :: step_share, size_of_residual
       logical :: is_admissible
       integer :: halving, step
 
-      map%turn = guess%turn
-      solution%place = guess
-      call put_unknowns(map, unknowns_of(map, guess%state), solution%place%state, is_admissible)
+      map%section_phase = guess%section_phase
+      solution%initial = guess
+      call set_unknowns(map, unknowns_of(map, guess%state), solution%initial%state, is_admissible)
       if (.not. is_admissible) return
-      call evaluate_map(map, solution%place%value, solution%place%state, solution%map)
+      call evaluate_map(map, solution%initial%value, solution%initial%state, solution%map)
       if (.not. allocated(solution%map%unknowns)) return
-      solution%least_speed = solution%map%least_speed
-      do step = 0, most_steps
-         residual = residual_of(map, solution%place, solution%map)
+      solution%min_speed = solution%map%min_speed
+      do step = 0, max_steps
+         residual = residual_of(map, solution%initial, solution%map)
          size_of_residual = norm2(residual)
          solution%point%residual = size_of_residual
          solution%point%iterations = step
          if (size_of_residual <= tolerance) exit
-         if (step == most_steps) return
+         if (step == max_steps) return
          call find_correction(map, solution%map, residual, correction, direction)
          if (.not. allocated(correction)) return
          step_share = 1.0_wp
          do halving = 0, max_halvings
             if (halving == max_halvings) return
-            trial = solution%place
+            trial = solution%initial
             associate (n => size(residual))
-               call put_unknowns(map, unknowns_of(map, trial%state) + step_share*map%unit(:n)*correction(:n), &
+               call set_unknowns(map, unknowns_of(map, trial%state) + step_share*map%unit(:n)*correction(:n), &
                   trial%state, is_admissible)
                trial%value = trial%value + step_share*map%unit(n + 1)*correction(n + 1)
             end associate
@@ -80,55 +80,55 @@ contains
             if (.not. is_admissible) cycle
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
-            solution%least_speed = min(solution%least_speed, result%least_speed)
+            solution%min_speed = min(solution%min_speed, result%min_speed)
             if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_share)*size_of_residual) exit
          end do
-         solution%place = trial
+         solution%initial = trial
          solution%map = result
       end do
       if (solution%map%failed) return
       solution%converged = .true.
       call fill_point(map, solution)
-   end subroutine close_orbit
+   end subroutine solve_orbit
 
    !> Predictor: initial guess at a distance from an orbit in a direction.
-   function moved_along(map, place, direction, length) result(guess)
+   function predictor(map, initial, direction, length) result(guess)
       type(section_map_t), intent(in) :: map
-      type(place_t), intent(in) :: place
+      type(initial_state_t), intent(in) :: initial
       !> Direction in units of the map, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       real(wp), intent(in) :: length
-      type(place_t) :: guess
+      type(initial_state_t) :: guess
 
       logical :: is_admissible
 
-      guess = place
+      guess = initial
       associate (n => size(direction) - 1)
-         call put_unknowns(map, unknowns_of(map, place%state) + length*map%unit(:n)*direction(:n), guess%state, &
+         call set_unknowns(map, unknowns_of(map, initial%state) + length*map%unit(:n)*direction(:n), guess%state, &
             is_admissible)
-         guess%value = place%value + length*map%unit(n + 1)*direction(n + 1)
+         guess%value = initial%value + length*map%unit(n + 1)*direction(n + 1)
       end associate
-   end function moved_along
+   end function predictor
 
    !> Distance of two initial states with their parameters, in units of the map.
-   pure function distance_of(map, place, other) result(distance)
+   pure function distance_of(map, initial, other) result(distance)
       type(section_map_t), intent(in) :: map
-      type(place_t), intent(in) :: place
-      type(place_t), intent(in) :: other
+      type(initial_state_t), intent(in) :: initial
+      type(initial_state_t), intent(in) :: other
       real(wp) :: distance
 
-      distance = norm2([unknowns_of(map, place%state) - unknowns_of(map, other%state), place%value - other%value] &
+      distance = norm2([unknowns_of(map, initial%state) - unknowns_of(map, other%state), initial%value - other%value] &
          /map%unit)
    end function distance_of
 
    !> Residual: end state minus initial state, in units of the map.
-   pure function residual_of(map, place, result) result(residual)
+   pure function residual_of(map, initial, result) result(residual)
       type(section_map_t), intent(in) :: map
-      type(place_t), intent(in) :: place
+      type(initial_state_t), intent(in) :: initial
       type(map_result_t), intent(in) :: result
       real(wp), allocatable :: residual(:)
 
-      allocate (residual, source=(result%unknowns - unknowns_of(map, place%state)))
+      allocate (residual, source=(result%unknowns - unknowns_of(map, initial%state)))
       residual = residual/map%unit(:size(residual))
    end function residual_of
 
@@ -212,10 +212,10 @@ contains
       type(solution_t), intent(inout) :: solution
 
       associate (point => solution%point, result => solution%map)
-         point%value = solution%place%value
+         point%value = solution%initial%value
          point%periods = map%periods
          point%impacts = result%impacts
-         point%least_speed = result%least_speed
+         point%min_speed = result%min_speed
          point%period = result%response%sections%period
          allocate (point%tip, source=result%response%sections%tip)
          call find_multipliers(map, result, point%multiplier)
@@ -268,7 +268,7 @@ contains
 
    !> Unit direction in which an orbit of twice the period branches off: the eigenvector of the multiplier -1 by inverse
    !> iteration, because LAPACK's eigenvectors are inaccurate for matrices with both large and vanishing entries.
-   subroutine direction_of_multiplier(map, result, direction)
+   subroutine doubling_direction(map, result, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
       !> Direction, [unknowns + 1]; unallocated if the inverse iteration fails
@@ -293,6 +293,6 @@ contains
          rhs(:, 1) = vector/norm2(vector)
       end do
       allocate (direction, source=[rhs(:, 1), 0.0_wp])
-   end subroutine direction_of_multiplier
+   end subroutine doubling_direction
 
 end module orbit_newton

@@ -6,12 +6,12 @@ module orbit_search
    use kinds, only: wp
    use number_text, only: to_text
    use orbit_branches, only: trace_branches
-   use orbit_newton, only: close_orbit, place_t, solution_t
+   use orbit_newton, only: solve_orbit, initial_state_t, solution_t
    use orbit_settings, only: orbit_settings_t, vary_amplitude, vary_frequency, vary_nothing
    use orbit_types, only: orbit_study_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
-   use section_map, only: find_units, open_section_map, quantity_of, run_map, section_map_t, turn_section, &
+   use section_map, only: find_units, open_section_map, quantity_of, run_map, section_map_t, shift_section, &
       value_of_parameter
    use tangent_columns, only: by_amplitude, by_frequency, by_nothing
    implicit none (type, external)
@@ -47,7 +47,7 @@ contains
       if (allocated(error)) return
       allocate (study)
       study%orbit = orbit%point
-      call record_orbit(map, orbit%place, study, error)
+      call record_orbit(map, orbit%initial, study, error)
       if (allocated(error) .or. asked%varied == vary_nothing) return
       study%quantity = quantity_of(map)
       call trace_branches(map, asked, orbit, study%branch)
@@ -60,7 +60,7 @@ contains
       type(solution_t), intent(out) :: orbit
       type(failure_t), allocatable, intent(out) :: error
 
-      type(place_t) :: guess
+      type(initial_state_t) :: guess
       type(response_t) :: response
       integer, parameter :: rounds = 3
       integer :: i, round
@@ -76,20 +76,20 @@ contains
             //'periods of &orbit, or a longer skip')
          return
       end if
-      call find_units(map, guess%state, (asked%greatest_ratio - asked%lowest_ratio)*guess%value)
+      call find_units(map, guess%state, (asked%max_ratio - asked%min_ratio)*guess%value)
       do round = 1, rounds
          do i = 1, 2
             call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
             if (allocated(error)) return
-            call turn_section(map, guess%value, guess%state, response, is_shifted, error)
+            call shift_section(map, guess%value, guess%state, response, is_shifted, error)
             if (allocated(error)) return
             if (.not. is_shifted) exit
          end do
-         guess%turn = map%turn
-         call close_orbit(map, guess, asked%tolerance, asked%most_steps, orbit)
+         guess%section_phase = map%section_phase
+         call solve_orbit(map, guess, asked%tolerance, asked%max_steps, orbit)
          if (orbit%converged) return
          ! the events of the orbit may lie at other phases than those of the guess
-         guess = orbit%place
+         guess = orbit%initial
       end do
       call fail(error, status_run_failed, "Newton's method finds no motion that returns after "//to_text(map%periods) &
          //' periods of the load: after '//to_text(orbit%point%iterations)//' steps it misses its start by '// &
@@ -97,23 +97,23 @@ contains
    end subroutine find_first_orbit
 
    !> Record the orbit over one period from phase 0 on.
-   subroutine record_orbit(map, place, study, error)
+   subroutine record_orbit(map, initial, study, error)
       type(section_map_t), target, intent(inout) :: map
-      type(place_t), intent(in) :: place
+      type(initial_state_t), intent(in) :: initial
       type(orbit_study_t), intent(inout) :: study
       type(failure_t), allocatable, intent(out) :: error
 
-      type(place_t) :: start
+      type(initial_state_t) :: start
       type(response_t) :: response
 
-      start = place
-      if (map%turn > 0.0_wp) then
-         call run_map(map, start%value, 1.0_wp - map%turn, start%state, response, error)
+      start = initial
+      if (map%section_phase > 0.0_wp) then
+         call run_map(map, start%value, 1.0_wp - map%section_phase, start%state, response, error)
          if (allocated(error)) return
       end if
-      map%turn = 0.0_wp
+      map%section_phase = 0.0_wp
       call run_map(map, start%value, real(map%periods, wp), start%state, response, error, samples)
-      map%turn = place%turn
+      map%section_phase = initial%section_phase
       if (allocated(error)) return
       associate (sections => response%sections)
          study%tau = sections%tau

@@ -32,7 +32,7 @@ module orbit_types
       !> Number of impacts at all contacts, over all periods of the orbit
       integer :: impacts = 0
       !> Minimum speed of an impact with restitution; huge: there is none
-      real(wp) :: least_speed = huge(1.0_wp)
+      real(wp) :: min_speed = huge(1.0_wp)
       !> Floquet multipliers, in descending order of magnitude
       complex(wp), allocatable :: multiplier(:)
       !> Displacement of the tip, upward from the undeformed beam, and its velocity at sections of phase 0, [2, periods]

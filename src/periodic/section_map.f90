@@ -4,23 +4,23 @@ module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
-   use exact_motion, only: choose_modes, exact_response, unknown
+   use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: failure_t
    use few_modes, only: find_base_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
-   use mode_choice, only: take_modes
+   use mode_choice, only: select_modes
    use response_types, only: event_contact, event_impact, mode_check_t, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of
    use contact_states, only: make_contact_state, contact_state_t
-   use tangent_columns, only: by_amplitude, by_frequency, by_nothing, open_tangent
+   use tangent_columns, only: by_amplitude, by_frequency, by_nothing, allocate_tangent
    implicit none (type, external)
    private
-   public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, put_unknowns
-   public :: value_of_parameter, quantity_of, find_units, turn_section
+   public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, set_unknowns
+   public :: value_of_parameter, quantity_of, find_units, shift_section
 
    type :: section_map_t
       type(beam_model_t) :: model
@@ -31,7 +31,7 @@ module section_map
       !> Number of load periods of the map
       integer :: periods = 1
       !> Phase of the section in the load period, as a share of the period
-      real(wp) :: turn = 0.0_wp
+      real(wp) :: section_phase = 0.0_wp
       !> Parameter of the map besides the state, one of the `by_` constants, and the index of its load
       integer :: parameter = by_nothing
       integer :: load = 0
@@ -39,7 +39,7 @@ module section_map
       type(contact_state_t), allocatable :: contacts(:)
       real(wp), allocatable :: value(:, :)
       !> Indices of the contacts with a branch, whose force P2 is a state variable
-      integer, allocatable :: keeping(:)
+      integer, allocatable :: branch_contacts(:)
       !> Unit of each unknown, the parameter last, [unknowns + 1]
       real(wp), allocatable :: unit(:)
       !> Sets of closed contacts that the runs of the map share; a pointer to a variable of the caller, because a
@@ -53,7 +53,7 @@ module section_map
       !> End state as unknowns, and its derivative by the initial state and, in the last column, by the parameter
       real(wp), allocatable :: unknowns(:), derivative(:, :)
       integer :: impacts = 0
-      real(wp) :: least_speed = huge(1.0_wp)
+      real(wp) :: min_speed = huge(1.0_wp)
       !> The run failed, or ended with other contacts closed
       logical :: failed = .false.
    end type map_result_t
@@ -83,12 +83,12 @@ contains
       if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
       call find_base_modes(model, settings, map%modes, error)
       if (allocated(error)) return
-      lowest = unknown
+      lowest = unknown_modes
       call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) map%modes = chosen
-      mode_count = check%kept
-      call take_modes(mode_count, map%modes, map%settings)
+      mode_count = check%retained
+      call select_modes(mode_count, map%modes, map%settings)
       ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
@@ -98,10 +98,10 @@ contains
          call make_contact_state(contacts(k), map%contacts(k))
          map%value(:, k) = contacts(k)%sign*map%modes%mode(model%stop_dofs(contacts(k)%stop), :)
       end do
-      allocate (map%keeping(0))
+      allocate (map%branch_contacts(0))
       do k = 1, size(contacts)
          if (.not. allocated(map%contacts(k)%spring)) cycle
-         if (map%contacts(k)%spring%branch_stiffness > 0.0_wp) map%keeping = [map%keeping, k]
+         if (map%contacts(k)%spring%branch_stiffness > 0.0_wp) map%branch_contacts = [map%branch_contacts, k]
       end do
    end subroutine open_section_map
 
@@ -203,7 +203,7 @@ contains
          type(time_course_t), intent(inout) :: course
 
          if (course%kind /= course_harmonic) return
-         course%phase = course%phase + one_turn*map%turn*anint(map%period*course%frequency/one_turn)
+         course%phase = course%phase + one_turn*map%section_phase*anint(map%period*course%frequency/one_turn)
          course%frequency = ratio*course%frequency
       end subroutine shift_phase
    end subroutine set_parameter
@@ -234,7 +234,7 @@ contains
       if (allocated(settings%poincare)) deallocate (settings%poincare)
       allocate (settings%poincare)
       associate (poincare => settings%poincare)
-         poincare = poincare_settings_t(phase=modulo(1.0_wp - map%turn, 1.0_wp), skip=0, &
+         poincare = poincare_settings_t(phase=modulo(1.0_wp - map%section_phase, 1.0_wp), skip=0, &
             keep=int(periods) + 1, tolerance=near, wants_exponent=.false., period=period)
          if (present(samples)) then
             poincare%phase = 0.0_wp
@@ -257,17 +257,17 @@ contains
       integer :: i, k, modes, total
 
       modes = size(state%q)
-      total = 2*modes + size(map%keeping)
+      total = 2*modes + size(map%branch_contacts)
       result%end = state
       allocate (result%end%tangent)
       associate (tangent => result%end%tangent)
-         call open_tangent(modes, size(map%contacts), total + 1, tangent)
+         call allocate_tangent(modes, size(map%contacts), total + 1, tangent)
          do i = 1, modes
             tangent%q(i, i) = 1.0_wp
             tangent%v(i, modes + i) = 1.0_wp
          end do
-         do k = 1, size(map%keeping)
-            tangent%memory(map%keeping(k), 2*modes + k) = 1.0_wp
+         do k = 1, size(map%branch_contacts)
+            tangent%memory(map%branch_contacts(k), 2*modes + k) = 1.0_wp
          end do
          tangent%parameter = map%parameter
          if (map%parameter /= by_nothing) tangent%load = index_of_load(map)
@@ -282,14 +282,15 @@ contains
       associate (tangent => result%end%tangent, derivative => result%derivative)
          derivative(:modes, :) = tangent%q
          derivative(modes + 1:2*modes, :) = tangent%v
-         derivative(2*modes + 1:, :) = tangent%memory(map%keeping, :)
+         derivative(2*modes + 1:, :) = tangent%memory(map%branch_contacts, :)
          if (map%parameter == by_frequency) then
             ! the period changes with the frequency, too
             length = result%response%sections%period*real(map%periods, wp)
-            derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%begun%q, tangent%begun%v, &
-               tangent%begun%memory(map%keeping)]
+            derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%rates_at_start%q, &
+               tangent%rates_at_start%v, &
+               tangent%rates_at_start%memory(map%branch_contacts)]
          end if
-         result%least_speed = tangent%least_speed
+         result%min_speed = tangent%min_speed
       end associate
       deallocate (result%end%tangent)
       if (result%response%event_count == 0) return
@@ -304,11 +305,11 @@ contains
       type(section_state_t), intent(in) :: state
       real(wp), allocatable :: x(:)
 
-      allocate (x, source=[state%q, state%v, state%branch_force(map%keeping)])
+      allocate (x, source=[state%q, state%v, state%branch_force(map%branch_contacts)])
    end function unknowns_of
 
    !> Set the unknowns of a state with the same closed contacts.
-   pure subroutine put_unknowns(map, x, state, is_admissible)
+   pure subroutine set_unknowns(map, x, state, is_admissible)
       type(section_map_t), intent(in) :: map
       real(wp), intent(in) :: x(:)
       type(section_state_t), intent(inout) :: state
@@ -322,7 +323,7 @@ contains
       n = size(state%q)
       state%q = x(:n)
       state%v = x(n + 1:2*n)
-      state%branch_force(map%keeping) = x(2*n + 1:)
+      state%branch_force(map%branch_contacts) = x(2*n + 1:)
       is_admissible = .true.
       do k = 1, size(map%contacts)
          gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
@@ -330,7 +331,7 @@ contains
             if (state%is_closed(k) .or. state%is_deformed(k)) then
                if (.not. contact%is_rigid) state%depth(k) = -gap
             else
-               if (any(map%keeping == k)) then
+               if (any(map%branch_contacts == k)) then
                   state%depth(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
                   state%branch_force(k) = -contact%spring%stiffness*state%depth(k)
                end if
@@ -338,7 +339,7 @@ contains
             end if
          end associate
       end do
-   end subroutine put_unknowns
+   end subroutine set_unknowns
 
    !> Set the units of the unknowns: in each mode the displacement and velocity whose energy is the total energy of the
    !> motion.
@@ -354,13 +355,13 @@ contains
          velocity_unit = sqrt(sum((frequency*state%q)**2) + sum(state%v**2))
          if (.not. velocity_unit > 0.0_wp) velocity_unit = 1.0_wp
          map%unit = [velocity_unit/frequency, spread(velocity_unit, 1, size(state%v)), &
-            spread(velocity_unit, 1, size(map%keeping)), range]
+            spread(velocity_unit, 1, size(map%branch_contacts)), range]
       end associate
    end subroutine find_units
 
    !> Shift the section to the middle of the longest interval without events if events lie near the section, because the
    !> map jumps when an event passes the section.
-   subroutine turn_section(map, value, state, response, is_shifted, error)
+   subroutine shift_section(map, value, state, response, is_shifted, error)
       type(section_map_t), target, intent(inout) :: map
       real(wp), intent(in) :: value
       !> State of the periodic motion at the section
@@ -388,8 +389,8 @@ contains
       longest = maxloc(interval, dim=1)
       shift = modulo(instant(longest) + 0.5_wp*interval(longest), length)
       call run_map(map, value, shift, state, unused, error)
-      map%turn = modulo(map%turn + shift, 1.0_wp)
+      map%section_phase = modulo(map%section_phase + shift, 1.0_wp)
       is_shifted = .true.
-   end subroutine turn_section
+   end subroutine shift_section
 
 end module section_map

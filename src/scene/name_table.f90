@@ -50,7 +50,7 @@ module name_table
       procedure :: give_one
       procedure :: change
       procedure :: give_changes
-      procedure :: times
+      procedure :: openings
       procedure :: open
       procedure :: open_numbered
       procedure :: store
@@ -60,7 +60,7 @@ module name_table
       procedure :: has
       procedure :: has_either
       procedure :: number
-      procedure :: counts
+      procedure :: applies
       procedure :: range_of
       procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance
    end type table_t
@@ -147,7 +147,7 @@ contains
    end subroutine give_changes
 
    !> How often a group that may be repeated must be opened: at least once, so that its names are in the table.
-   pure function times(table, group, in_scene) result(number)
+   pure function openings(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       !> Number of these groups in the scene
@@ -162,7 +162,7 @@ contains
          number = max(1, in_scene)
          if (allocated(table%groups_given)) number = max(number, min(max_repeats, count(table%groups_given == group)))
       end if
-   end function times
+   end function openings
 
    !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., its names need not be
    !> listed.
@@ -438,37 +438,37 @@ contains
    end function number
 
    !> Is the condition of an entry met?
-   pure function counts(table, place)
+   pure function applies(table, place)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
-      logical :: counts
+      logical :: applies
 
       integer :: group, i
 
-      counts = .true.
+      applies = .true.
       associate (needs => table%entries(place)%name%needs)
          group = table%entries(place)%group
          if (needs%group /= '') group = table%find_group(needs%group, needs%occurrence)
          if (needs%name /= '') then
             associate (other => table%entries(table%find(group, needs%name)))
-               if (other%kind == kind_word) counts = nint(other%value) > 0
-               if (other%kind == kind_word .and. counts) then
-                  counts = is_among(other%words(nint(other%value)), needs%words)
+               if (other%kind == kind_word) applies = nint(other%value) > 0
+               if (other%kind == kind_word .and. applies) then
+                  applies = is_among(other%words(nint(other%value)), needs%words)
                end if
-               if (other%kind == kind_logical) counts = nint(other%value) == 1
+               if (other%kind == kind_logical) applies = nint(other%value) == 1
             end associate
          else if (needs%without /= '') then
             do i = table%groups(group)%first_entry, table%groups(group)%last_entry
                if (.not. table%entries(i)%is_given) cycle
-               if (is_among(table%entries(i)%name%name, needs%without)) counts = .false.
+               if (is_among(table%entries(i)%name%name, needs%without)) applies = .false.
             end do
          else if (needs%group /= '') then
-            counts = table%groups(group)%is_wanted
+            applies = table%groups(group)%is_wanted
          end if
          ! the names of a repeated group have default values even if the scene does not have the group
-         if (table%groups(group)%repeats) counts = counts .and. table%groups(group)%is_wanted
+         if (table%groups(group)%repeats) applies = applies .and. table%groups(group)%is_wanted
       end associate
-   end function counts
+   end function applies
 
    !> Is a word in a list of words that are separated by blanks?
    pure function is_among(word, words)

@@ -60,7 +60,7 @@ contains
 
       number = 0
       if (allocated(scene%masses)) number = size(scene%masses)
-      number = table%times('mass', number)
+      number = table%openings('mass', number)
       allocate (masses(number))
       if (allocated(scene%masses)) masses(:) = scene%masses
       do k = 1, number

@@ -126,7 +126,7 @@ contains
                return
             end if
          end if
-         if (.not. table%counts(place)) then
+         if (.not. table%applies(place)) then
             call input%reject(item, 0, 'only goes with '//phrase_of(table, place))
             return
          end if

@@ -39,7 +39,7 @@ contains
 
       number = 0
       if (allocated(scene%forces)) number = size(scene%forces)
-      number = table%times('force', number)
+      number = table%openings('force', number)
       allocate (forces(number))
       if (allocated(scene%forces)) forces(:) = scene%forces
       do k = 1, number
@@ -132,7 +132,7 @@ contains
 
       number = 0
       if (allocated(scene%bases)) number = size(scene%bases)
-      number = table%times('base', number)
+      number = table%openings('base', number)
       allocate (bases(number))
       if (allocated(scene%bases)) bases(:) = scene%bases
       do k = 1, number

@@ -154,7 +154,7 @@ contains
       logical :: uses_file
       integer :: k
 
-      uses_file = any(parameters%quantity /= '') .or. scene%has_misfits
+      uses_file = any(parameters%quantity /= '') .or. scene%has_inconsistent_cases
       if (uses_file .and. present(draft)) then
          call set_by_file(scene, parameters, values, draft, problem)
       else if (uses_file) then
@@ -194,7 +194,7 @@ contains
       logical :: resolves_anew
       integer :: k
 
-      resolves_anew = scene%has_misfits .or. .not. allocated(draft%scene)
+      resolves_anew = scene%has_inconsistent_cases .or. .not. allocated(draft%scene)
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
       do k = 1, size(parameters)
          if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])
@@ -219,7 +219,7 @@ contains
          made%output = scene%output
          made%wants_sweep = scene%wants_sweep
          made%wants_cases = scene%wants_cases
-         made%has_misfits = scene%has_misfits
+         made%has_inconsistent_cases = scene%has_inconsistent_cases
          if (allocated(scene%echo)) made%echo = scene%echo
          scene = made
       end if
@@ -309,7 +309,7 @@ contains
             //' '//trim(parameters(k)%name)//'_range '//trim(parameters(k)%name)//'_log_range values', problem)
       else if (scene%wants_sweep) then
          call try_corners(scene, parameters, ends, problem)
-         scene%has_misfits = allocated(problem)
+         scene%has_inconsistent_cases = allocated(problem)
       end if
    end subroutine check_extremes
 
@@ -339,7 +339,7 @@ contains
             given = given//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
          end do
          one = scene
-         one%has_misfits = .true.
+         one%has_inconsistent_cases = .true.
          call set_parameters(one, parameters, values, problem, draft)
          if (.not. allocated(problem)) cycle
          problem = given(:len(given) - 2)//': '//problem

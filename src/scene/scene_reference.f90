@@ -56,7 +56,7 @@ contains
          associate (entry => table%entries(i))
             is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' &
                .and. .not. entry%name%is_scale .and. (entry%is_given .or. .not. entry%name%is_optional)
-            if (is_echoed(i)) is_echoed(i) = table%counts(i)
+            if (is_echoed(i)) is_echoed(i) = table%applies(i)
          end associate
       end do
       if (allocated(scene%echo)) deallocate (scene%echo)

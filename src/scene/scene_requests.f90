@@ -131,13 +131,13 @@ contains
          //'the run ends with the period of the last', range_t(1, 100000)))
       call table%bind(poincare%load, name_t('load', 'whose period counts: a number among the harmonic loads, ' &
          //'&force before &base; 0: that of all together', range_t(0, 1000)))
-      call table%bind(poincare%most_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
+      call table%bind(poincare%max_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
          //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
       call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
          //'share of the greatest', range_t(1.0e-14_wp, 0.1_wp)))
       call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
          //'the greatest Lyapunov exponent', needs=exact))
-      call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
+      call table%bind(poincare%records_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_poincare
 
    !> Find the period of the loads, and check that there are Poincare sections within the run. Problems are reported to
@@ -226,20 +226,20 @@ contains
       call table%bind(orbit%skip, name_t('skip', 'periods that run before', range_t(1, 1000000)))
       call table%bind(orbit%tolerance, name_t('tolerance', 'by how much the motion may miss its start, as a share of ' &
          //'its size', range_t(1.0e-13_wp, 1.0e-3_wp)))
-      call table%bind(orbit%most_steps, name_t('most_steps', "steps of Newton's method after which it fails", &
+      call table%bind(orbit%max_steps, name_t('most_steps', "steps of Newton's method after which it fails", &
          range_t(1, 1000)))
       call table%bind(orbit%varied, name_t('parameter', 'what of a load varies along a branch of motions; with ' &
          //'frequency those of all loads in proportion'), varied_names)
       call table%bind(orbit%load, name_t('load', 'of which: a number among the harmonic loads, &force before &base', &
          range_t(1, 1000), needs=varied))
-      call table%bind(orbit%lowest_ratio, name_t('lowest_ratio', 'least of it over what the load has', &
+      call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'least of it over what the load has', &
          range_t(1.0e-6_wp, 1.0_wp), needs=varied))
-      call table%bind(orbit%greatest_ratio, name_t('greatest_ratio', 'greatest of it over what the load has', &
+      call table%bind(orbit%max_ratio, name_t('greatest_ratio', 'greatest of it over what the load has', &
          range_t(1.0_wp, 1.0e6_wp), needs=varied))
       call table%bind(orbit%step, name_t('step', 'first step along a branch, as a share of the range and of the size ' &
          //'of the motion', step_range, needs=varied))
-      call table%bind(orbit%greatest_step, name_t('greatest_step', 'the greatest', step_range, needs=varied))
-      call table%bind(orbit%most_points, name_t('most_points', 'points of a branch to either side', &
+      call table%bind(orbit%max_step, name_t('greatest_step', 'the greatest', step_range, needs=varied))
+      call table%bind(orbit%max_points, name_t('most_points', 'points of a branch to either side', &
          range_t(1, 100000), needs=varied))
       call table%bind(orbit%doublings, name_t('doublings', 'how often branches of twice the period leave others', &
          range_t(0, 6), needs=varied))
@@ -270,9 +270,9 @@ contains
                //'from tau = 0 to the end')
          else if (orbit%varied /= vary_nothing .and. orbit%load > loads) then
             call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
-         else if (orbit%varied /= vary_nothing .and. .not. orbit%lowest_ratio < orbit%greatest_ratio) then
+         else if (orbit%varied /= vary_nothing .and. .not. orbit%min_ratio < orbit%max_ratio) then
             call input%complain(group, 'lowest_ratio greatest_ratio', 'nothing lies between them')
-         else if (orbit%step > orbit%greatest_step) then
+         else if (orbit%step > orbit%max_step) then
             call input%complain(group, 'step greatest_step', 'the first step must be at most the greatest')
          else if (orbit%varied /= vary_nothing) then
             if (vanishes(scene, orbit%load)) call input%complain(group, 'load', &

@@ -24,10 +24,10 @@ module scene_resolve
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
    use unit_ratios, only: check_units, places_in_units, take_ratio
-   use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
+   use value_rules, only: contains_value, largest_spread, max_numbers, range_t, range_text, spread_problem
    implicit none (type, external)
    private
-   public :: resolve_scene, resolve_units, trouble_with_damping
+   public :: resolve_scene, resolve_units, problem_with_damping
 
    !> Characters with which the name of a scene may begin, and all characters that it may have.
    character(*), parameter :: letters_and_digits = &
@@ -238,13 +238,13 @@ contains
       call resolve_requests(input, table, scene)
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
       if (scene%wants_statistics) call resolve_statistics(input, scene)
-      problem = trouble_with_damping(scene)
+      problem = problem_with_damping(scene)
       if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
    end subroutine resolve_motion
 
    !> Why damping ratios of single modes are not possible with Newmark's method on the mesh of a scene; empty: they are
    !> possible.
-   pure function trouble_with_damping(scene) result(problem)
+   pure function problem_with_damping(scene) result(problem)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: problem
 
@@ -258,7 +258,7 @@ contains
       problem = "with method = 'newmark' damping of single modes needs full matrices, for at most "// &
          to_text(max_elements_damped)//' elements, not for '//to_text(elements)// &
          ": take method = 'exact', or damping by "//'zeta and zeta_mass, or fewer elements'
-   end function trouble_with_damping
+   end function problem_with_damping
 
    !> Check &response.
    subroutine check_response(input, response)
@@ -297,10 +297,10 @@ contains
       if (response%step > response%duration) then
          call input%complain('response', 'step step_time', 'step ' &
             //to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)')
-      else if (response%duration/response%step > most_numbers) then
+      else if (response%duration/response%step > max_numbers) then
          call input%complain('response', 'step step_time', &
             'duration over step is '//to_text(response%duration/response%step) &
-            //' samples: must be at most '//to_text(most_numbers)//' to fit into memory')
+            //' samples: must be at most '//to_text(max_numbers)//' to fit into memory')
       end if
    end subroutine check_samples
 
@@ -444,17 +444,17 @@ contains
                   //to_text(scene%response%duration)//' (tau)')
             else if (any([(instants(i) >= instants(i + 1), i=1, size(instants) - 1)])) then
                call input%complain('output', 'shape_times', 'must be ascending')
-            else if (numbers > most_numbers) then
+            else if (numbers > max_numbers) then
                call input%complain('output', 'shape_times', to_text(size(instants))//' shapes of ' &
                   //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most ' &
-                  //to_text(most_numbers))
+                  //to_text(max_numbers))
             end if
          end associate
       end if
       if (scene%output%shape_step > 0.0_wp) then
          numbers = scene%response%duration/scene%output%shape_step*real(scene%mesh%elements + 1, wp)
-         if (numbers > most_numbers) call input%complain('output', 'shape_step', to_text(numbers) &
-            //' numbers would be stored: must be at most '//to_text(most_numbers))
+         if (numbers > max_numbers) call input%complain('output', 'shape_step', to_text(numbers) &
+            //' numbers would be stored: must be at most '//to_text(max_numbers))
       end if
       if (.not. scene%wants_frequencies) return
       modes = 2*scene%frequencies%mesh_elements(1)

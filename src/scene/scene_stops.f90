@@ -43,7 +43,7 @@ contains
 
       number = 1
       if (allocated(scene%more_stops)) number = 1 + size(scene%more_stops)
-      number = table%times('stop', number)
+      number = table%openings('stop', number)
       if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
       call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
       if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%release_stop)
@@ -133,7 +133,7 @@ contains
 
       number = 0
       if (allocated(scene%supports)) number = size(scene%supports)
-      number = table%times('support', number)
+      number = table%openings('support', number)
       allocate (supports(number))
       if (allocated(scene%supports)) supports(:) = scene%supports
       do k = 1, number

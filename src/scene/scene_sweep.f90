@@ -13,7 +13,7 @@ module scene_sweep
    use sweep_names, only: chosen_parameter, max_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
-   use value_rules, only: largest_spread, most_numbers, spread_problem
+   use value_rules, only: largest_spread, max_numbers, spread_problem
    implicit none (type, external)
    private
    public :: resolve_sweep, resolve_cases
@@ -226,8 +226,8 @@ contains
          if (any(values_given(duration) < scene%response%step)) then
             call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
                //to_text(scene%response%step))
-         else if (any(values_given(duration) > most_numbers*scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(most_numbers)//' steps')
+         else if (any(values_given(duration) > max_numbers*scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(max_numbers)//' steps')
          end if
       end associate
    end subroutine check_duration
@@ -381,7 +381,7 @@ contains
          if ((group%repeats .or. group%name == 'stress') .and. .not. group%is_wanted) call input%complain('cases', &
             'parameter', parameter//' goes with &'//trim(group%name))
       end associate
-      if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
+      if (.not. table%applies(place)) call input%complain('cases', 'parameter', &
          parameter//' goes with '//phrase_of(table, place, from_elsewhere=.true.))
       call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter

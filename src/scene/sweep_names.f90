@@ -166,7 +166,7 @@ contains
       call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, max_cases), hypercube, &
          default='none'))
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
-      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', &
+      call table%bind(sweep%chunk_cases, name_t('part_cases', 'cases that reach the disk together', &
          range_t(1, 1000000), default='a 400th, 10 to 16384'))
       call list_parameters(table, places)
       call list_carry(table, places, sweep)

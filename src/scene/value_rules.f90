@@ -4,7 +4,7 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, spread_problem, largest_spread, most_numbers
+   public :: range_t, contains_value, range_text, one_of, spread_problem, largest_spread, max_numbers
    public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
@@ -12,7 +12,7 @@ module value_rules
    !> because of rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
    !> Maximum number of values of one kind in the results: 0.8 GB.
-   real(wp), parameter :: most_numbers = 1.0e8_wp
+   real(wp), parameter :: max_numbers = 1.0e8_wp
 
    !> Closed interval from `minimum` to `maximum`; `excludes_minimum`: without `minimum` itself.
    type :: range_t

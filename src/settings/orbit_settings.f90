@@ -20,18 +20,18 @@ module orbit_settings
       !> Maximum distance between the states at start and end of the period, relative to the size of the motion, and
       !> maximum number of Newton steps
       real(wp) :: tolerance = 1.0e-10_wp
-      integer :: most_steps = 30
+      integer :: max_steps = 30
       !> One of the `vary_` constants, and the number of the harmonic load that varies; &force counts before &base
       integer :: varied = vary_nothing
       integer :: load = 1
       !> Minimum and maximum of the varied amplitude or frequency over its value in the scene
-      real(wp) :: lowest_ratio = 0.5_wp
-      real(wp) :: greatest_ratio = 2.0_wp
+      real(wp) :: min_ratio = 0.5_wp
+      real(wp) :: max_ratio = 2.0_wp
       !> First and maximum step along a branch, as fractions of the range and of the size of the motion, and maximum
       !> number of points of a branch to either side
       real(wp) :: step = 0.005_wp
-      real(wp) :: greatest_step = 0.02_wp
-      integer :: most_points = 500
+      real(wp) :: max_step = 0.02_wp
+      integer :: max_points = 500
       !> Maximum number of successive period doublings whose branches are followed
       integer :: doublings = 1
       !> Common period of all loads, tau

@@ -124,10 +124,10 @@ module run_settings
       integer :: mode_shapes = 0
       !> Store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Compute measures, among them the peaks of at most `most_peaks` rebounds; runs and sweeps set both, scene files
+      !> Compute measures, among them the peaks of at most `max_peaks` rebounds; runs and sweeps set both, scene files
       !> cannot
       logical :: measures = .false.
-      integer :: most_peaks = huge(1)
+      integer :: max_peaks = huge(1)
    end type output_settings_t
 
    !> &stress: points at which the bending moment and the stress at the outer fibre are computed
@@ -164,10 +164,10 @@ module run_settings
       integer :: load = 0
       !> Longest period of the motion that is tested, in periods of the load, and maximum distance of a returned state,
       !> relative to the largest state
-      integer :: most_periods = 16
+      integer :: max_periods = 16
       real(wp) :: tolerance = 1.0e-6_wp
       !> Record the states of all modes too
-      logical :: keeps_modes = .false.
+      logical :: records_modes = .false.
       !> Compute the largest Lyapunov exponent
       logical :: wants_exponent = .true.
       !> The duration of the run is skip + keep periods of the load, because the scene gives no duration

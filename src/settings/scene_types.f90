@@ -314,7 +314,7 @@ module scene_types
       logical :: wants_best = .false.
       type(best_settings_t) :: best
       !> Some cases of the sweep may have inconsistent values; each case is then read and checked anew
-      logical :: has_misfits = .false.
+      logical :: has_inconsistent_cases = .false.
       !> The file has &cases
       logical :: wants_cases = .false.
       type(cases_settings_t) :: cases

@@ -6,7 +6,7 @@ module sweep_settings
    private
    public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of, values_given
    public :: design_grid, design_paired, design_latin_hypercube, design_names
-   public :: goal_most, goal_names
+   public :: goal_maximum, goal_names
 
    integer, parameter :: name_room = 48
    integer, parameter :: meaning_room = 180
@@ -43,7 +43,7 @@ module sweep_settings
 
    !> The best case has the minimum or the maximum of the measure.
    integer, parameter :: goal_minimum = 1
-   integer, parameter :: goal_most = 2
+   integer, parameter :: goal_maximum = 2
    character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
 
    !> A parameter and its values; it is not swept if none are given.
@@ -69,7 +69,7 @@ module sweep_settings
       integer :: count = 0
       integer :: seed = 1
       !> Number of cases in a chunk, the unit in which results are written to disk; 0: chosen from the number of cases
-      integer :: part_cases = 0
+      integer :: chunk_cases = 0
       !> Index of the parameter along which each case starts from the final state of the preceding case; 0: none
       integer :: carry = 0
       !> The cases go through the values of the parameter `carry` forwards, and then backwards
@@ -80,7 +80,7 @@ module sweep_settings
    type :: best_settings_t
       !> Index in `measure_table` of the measure by which cases are compared
       integer :: measure = measure_settling
-      !> Goal: `goal_minimum` or `goal_most`
+      !> Goal: `goal_minimum` or `goal_maximum`
       integer :: goal = goal_minimum
       !> Number of cases in the table
       integer :: count = 10

@@ -4,24 +4,24 @@
 !> long as s + s' h - B h^2/2 > 0 there is no zero: each step goes up to the root of that parabola. Once s' < 0
 !> certainly holds up to a zero, inverse interpolation inside a bracket ends the search.
 module certified_search
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, bounds_t, search_t, search_history_t, history_size
+   public :: certified_signal_t, transformable_signal_t, bounds_t, search_t, search_history_t, history_size
    public :: first_zero, falls_to_zero
    public :: step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
-   public :: found_zero, found_none, found_never_left, found_spent
+   public :: found_zero, found_none, found_never_positive, found_exhausted
 
    !> The signal falls through zero at `time`.
    integer, parameter :: found_zero = 1
    !> The signal has no zero up to the limit.
    integer, parameter :: found_none = 2
    !> A signal that starts at zero never rises above its rounding error.
-   integer, parameter :: found_never_left = 3
+   integer, parameter :: found_never_positive = 3
    !> The signal has no zero up to `time`, at which the permitted number of evaluations is used up.
-   integer, parameter :: found_spent = 4
+   integer, parameter :: found_exhausted = 4
 
    !> Depth below zero that the rounding error of forces may give a signal of the order of 1 after a start at rest.
    real(wp), parameter :: max_dip = 1.0e-11_wp
@@ -47,21 +47,21 @@ module certified_search
    end type certified_signal_t
 
    !> A signal that yields other signals: itself or a derivative, shifted in time, scaled and offset.
-   type, abstract, extends(certified_signal_t) :: viewed_signal_t
+   type, abstract, extends(certified_signal_t) :: transformable_signal_t
    contains
-      procedure(transform_interface), deferred :: view
-   end type viewed_signal_t
+      procedure(transform_interface), deferred :: transform
+   end type transformable_signal_t
 
    !> Maximum number of evaluations that a search history records.
    integer, parameter :: history_size = 32
 
    type :: search_t
-      !> `found_zero`, `found_none`, `found_never_left` or `found_spent`
+      !> `found_zero`, `found_none`, `found_never_positive` or `found_exhausted`
       integer :: outcome = found_none
       !> Instant of the outcome
       real(wp) :: time = 0.0_wp
       !> Maximum of the signal over the instants evaluated
-      real(wp) :: greatest = 0.0_wp
+      real(wp) :: max_value = 0.0_wp
       !> Rounding error of the value at the start
       real(wp) :: rounding = 0.0_wp
       !> Upper bound of the signal up to `time`; huge: none was proven
@@ -80,7 +80,7 @@ module certified_search
       !> Upper bound of -d''
       real(wp) :: bound = 0.0_wp
       !> Upper bound of |d''|
-      real(wp) :: bound_both = 0.0_wp
+      real(wp) :: two_sided_bound = 0.0_wp
       !> Upper bound of |d'''|; huge: unknown
       real(wp) :: bound_jerk = huge(1.0_wp)
       !> Rounding error of d
@@ -91,7 +91,7 @@ module certified_search
       !> Lower bound of the signal
       real(wp) :: floor = -huge(1.0_wp)
       !> d has no zero within a step of this length, which may be longer than the step that `bound` certifies
-      real(wp) :: free = 0.0_wp
+      real(wp) :: zero_free_step = 0.0_wp
    end type bounds_t
 
    !> Evaluations of the signal that a search recorded. Before the first one a signal that starts at rest rises; after
@@ -100,12 +100,12 @@ module certified_search
       !> Number of evaluations, in order of time; those after the first `history_size` are not recorded
       integer :: count = 0
       real(wp) :: time(history_size)
-      type(bounds_t) :: find_bounds(history_size)
+      type(bounds_t) :: bounds(history_size)
    end type search_history_t
 
    abstract interface
       !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-      subroutine bounds_interface(self, t, order, here)
+      subroutine bounds_interface(self, t, order, bounds)
          import :: certified_signal_t, bounds_t, wp
          implicit none (type, external)
          class(certified_signal_t), intent(in) :: self
@@ -114,7 +114,7 @@ module certified_search
          !> Order of the derivative; 0: the signal itself
          integer, intent(in) :: order
          !> Values and bounds at the instant
-         type(bounds_t), intent(out) :: here
+         type(bounds_t), intent(out) :: bounds
       end subroutine bounds_interface
 
       !> The signal and its slope at an instant.
@@ -130,10 +130,10 @@ module certified_search
       end subroutine evaluate_interface
 
       !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
-      subroutine transform_interface(self, from, factor, offset, order, part)
-         import :: viewed_signal_t, wp
+      subroutine transform_interface(self, from, factor, offset, order, transformed)
+         import :: transformable_signal_t, wp
          implicit none (type, external)
-         class(viewed_signal_t), intent(in) :: self
+         class(transformable_signal_t), intent(in) :: self
          !> Instant that becomes t = 0
          real(wp), intent(in) :: from
          real(wp), intent(in) :: factor
@@ -141,27 +141,27 @@ module certified_search
          !> 0: d is the signal itself, 1: d is its slope
          integer, intent(in) :: order
          !> The new signal
-         class(viewed_signal_t), allocatable, intent(out) :: part
+         class(transformable_signal_t), allocatable, intent(out) :: transformed
       end subroutine transform_interface
    end interface
 
 contains
 
    !> `find_bounds` for callers that take no step: the length of a step without a zero may be missing.
-   subroutine find_bounds_without_step(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, bounds)
       class(certified_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
-      call self%find_bounds(t, order, here)
+      call self%find_bounds(t, order, bounds)
    end subroutine find_bounds_without_step
 
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search, history, most_evaluations, at_start)
+   subroutine first_zero(signal, limit, search, history, max_evaluations, at_start)
       class(certified_signal_t), intent(in) :: signal
       !> End of the search
       real(wp), intent(in) :: limit
@@ -170,64 +170,64 @@ contains
       !> Evaluations on the way
       type(search_history_t), intent(inout), optional :: history
       !> Permitted number of evaluations; default: unlimited
-      integer(i8), intent(in), optional :: most_evaluations
+      integer(i8), intent(in), optional :: max_evaluations
       !> Bounds of the signal itself at 0, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
       real(wp) :: t, before, step
-      type(bounds_t) :: here
+      type(bounds_t) :: bounds
       integer(i8) :: budget
       integer :: order
       logical :: is_found
 
       budget = huge(budget)
-      if (present(most_evaluations)) budget = most_evaluations
+      if (present(max_evaluations)) budget = max_evaluations
       t = 0.0_wp
       before = 0.0_wp
-      call bounds_at_start(signal, order, here, search, at_start)
+      call bounds_at_start(signal, order, bounds, search, at_start)
       if (present(history)) history%count = 0
-      search%ceiling = merge(here%signal, huge(1.0_wp), order == 0)
+      search%ceiling = merge(bounds%signal, huge(1.0_wp), order == 0)
       do
-         search%greatest = max(search%greatest, here%signal)
+         search%max_value = max(search%max_value, bounds%signal)
          if (order > 0 .and. t > 0.0_wp) then
-            call lower_order(signal, before, t, order, here, search, is_found)
+            call lower_order(signal, before, t, order, bounds, search, is_found)
             if (is_found) return
          end if
-         if (present(history) .and. order == 0) call record_bounds(history, t, here)
-         if (order == 0 .and. falls_to_zero(here)) then
-            call find_bracketed_zero(signal, t, here, limit, search)
+         if (present(history) .and. order == 0) call record_bounds(history, t, bounds)
+         if (order == 0 .and. falls_to_zero(bounds)) then
+            call find_bracketed_zero(signal, t, bounds, limit, search)
             return
          end if
-         if (t > 0.0_wp .and. here%value <= here%rounding .and. (order > 0 .or. here%slope <= 0.0_wp)) then
+         if (t > 0.0_wp .and. bounds%value <= bounds%rounding .and. (order > 0 .or. bounds%slope <= 0.0_wp)) then
             ! the value is zero to within its rounding error
-            search%outcome = merge(found_never_left, found_zero, order > 0 .or. stayed_at_zero())
+            search%outcome = merge(found_never_positive, found_zero, order > 0 .or. stayed_at_zero())
             search%time = t
             return
          end if
-         if (has_decayed(here) .or. (order == 0 .and. here%floor > here%rounding)) then
+         if (has_decayed(bounds) .or. (order == 0 .and. bounds%floor > bounds%rounding)) then
             search%outcome = found_none
             search%time = limit
             search%ceiling = huge(1.0_wp)
             return
          end if
          ! a value below its rounding error counts as that error: a signal that rises comes no nearer to zero
-         step = max(here%free, step_without_zero(max(here%value, &
-            merge(here%rounding, 0.0_wp, t > 0.0_wp)), here%slope, here%bound))
-         if (order == 0) search%ceiling = max(search%ceiling, max_within_step(here, min(step, limit - t)))
+         step = max(bounds%zero_free_step, step_without_zero(max(bounds%value, &
+            merge(bounds%rounding, 0.0_wp, t > 0.0_wp)), bounds%slope, bounds%bound))
+         if (order == 0) search%ceiling = max(search%ceiling, max_within_step(bounds, min(step, limit - t)))
          if (t + step >= limit .or. search%evaluations >= budget) then
-            search%outcome = merge(found_none, found_spent, t + step >= limit)
+            search%outcome = merge(found_none, found_exhausted, t + step >= limit)
             search%time = min(t + step, limit)
             return
          end if
          if (.not. t + step > t) then
             ! the step is shorter than the spacing of numbers at t
-            search%outcome = merge(found_never_left, found_zero, order > 0 .or. stayed_at_zero())
+            search%outcome = merge(found_never_positive, found_zero, order > 0 .or. stayed_at_zero())
             search%time = t
             return
          end if
          before = t
          t = t + step
-         call signal%find_bounds(t, order, here)
+         call signal%find_bounds(t, order, bounds)
          search%evaluations = search%evaluations + 1_i8
       end do
 
@@ -237,50 +237,50 @@ contains
       pure function stayed_at_zero() result(is)
          logical :: is
 
-         is = signal%start_order > 0 .and. here%signal <= here%signal_rounding .and. &
-            search%greatest <= 4.0_wp*here%signal_rounding
+         is = signal%start_order > 0 .and. bounds%signal <= bounds%signal_rounding .and. &
+            search%max_value <= 4.0_wp*bounds%signal_rounding
       end function stayed_at_zero
    end subroutine first_zero
 
    !> Record an evaluation later than all those before.
-   pure subroutine record_bounds(history, t, here)
+   pure subroutine record_bounds(history, t, bounds)
       type(search_history_t), intent(inout) :: history
       real(wp), intent(in) :: t
       !> Values and bounds of the signal
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
 
       history%count = history%count + 1
       if (history%count > history_size) return
       history%time(history%count) = t
-      history%find_bounds(history%count) = here
+      history%bounds(history%count) = bounds
    end subroutine record_bounds
 
    !> Upper bound of the signal within a step.
-   elemental function max_within_step(here, step) result(bound)
+   elemental function max_within_step(bounds, step) result(bound)
       !> Values and bounds of the signal at the start of the step
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
       real(wp), intent(in) :: step
       real(wp) :: bound
 
       real(wp) :: bend, length, slope
 
-      slope = max(here%slope, 0.0_wp)
-      bend = here%bound_both
-      if (here%bound_jerk < sqrt(huge(1.0_wp))) bend = min(bend, here%curvature + step*here%bound_jerk)
+      slope = max(bounds%slope, 0.0_wp)
+      bend = bounds%two_sided_bound
+      if (bounds%bound_jerk < sqrt(huge(1.0_wp))) bend = min(bend, bounds%curvature + step*bounds%bound_jerk)
       ! a parabola that bends downwards has its maximum at this length
       length = step
       if (slope < -step*bend) length = -slope/bend
-      bound = here%value + here%rounding + length*(slope + 0.5_wp*length*bend)
+      bound = bounds%value + bounds%rounding + length*(slope + 0.5_wp*length*bend)
    end function max_within_step
 
    !> Begin the search. If the signal starts at zero, the search runs on the first derivative that is positive there: as
    !> long as that derivative is positive, so are the lower ones and the signal.
-   subroutine bounds_at_start(signal, order, here, search, known)
+   subroutine bounds_at_start(signal, order, bounds, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Order of the derivative; 0: the signal itself
       integer, intent(out) :: order
       !> Values and bounds of that derivative
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
       !> Counts the evaluations
       type(search_t), intent(inout) :: search
       !> Bounds of the signal itself, if they are known
@@ -291,30 +291,30 @@ contains
       order = signal%start_order
       if (order == 1) order = 0
       if (present(known) .and. order == 0) then
-         here = known
+         bounds = known
       else
-         call signal%find_bounds(0.0_wp, order, here)
+         call signal%find_bounds(0.0_wp, order, bounds)
       end if
       search%evaluations = 1_i8
-      search%rounding = here%signal_rounding
+      search%rounding = bounds%signal_rounding
       if (signal%start_order > 0) then
-         here%signal = 0.0_wp
-         if (order == 0) here%value = 0.0_wp
+         bounds%signal = 0.0_wp
+         if (order == 0) bounds%value = 0.0_wp
       end if
-      if (order > 2 .and. here%value <= 64.0_wp*here%rounding) then
+      if (order > 2 .and. bounds%value <= 64.0_wp*bounds%rounding) then
          ! if stiff overdamped modes leave this derivative below rounding, the next lower derivative decides
          call signal%find_bounds(0.0_wp, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
             order = order - 1
-            here = lower
-            here%signal = 0.0_wp
+            bounds = lower
+            bounds%signal = 0.0_wp
          end if
       end if
    end subroutine bounds_at_start
 
    !> Change to a lower derivative, or to the signal itself, as soon as that exceeds its rounding error.
-   subroutine lower_order(signal, before, t, order, here, search, is_found)
+   subroutine lower_order(signal, before, t, order, bounds, search, is_found)
       class(certified_signal_t), intent(in) :: signal
       !> Instants of the last evaluation but one and of the last one
       real(wp), intent(in) :: before
@@ -322,41 +322,41 @@ contains
       !> Order of the derivative, > 0
       integer, intent(inout) :: order
       !> Values and bounds of that derivative at t
-      type(bounds_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: bounds
       type(search_t), intent(inout) :: search
       !> The signal has a zero before t
       logical, intent(out) :: is_found
 
       type(bounds_t) :: lower
 
-      is_found = here%signal < -max(max_dip, 64.0_wp*here%signal_rounding)
+      is_found = bounds%signal < -max(max_dip, 64.0_wp*bounds%signal_rounding)
       if (is_found) then
          ! the force that should have lifted the signal was lost in rounding error
          search%outcome = found_zero
          search%time = start_of_dip(signal, before, t)
-      else if (here%signal > 64.0_wp*here%signal_rounding) then
+      else if (bounds%signal > 64.0_wp*bounds%signal_rounding) then
          order = 0
-         call signal%find_bounds(t, order, here)
+         call signal%find_bounds(t, order, bounds)
          search%evaluations = search%evaluations + 1_i8
       else if (order > 1) then
          call signal%find_bounds(t, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
             order = order - 1
-            here = lower
+            bounds = lower
          end if
       end if
    end subroutine lower_order
 
    !> Has the signal decayed so far that its digits underflow?
-   elemental function has_decayed(here) result(is)
+   elemental function has_decayed(bounds) result(is)
       !> Values and bounds of the signal
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
       logical :: is
 
       real(wp), parameter :: min_magnitude = tiny(1.0_wp)/epsilon(1.0_wp)
 
-      is = max(abs(here%value), abs(here%slope), here%bound) < min_magnitude
+      is = max(abs(bounds%value), abs(bounds%slope), bounds%bound) < min_magnitude
    end function has_decayed
 
    !> Instant at which a signal falls through -`max_dip`, by bisection.
@@ -370,38 +370,38 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: value, slope
 
-      bracket = bracket_t(low=above, high=below, least_value=-1.0_wp, most_evaluations=40)
-      call go_to(bracket)
+      bracket = bracket_t(low=above, high=below, value_tolerance=-1.0_wp, max_evaluations=40)
+      call choose_point(bracket)
       do while (.not. bracket%is_found)
          call signal%evaluate(bracket%point, value, slope)
-         call enter(bracket, value + max_dip)
-         call go_to(bracket)
+         call enter_value(bracket, value + max_dip)
+         call choose_point(bracket)
       end do
       time = bracket%high
    end function start_of_dip
 
    !> Does the signal certainly fall monotonically to zero?
-   elemental function falls_to_zero(here) result(certain)
+   elemental function falls_to_zero(bounds) result(certain)
       !> Values and bounds of the signal
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
       logical :: certain
 
       ! squares of smaller slopes underflow, and with them the bounds
       real(wp), parameter :: min_slope = 1.0e-140_wp
 
-      certain = here%slope < -min_slope .and. here%value > 0.0_wp
-      if (certain) certain = here%slope**2 > 4.0_wp*curvature_bound(here)*here%value
+      certain = bounds%slope < -min_slope .and. bounds%value > 0.0_wp
+      if (certain) certain = bounds%slope**2 > 4.0_wp*curvature_bound(bounds)*bounds%value
    end function falls_to_zero
 
    !> Upper bound, >= 0, of s'' over twice the time that the signal takes to zero at its present slope.
-   elemental function curvature_bound(here) result(bound)
+   elemental function curvature_bound(bounds) result(bound)
       !> Values and bounds of the signal; the slope is negative
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
       real(wp) :: bound
 
-      bound = here%bound_both
-      if (here%bound_jerk < huge(1.0_wp)) then
-         bound = min(bound, max(0.0_wp, here%curvature - 2.0_wp*here%bound_jerk*here%value/here%slope))
+      bound = bounds%two_sided_bound
+      if (bounds%bound_jerk < huge(1.0_wp)) then
+         bound = min(bound, max(0.0_wp, bounds%curvature - 2.0_wp*bounds%bound_jerk*bounds%value/bounds%slope))
       end if
    end function curvature_bound
 
@@ -443,15 +443,15 @@ contains
       real(wp) :: t, value, slope, t_before, value_before, slope_before
 
       associate (value => at_start%value, slope => at_start%slope)
-         bracket%low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%bound_both*value) - slope)
+         bracket%low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%two_sided_bound*value) - slope)
          bracket%high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*curvature_bound(at_start)*value) - slope)
          bracket%high = bracket%high + 4.0_wp*spacing(bracket%high)
          ! first estimate: the zero of the parabola through value, slope and curvature
          t = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*at_start%curvature*value) - slope)
       end associate
-      bracket%neighbours = 2.0_wp
-      bracket%least_value = max(0.25_wp*at_start%rounding, tiny(1.0_wp))
-      bracket%most_evaluations = 100
+      bracket%step_spacings = 2.0_wp
+      bracket%value_tolerance = max(0.25_wp*at_start%rounding, tiny(1.0_wp))
+      bracket%max_evaluations = 100
       bracket%point = min(max(t, bracket%low), bracket%high)
       t_before = start
       value_before = at_start%value
@@ -460,8 +460,8 @@ contains
          t = bracket%point
          call signal%evaluate(t, value, slope)
          search%evaluations = search%evaluations + 1_i8
-         call enter(bracket, value)
-         call go_to(bracket, t + inverse_cubic_step(t - t_before, value_before, slope_before, value, slope))
+         call enter_value(bracket, value)
+         call choose_point(bracket, t + inverse_cubic_step(t - t_before, value_before, slope_before, value, slope))
          t_before = t
          value_before = value
          slope_before = slope

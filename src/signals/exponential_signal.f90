@@ -2,17 +2,17 @@
 !> grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
-      term_columns, term_curvature, term_rate, term_value, viewed_signal_t
+      term_columns, term_curvature, term_rate, term_value, transformable_signal_t
    use damped_oscillators, only: lanes, padded
-   use exponential_powers, only: powers
-   use free_steps, only: free_step
+   use exponential_powers, only: exponentials
+   use zero_free_steps, only: zero_free_step
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: exponential_signal_t
 
    !> offset + sum weight Re(c exp(s t)).
-   type, extends(viewed_signal_t) :: exponential_signal_t
+   type, extends(transformable_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
       !> Exponents, Re s <= 0, the fastest last, which allows long steps, [count]
       complex(wp), allocatable :: exponent(:)
@@ -21,7 +21,7 @@ module exponential_signal
    contains
       procedure :: find_bounds
       procedure :: evaluate
-      procedure :: view
+      procedure :: transform
    end type exponential_signal_t
 
 contains
@@ -40,7 +40,7 @@ contains
       integer :: k
 
       call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, omega, t, power, power_imag)
+      call exponentials(size(decay)/lanes, decay, omega, t, power, power_imag)
       value = self%offset
       slope = 0.0_wp
       !$omp simd reduction(+:value, slope) private(term, term_imag)
@@ -75,14 +75,14 @@ contains
    end subroutine copy_to_vectors
 
    !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-   subroutine find_bounds(self, t, order, here)
+   subroutine find_bounds(self, t, order, bounds)
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
       real(wp) :: terms(size(self%exponent), term_columns)
       real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, power_imag
@@ -92,7 +92,7 @@ contains
 
       n = size(self%exponent)
       call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, omega, t, power, power_imag)
+      call exponentials(size(decay)/lanes, decay, omega, t, power, power_imag)
       signal = self%offset
       magnitude = 4.0_wp*abs(self%offset)
       size_of_signal = 0.0_wp
@@ -107,7 +107,7 @@ contains
          size_of_signal = size_of_signal + bound(k)
          magnitude = magnitude + (4.0_wp + speed(k)*t)*bound(k)
       end do
-      here%signal = signal
+      bounds%signal = signal
       do m = 1, order
          !$omp simd private(rate)
          do k = 1, n
@@ -130,28 +130,28 @@ contains
          terms(k, bound_curvature) = bound(k)*speed(k)**2
          terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed(k), huge(1.0_wp))
       end do
-      here%slope = sum(terms(:, term_rate))
-      here%curvature = sum(terms(:, term_curvature))
-      here%bound = sum(terms(:, bound_curvature))
-      here%bound_both = here%bound
-      here%bound_jerk = sum(terms(:, bound_jerk))
-      here%signal_rounding = epsilon(1.0_wp)*magnitude
+      bounds%slope = sum(terms(:, term_rate))
+      bounds%curvature = sum(terms(:, term_curvature))
+      bounds%bound = sum(terms(:, bound_curvature))
+      bounds%two_sided_bound = bounds%bound
+      bounds%bound_jerk = sum(terms(:, bound_jerk))
+      bounds%signal_rounding = epsilon(1.0_wp)*magnitude
       if (order == 0) then
-         here%value = here%signal
-         here%rounding = here%signal_rounding
-         here%floor = self%offset - size_of_signal
-         if (here%floor > here%rounding .or. falls_to_zero(here)) return
+         bounds%value = bounds%signal
+         bounds%rounding = bounds%signal_rounding
+         bounds%floor = self%offset - size_of_signal
+         if (bounds%floor > bounds%rounding .or. falls_to_zero(bounds)) return
       else
-         here%value = sum(terms(:, term_value))
-         here%rounding = epsilon(1.0_wp)*rounding
+         bounds%value = sum(terms(:, term_value))
+         bounds%rounding = epsilon(1.0_wp)*rounding
       end if
       rest = 0.0_wp
       rest(term_value) = merge(self%offset, 0.0_wp, order == 0)
-      here%free = free_step(terms, rest, here%value, here%slope)
+      bounds%zero_free_step = zero_free_step(terms, rest, bounds%value, bounds%slope)
    end subroutine find_bounds
 
    !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
-   subroutine view(self, from, factor, offset, order, part)
+   subroutine transform(self, from, factor, offset, order, transformed)
       class(exponential_signal_t), intent(in) :: self
       !> Instant that becomes t = 0
       real(wp), intent(in) :: from
@@ -160,7 +160,7 @@ contains
       !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
       !> The new signal
-      class(viewed_signal_t), allocatable, intent(out) :: part
+      class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(exponential_signal_t), allocatable :: exponential
       real(wp), dimension(padded(size(self%exponent))) :: decay, omega, power, power_imag
@@ -177,11 +177,11 @@ contains
             omega(n + 1:) = 0.0_wp
             decay(:n) = -real(self%exponent, wp)
             omega(:n) = aimag(self%exponent)
-            call powers(size(decay)/lanes, decay, omega, from, power, power_imag)
+            call exponentials(size(decay)/lanes, decay, omega, from, power, power_imag)
             exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), power_imag(:n), wp)
          end associate
       end if
-      call move_alloc(exponential, part)
-   end subroutine view
+      call move_alloc(exponential, transformed)
+   end subroutine transform
 
 end module exponential_signal

@@ -1,7 +1,7 @@
 !> The maximum of a flight (motion with the contact open) from the history of the search for its end, with two or three
 !> further evaluations instead of further searches.
 module flight_peaks
-   use certified_search, only: bounds_t, history_size, search_history_t, viewed_signal_t
+   use certified_search, only: bounds_t, history_size, search_history_t, transformable_signal_t
    use kinds, only: wp
    use signal_peaks, only: peak_tolerance
    implicit none (type, external)
@@ -12,7 +12,7 @@ contains
 
    !> The maximum of a signal between two zeros, certain within `peak_tolerance`.
    subroutine find_peak(signal, history, is_certain, peak, time)
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       !> Evaluations of the search for the second zero; further evaluations are inserted
       type(search_history_t), intent(inout) :: history
       !> False: there may be a higher maximum
@@ -22,7 +22,7 @@ contains
 
       integer, parameter :: max_evaluations = 8
       real(wp) :: level
-      type(bounds_t) :: here
+      type(bounds_t) :: bounds
       integer :: i, evaluations
 
       call find_local_maximum(signal, history, is_certain, peak, time)
@@ -31,7 +31,7 @@ contains
       evaluations = 0
       i = 1
       do while (i < history%count)
-         if (stays_below(level, history%time(i + 1) - history%time(i), history%find_bounds(i), history%find_bounds(i &
+         if (stays_below(level, history%time(i + 1) - history%time(i), history%bounds(i), history%bounds(i &
             + 1))) then
             i = i + 1
             cycle
@@ -40,24 +40,24 @@ contains
          is_certain = evaluations <= max_evaluations .and. history%count < history_size
          if (.not. is_certain) return
          associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
-            call signal%find_bounds_without_step(t, 0, here)
-            call insert(history, i + 1, t, here)
+            call signal%find_bounds_without_step(t, 0, bounds)
+            call insert(history, i + 1, t, bounds)
          end associate
-         is_certain = here%value < level
+         is_certain = bounds%value < level
          if (.not. is_certain) return
       end do
    end subroutine find_peak
 
    !> Find the local maximum next to the highest evaluation by iteration on the slope, and insert it into the history.
    subroutine find_local_maximum(signal, history, is_found, peak, time)
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       type(search_history_t), intent(inout) :: history
       logical, intent(out) :: is_found
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
       integer, parameter :: max_evaluations = 12
-      type(bounds_t) :: here
+      type(bounds_t) :: bounds
       real(wp) :: from, step, to
       integer :: k, place
 
@@ -68,58 +68,58 @@ contains
       if (place == 0) return
       from = history%time(place)
       to = history%time(place + 1)
-      time = from + (to - from)*cubic_maximum(to - from, history%find_bounds(place), history%find_bounds(place + 1))
+      time = from + (to - from)*cubic_maximum(to - from, history%bounds(place), history%bounds(place + 1))
       do k = 1, max_evaluations
-         call signal%find_bounds_without_step(time, 1, here)
-         if (here%value > 0.0_wp) from = time
-         if (here%value <= 0.0_wp) to = time
-         step = step_to_maximum(here)
+         call signal%find_bounds_without_step(time, 1, bounds)
+         if (bounds%value > 0.0_wp) from = time
+         if (bounds%value <= 0.0_wp) to = time
+         step = step_to_maximum(bounds)
          is_found = abs(step) <= 2.0_wp*spacing(time) .or. (time + step > from .and. time + step < to .and. &
-            min(here%bound_jerk, 1.0e100_wp)*abs(step)**3 <= here%rounding)
+            min(bounds%bound_jerk, 1.0e100_wp)*abs(step)**3 <= bounds%rounding)
          if (is_found) exit
          time = time + step
          if (.not. (time > from .and. time < to)) time = 0.5_wp*(from + to)
       end do
       if (.not. is_found) return
       time = time + step
-      peak = here%signal + step*(here%value + step*(here%slope/2.0_wp + step*here%curvature/6.0_wp))
-      here = bounds_t(value=peak, curvature=here%slope + step*here%curvature, &
-         bound_jerk=history%find_bounds(place)%bound_jerk)
-      call insert(history, place + 1, time, here)
+      peak = bounds%signal + step*(bounds%value + step*(bounds%slope/2.0_wp + step*bounds%curvature/6.0_wp))
+      bounds = bounds_t(value=peak, curvature=bounds%slope + step*bounds%curvature, &
+         bound_jerk=history%bounds(place)%bound_jerk)
+      call insert(history, place + 1, time, bounds)
    end subroutine find_local_maximum
 
    !> Find two successive evaluations, one of them the highest of all, between which the slope changes from + to -.
    subroutine bracket_maximum(signal, history, place)
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       !> Further evaluations are inserted
       type(search_history_t), intent(inout) :: history
       !> Index of the earlier of the two; 0: not found
       integer, intent(out) :: place
 
       integer, parameter :: max_evaluations = 4
-      type(bounds_t) :: here
+      type(bounds_t) :: bounds
       real(wp) :: t
       integer :: k
 
       do k = 0, max_evaluations
          place = 0
          if (history%count < 2 .or. history%count >= history_size - 1) return
-         place = maxloc(history%find_bounds(:history%count)%value, 1)
-         if (history%find_bounds(place)%slope < 0.0_wp) place = place - 1
+         place = maxloc(history%bounds(:history%count)%value, 1)
+         if (history%bounds(place)%slope < 0.0_wp) place = place - 1
          if (place == history%count) place = 0
          if (place == 0) return
-         if (history%find_bounds(place)%slope > 0.0_wp .and. history%find_bounds(place + 1)%slope < 0.0_wp) return
+         if (history%bounds(place)%slope > 0.0_wp .and. history%bounds(place + 1)%slope < 0.0_wp) return
          t = 0.5_wp*(history%time(place) + history%time(place + 1))
-         call signal%find_bounds_without_step(t, 0, here)
-         call insert(history, place + 1, t, here)
+         call signal%find_bounds_without_step(t, 0, bounds)
+         call insert(history, place + 1, t, bounds)
       end do
       place = 0
    end subroutine bracket_maximum
 
    !> Step to the zero of the parabola through the slope, its first and its second derivative.
-   elemental function step_to_maximum(here) result(step)
+   elemental function step_to_maximum(bounds) result(step)
       !> Values of the signal's slope
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
       real(wp) :: step
 
       ! marks a step that does not exist; its cube does not overflow
@@ -127,8 +127,8 @@ contains
       real(wp) :: root
 
       step = no_step
-      root = here%slope**2 - 2.0_wp*here%value*here%curvature
-      if (here%slope < 0.0_wp .and. root > 0.0_wp) step = 2.0_wp*here%value/(sqrt(root) - here%slope)
+      root = bounds%slope**2 - 2.0_wp*bounds%value*bounds%curvature
+      if (bounds%slope < 0.0_wp .and. root > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(root) - bounds%slope)
    end function step_to_maximum
 
    !> Maximum of the cubic through the values and slopes of two evaluations, as a share of their distance in time.
@@ -192,20 +192,20 @@ contains
    end function bernstein_maximum
 
    !> Insert an evaluation at an index of the history.
-   pure subroutine insert(history, place, t, here)
+   pure subroutine insert(history, place, t, bounds)
       type(search_history_t), intent(inout) :: history
       integer, intent(in) :: place
       real(wp), intent(in) :: t
-      type(bounds_t), intent(in) :: here
+      type(bounds_t), intent(in) :: bounds
 
       integer :: i
 
       do i = history%count, place, -1
          history%time(i + 1) = history%time(i)
-         history%find_bounds(i + 1) = history%find_bounds(i)
+         history%bounds(i + 1) = history%bounds(i)
       end do
       history%time(place) = t
-      history%find_bounds(place) = here
+      history%bounds(place) = bounds
       history%count = history%count + 1
    end subroutine insert
 

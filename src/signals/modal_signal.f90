@@ -6,16 +6,16 @@
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
-      viewed_signal_t
+      transformable_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
-   use free_steps, only: free_step
+   use zero_free_steps, only: zero_free_step
    use kinds, only: wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, &
       split_exponentials
    use short_flights, only: find_short_flight
    implicit none (type, external)
    private
-   public :: modal_signal_t, modal_state_t, make_modal_signal, add_more
+   public :: modal_signal_t, modal_state_t, make_modal_signal, add_to_bounds
 
    !> Modal state at an instant.
    type :: modal_state_t
@@ -25,8 +25,8 @@ module modal_signal
       real(wp), allocatable :: z(:), v(:)
    end type modal_state_t
 
-   !> offset + sum c_i z_i(t) + contact exp(-rate t). The last term is a relaxing contact or a node without mass.
-   type, extends(viewed_signal_t) :: modal_signal_t
+   !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is a relaxing contact or a node without mass.
+   type, extends(transformable_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> Value of the signal without motion
       real(wp) :: offset = 0.0_wp
@@ -39,7 +39,7 @@ module modal_signal
       !> True (a force): for modes far beyond critical damping the sum is over z_i + 2 zeta z_i'
       logical :: is_viscous = .false.
       !> Deformation of the relaxing contact at t = 0, and the rate at which it relaxes
-      real(wp) :: contact = 0.0_wp
+      real(wp) :: relaxation = 0.0_wp
       real(wp) :: rate = 0.0_wp
       !> Receives the state at the instant evaluated last, in arrays that are already allocated; null: not wanted
       type(modal_state_t), pointer :: last => null()
@@ -47,10 +47,10 @@ module modal_signal
       procedure :: find_bounds
       procedure :: find_bounds_without_step
       procedure :: evaluate
-      procedure :: view
+      procedure :: transform
       procedure :: find_zero
-      procedure :: find_short
-      procedure :: find_bounds_among
+      procedure :: find_end_of_short_flight
+      procedure :: find_bounds_of_sum
    end type modal_signal_t
 
 contains
@@ -83,7 +83,7 @@ contains
       real(wp), intent(out) :: slope
 
       real(wp), dimension(self%oscillators%count) :: z, v
-      real(wp) :: contact
+      real(wp) :: relaxation
 
       if (self%is_viscous) then
          call state_of_exponentials(self, t, z, v)
@@ -97,15 +97,15 @@ contains
       end if
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
-      if (abs(self%contact) > 0.0_wp) then
-         contact = self%contact*exp(-self%rate*t)
-         value = value + contact
-         slope = slope - self%rate*contact
+      if (abs(self%relaxation) > 0.0_wp) then
+         relaxation = self%relaxation*exp(-self%rate*t)
+         value = value + relaxation
+         slope = slope - self%rate*relaxation
       end if
    end subroutine evaluate
 
    !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
-   subroutine view(self, from, factor, offset, order, part)
+   subroutine transform(self, from, factor, offset, order, transformed)
       class(modal_signal_t), intent(in) :: self
       !> Instant that becomes t = 0
       real(wp), intent(in) :: from
@@ -114,7 +114,7 @@ contains
       !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
       !> The new signal
-      class(viewed_signal_t), allocatable, intent(out) :: part
+      class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(modal_signal_t), allocatable :: modal
       real(wp), dimension(self%oscillators%count) :: rate
@@ -132,15 +132,15 @@ contains
          modal%v = self%v
       end if
       modal%rate = self%rate
-      modal%contact = factor*self%contact*exp(-self%rate*from)
+      modal%relaxation = factor*self%relaxation*exp(-self%rate*from)
       if (order == 1) then
          rate = modal%v
          modal%v = acceleration(self%oscillators, modal%z, rate)
          modal%z = rate
-         modal%contact = -self%rate*modal%contact
+         modal%relaxation = -self%rate*modal%relaxation
       end if
-      call move_alloc(modal, part)
-   end subroutine view
+      call move_alloc(modal, transformed)
+   end subroutine transform
 
    !> First zero of the signal in (0, limit]. The end of a short flight comes from a Taylor series.
    subroutine find_zero(self, limit, search, history, at_start)
@@ -156,14 +156,14 @@ contains
 
       if (present(history)) history%count = 0
       if (self%start_order == 1) then
-         call self%find_short(limit, search)
+         call self%find_end_of_short_flight(limit, search)
          if (search%outcome == found_zero) return
       end if
       call first_zero(self, limit, search, history, at_start=at_start)
    end subroutine find_zero
 
    !> The end of a short flight, in which the signal rises from zero, by `find_short_flight`.
-   subroutine find_short(self, limit, search, slope, harmonics, frequency)
+   subroutine find_end_of_short_flight(self, limit, search, slope, harmonics, frequency)
       class(modal_signal_t), intent(in) :: self
       !> End of the search
       real(wp), intent(in) :: limit
@@ -175,70 +175,70 @@ contains
       real(wp), intent(in), optional :: frequency(:)
 
       search%outcome = found_none
-      if (abs(self%contact) > 0.0_wp) return
+      if (abs(self%relaxation) > 0.0_wp) return
       call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, harmonics, &
          frequency)
-   end subroutine find_short
+   end subroutine find_end_of_short_flight
 
    !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-   subroutine find_bounds(self, t, order, here)
+   subroutine find_bounds(self, t, order, bounds)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
-      call self%find_bounds_among(t, order, here)
+      call self%find_bounds_of_sum(t, order, bounds)
    end subroutine find_bounds
 
    !> `find_bounds` without the length of a step without a zero.
-   subroutine find_bounds_without_step(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, bounds)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
 
-      call self%find_bounds_among(t, order, here, takes_step=.false.)
+      call self%find_bounds_of_sum(t, order, bounds, needs_step=.false.)
    end subroutine find_bounds_without_step
 
    !> `find_bounds` of the sum of this signal and another one. `signal`, `signal_rounding` and `rounding` are those of
    !> this signal alone.
-   subroutine find_bounds_among(self, t, order, here, added, added_floor, takes_step)
+   subroutine find_bounds_of_sum(self, t, order, bounds, added, added_floor, needs_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
       !> Values and bounds of the sum at the instant
-      type(bounds_t), intent(out) :: here
+      type(bounds_t), intent(out) :: bounds
       !> The other signal: columns as in `certified_search`, and its lower bound
       real(wp), intent(in), optional :: added(term_columns)
       real(wp), intent(in), optional :: added_floor
       !> False: the length of a step without a zero is not needed
-      logical, intent(in), optional :: takes_step
+      logical, intent(in), optional :: needs_step
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
-      real(wp) :: magnitude, rest(term_columns), contact, signal, slope
+      real(wp) :: magnitude, rest(term_columns), relaxation, signal, slope
       integer :: blocks, k, last
       logical :: separates
 
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
          n => self%oscillators%count)
          blocks = size(weight)/lanes
-         last = padded(oscillators%blended)
-         separates = oscillators%blended < n
+         last = padded(oscillators%unseparated)
+         separates = oscillators%unseparated < n
          call state_in_vectors(self, t, z, v, slow, fast)
          call sum_terms(blocks, weight, t, z, v, signal, slope, magnitude)
-         here%signal = self%offset + signal
-         here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
-         here%value = here%signal
-         here%rounding = here%signal_rounding
+         bounds%signal = self%offset + signal
+         bounds%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
+         bounds%value = bounds%signal
+         bounds%rounding = bounds%signal_rounding
          do k = 1, order
             a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last)) &
                - oscillators%mass_rate(:last)*v(:last)
@@ -250,74 +250,74 @@ contains
             end if
          end do
          if (order > 0) then
-            call sum_terms(blocks, weight, 0.0_wp, z, v, here%value, slope, magnitude)
-            here%rounding = epsilon(1.0_wp)*magnitude
+            call sum_terms(blocks, weight, 0.0_wp, z, v, bounds%value, slope, magnitude)
+            bounds%rounding = epsilon(1.0_wp)*magnitude
          end if
-         here%slope = slope
+         bounds%slope = slope
          call bound_terms(last/lanes, oscillators, weight, z, v, terms)
          if (separates) call bound_exponentials(oscillators, weight, slow, fast, terms)
-         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(terms(:, bound_value))
-         here%curvature = sum(terms(:, term_curvature))
-         here%bound = sum(terms(:, bound_curvature))
-         here%bound_both = here%bound
-         here%bound_jerk = sum(terms(:, bound_jerk))
-         contact = 0.0_wp
-         if (abs(self%contact) > 0.0_wp) call add_relaxation(self, t, order, here, contact)
-         if (present(added)) call add_more(added, added_floor, here)
-         if (present(takes_step)) then
-            if (.not. takes_step) return
+         if (order == 0 .and. self%offset > 0.0_wp) bounds%floor = self%offset - sum(terms(:, bound_value))
+         bounds%curvature = sum(terms(:, term_curvature))
+         bounds%bound = sum(terms(:, bound_curvature))
+         bounds%two_sided_bound = bounds%bound
+         bounds%bound_jerk = sum(terms(:, bound_jerk))
+         relaxation = 0.0_wp
+         if (abs(self%relaxation) > 0.0_wp) call add_relaxation(self, t, order, bounds, relaxation)
+         if (present(added)) call add_to_bounds(added, added_floor, bounds)
+         if (present(needs_step)) then
+            if (.not. needs_step) return
          end if
-         if (order == 0 .and. here%floor > here%rounding) return
-         if (order == 0 .and. falls_to_zero(here)) return
-         if (contact < 0.0_wp) return
+         if (order == 0 .and. bounds%floor > bounds%rounding) return
+         if (order == 0 .and. falls_to_zero(bounds)) return
+         if (relaxation < 0.0_wp) return
          rest = 0.0_wp
          if (present(added)) rest = added
-         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + contact + rest(term_value)
-         rest(term_rate) = rest(term_rate) - self%rate*contact
-         here%free = free_step(terms, rest, here%value, here%slope)
+         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + relaxation + rest(term_value)
+         rest(term_rate) = rest(term_rate) - self%rate*relaxation
+         bounds%zero_free_step = zero_free_step(terms, rest, bounds%value, bounds%slope)
       end associate
-   end subroutine find_bounds_among
+   end subroutine find_bounds_of_sum
 
    !> Add another signal to values and bounds.
-   pure subroutine add_more(added, floor, here)
+   pure subroutine add_to_bounds(added, floor, bounds)
       !> The other signal, columns as in `certified_search`
       real(wp), intent(in) :: added(term_columns)
       !> Lower bound of the other signal
       real(wp), intent(in) :: floor
-      type(bounds_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: bounds
 
-      here%value = here%value + added(term_value)
-      here%slope = here%slope + added(term_rate)
-      here%curvature = here%curvature + added(term_curvature)
-      here%bound = here%bound + added(bound_curvature)
-      here%bound_both = here%bound_both + added(bound_curvature)
-      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + added(bound_jerk)
+      bounds%value = bounds%value + added(term_value)
+      bounds%slope = bounds%slope + added(term_rate)
+      bounds%curvature = bounds%curvature + added(term_curvature)
+      bounds%bound = bounds%bound + added(bound_curvature)
+      bounds%two_sided_bound = bounds%two_sided_bound + added(bound_curvature)
+      bounds%bound_jerk = min(bounds%bound_jerk, 0.5_wp*huge(1.0_wp)) + added(bound_jerk)
       ! a missing floor is -huge; the sum must not overflow
-      here%floor = max(here%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
-   end subroutine add_more
+      bounds%floor = max(bounds%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
+   end subroutine add_to_bounds
 
    !> Add the term of the relaxing contact.
-   pure subroutine add_relaxation(self, t, order, here, contact)
+   pure subroutine add_relaxation(self, t, order, bounds, relaxation)
       type(modal_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       !> Order of the derivative
       integer, intent(in) :: order
-      type(bounds_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: bounds
       !> The derivative of the term
-      real(wp), intent(out) :: contact
+      real(wp), intent(out) :: relaxation
 
-      contact = self%contact*exp(-self%rate*t)
-      here%floor = here%floor + min(contact, 0.0_wp)
-      here%signal = here%signal + contact
-      contact = contact*(-self%rate)**order
-      here%value = here%value + contact
-      if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(contact)
-      here%slope = here%slope - self%rate*contact
-      here%curvature = here%curvature + self%rate**2*contact
+      relaxation = self%relaxation*exp(-self%rate*t)
+      bounds%floor = bounds%floor + min(relaxation, 0.0_wp)
+      bounds%signal = bounds%signal + relaxation
+      relaxation = relaxation*(-self%rate)**order
+      bounds%value = bounds%value + relaxation
+      if (order > 0) bounds%rounding = bounds%rounding + 4.0_wp*epsilon(1.0_wp)*abs(relaxation)
+      bounds%slope = bounds%slope - self%rate*relaxation
+      bounds%curvature = bounds%curvature + self%rate**2*relaxation
       ! a positive exponential is convex, so it does not add to the one-sided bound
-      here%bound = here%bound + self%rate**2*max(-contact, 0.0_wp)
-      here%bound_both = here%bound_both + self%rate**2*abs(contact)
-      here%bound_jerk = here%bound_jerk + self%rate**3*abs(contact)
+      bounds%bound = bounds%bound + self%rate**2*max(-relaxation, 0.0_wp)
+      bounds%two_sided_bound = bounds%two_sided_bound + self%rate**2*abs(relaxation)
+      bounds%bound_jerk = bounds%bound_jerk + self%rate**3*abs(relaxation)
    end subroutine add_relaxation
 
    !> Modal state at an instant. Modes far beyond critical damping come from their two exponentials.
@@ -356,9 +356,9 @@ contains
          v0(n + 1:) = 0.0_wp
          z0(:n) = self%z
          v0(:n) = self%v
-         last = padded(oscillators%blended)
-         call propagate_lanes(oscillators, oscillators%blended, t, z0(:last), v0(:last), z(:last), v(:last), slow)
-         if (oscillators%blended == n) return
+         last = padded(oscillators%unseparated)
+         call propagate_lanes(oscillators, oscillators%unseparated, t, z0(:last), v0(:last), z(:last), v(:last), slow)
+         if (oscillators%unseparated == n) return
          call split_exponentials(oscillators, self%lane_weight, min_amplitude(self, z0), self%is_viscous, t, z0, v0, &
             slow, fast)
          call add_exponentials(oscillators, slow, fast, z, v)

@@ -3,7 +3,7 @@
 module oscillator_terms
    use certified_search, only: bound_curvature, bound_jerk, bound_value, term_columns, &
       term_curvature, term_rate, term_value
-   use damped_oscillators, only: die_out, lanes, oscillators_t
+   use damped_oscillators, only: find_decay_factors, lanes, oscillators_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -32,18 +32,18 @@ contains
       associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
          decay => oscillators%decay, spread => oscillators%spread, inverse_spread => oscillators%inverse_spread, &
          two_zeta => oscillators%two_zeta, mass_rate => oscillators%mass_rate, &
-         oscillating => oscillators%oscillating)
+         underdamped => oscillators%underdamped)
          do b = 0, lanes*(blocks - 1), lanes
-            if (oscillating > b) then
+            if (underdamped > b) then
                ! copies let a vector stay in registers: the descriptors of the components are not read again
                block = underdamped_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
                   decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate(b + 1:b + lanes), &
                   weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes))
                terms(b + 1:b + lanes, :) = block
             end if
-            if (oscillating >= min(b + lanes, oscillators%blended)) cycle
+            if (underdamped >= min(b + lanes, oscillators%unseparated)) cycle
             !$omp simd private(a, jerk, snap, magnitude)
-            do i = max(oscillating, b) + 1, b + lanes
+            do i = max(underdamped, b) + 1, b + lanes
                a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate(i)*v(i)
                jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate(i)*a
                snap = -square(i)*(a + two_zeta*jerk) - mass_rate(i)*jerk
@@ -146,9 +146,9 @@ contains
       real(wp) :: fast_rate
       integer :: blocks, first, i
 
-      first = lanes*(oscillators%blended/lanes) + 1
+      first = lanes*(oscillators%unseparated/lanes) + 1
       blocks = (size(z0) - first + 1)/lanes
-      call die_out(blocks, t, oscillators%decay(first:) + 2.0_wp*oscillators%spread(first:), fast(first:))
+      call find_decay_factors(blocks, t, oscillators%decay(first:) + 2.0_wp*oscillators%spread(first:), fast(first:))
       call apply_amplitudes(blocks, cutoff, oscillators%decay(first:), oscillators%inverse_spread(first:), &
          weight(first:), z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
@@ -193,7 +193,7 @@ contains
 
       integer :: i
 
-      do i = lanes*(oscillators%blended/lanes) + 1, size(slow)
+      do i = lanes*(oscillators%unseparated/lanes) + 1, size(slow)
          slow(i) = -oscillators%decay(i)*slow(i)
          fast(i) = -(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*fast(i)
       end do
@@ -211,8 +211,8 @@ contains
 
       integer :: b
 
-      do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
-         call add_block(oscillators%blended - b, oscillators%decay(b + 1:b + lanes), &
+      do b = lanes*(oscillators%unseparated/lanes), size(slow) - lanes, lanes
+         call add_block(oscillators%unseparated - b, oscillators%decay(b + 1:b + lanes), &
             oscillators%spread(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes), z(b + 1:b + lanes), &
             v(b + 1:b + lanes))
       end do
@@ -248,10 +248,10 @@ contains
       real(wp) :: block(lanes, term_columns)
       integer :: b, i, k, unchanged
 
-      do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
+      do b = lanes*(oscillators%unseparated/lanes), size(slow) - lanes, lanes
          block = exponential_terms(oscillators%decay(b + 1:b + lanes), oscillators%spread(b + 1:b + lanes), &
             weight(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes))
-         unchanged = oscillators%blended - b
+         unchanged = oscillators%unseparated - b
          if (unchanged > 0) then
             do k = 1, term_columns
                !$omp simd

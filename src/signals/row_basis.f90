@@ -7,11 +7,11 @@
 !> no exponential and no sine.
 module row_basis
    use damped_oscillators, only: lanes, padded
-   use exponential_powers, only: powers
+   use exponential_powers, only: exponentials
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, place_of
+   public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, index_of
    public :: lowest_step, sixth_column, seventh_column, size_column, rate_size_column
 
    !> The shortest stored step is 2**lowest_step.
@@ -75,7 +75,7 @@ contains
    end subroutine make_row_basis
 
    !> Index of a derivative of a row, or of one of its bounds, in the arrays of all rows.
-   elemental function place_of(basis, row, column) result(place)
+   elemental function index_of(basis, row, column) result(place)
       type(row_basis_t), intent(in) :: basis
       !> Number of the row, from 1
       integer, intent(in) :: row
@@ -84,7 +84,7 @@ contains
       integer :: place
 
       place = row + basis%rows*column
-   end function place_of
+   end function index_of
 
    !> Set the coefficients of a row.
    pure subroutine set_row(basis, row, first, coefficient)
@@ -107,7 +107,7 @@ contains
          weight(sixth_column) = weight(size_column)*basis%speed(m)**6
          weight(seventh_column) = weight(sixth_column)*basis%speed(m)
          do k = 0, row_columns - 1
-            place = place_of(basis, row, k) - 1
+            place = index_of(basis, row, k) - 1
             basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(scaled, wp)
             basis%column(mod(place, lanes) + 1, 2, m, place/lanes + 1) = -aimag(scaled)
             basis%weight(mod(place, lanes) + 1, m, place/lanes + 1) = weight(k)
@@ -128,7 +128,7 @@ contains
       integer :: i
 
       if (.not. basis%has_power(step)) then
-         call powers(size(basis%decay)/lanes, basis%decay, basis%omega, 2.0_wp**step, basis%power(:, 1, step), &
+         call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, 2.0_wp**step, basis%power(:, 1, step), &
             basis%power(:, 2, step))
          basis%has_power(step) = .true.
       end if
@@ -152,7 +152,7 @@ contains
       real(wp), dimension(size(z, 1)) :: power, power_imag
       integer :: i
 
-      call powers(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, power_imag)
+      call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, power_imag)
       !$omp simd
       do i = 1, size(z, 1)
          later(i, 1) = z(i, 1)*power(i) - z(i, 2)*power_imag(i)
@@ -165,7 +165,7 @@ contains
       type(row_basis_t), intent(in) :: basis
       !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
-      !> Values, indexed by `place_of`, [lanes*blocks]
+      !> Values, indexed by `index_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: rows(:)
 
       real(wp) :: sums(lanes)
@@ -188,7 +188,7 @@ contains
       type(row_basis_t), intent(in) :: basis
       !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
-      !> Bounds, indexed by `place_of`, [lanes*blocks]
+      !> Bounds, indexed by `index_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: bounds(:)
 
       real(wp) :: magnitude(size(z, 1)), sums(lanes)

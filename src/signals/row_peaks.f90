@@ -2,10 +2,10 @@
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, most_nodes, row_path_t, row_signal_t, values_of
+   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, row_path_t, row_signal_t, values_of
    implicit none (type, external)
    private
-   public :: greatest_on_path, peak_tolerance
+   public :: max_on_path, peak_tolerance
 
    !> A higher peak in the same phase is missed only if it is higher by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
@@ -28,7 +28,7 @@ module row_peaks
 contains
 
    !> The maximum of a signal between two instants of a path, if it exceeds a known value.
-   subroutine greatest_on_path(basis, path, signal, ends, scale, is_found, value, time)
+   subroutine max_on_path(basis, path, signal, ends, scale, is_found, value, time)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
@@ -42,7 +42,7 @@ contains
       real(wp), intent(inout) :: time
 
       type(maximum_t) :: best
-      type(interval_t) :: step(0:most_nodes - 1)
+      type(interval_t) :: step(0:max_nodes - 1)
       integer :: first, last, node
 
       is_found = .false.
@@ -81,7 +81,7 @@ contains
       is_found = best%is_found
       if (is_found) value = best%value
       if (is_found) time = best%time
-   end subroutine greatest_on_path
+   end subroutine max_on_path
 
    !> An upper bound of a signal on a whole path. The bounds of all rows are computed once for all signals of the path.
    function ceiling_on_path(basis, path, signal) result(ceiling)
@@ -124,7 +124,7 @@ contains
       end if
       associate (row => path%range(signal%row, :), rate => path%range(signal%row + n, :))
          ceiling = signal%offset + max(0.0_wp, signal%slope*path%time(path%count)) + maxval(signal%factor*row) &
-            + maxval(signal%of_rate*rate)
+            + maxval(signal%rate_factor*rate)
       end associate
    end function ceiling_on_path
 
@@ -251,8 +251,8 @@ contains
 
    contains
 
-      !> De Casteljau's algorithm: value, a fifth of the slope and a twentieth of the curvature, per share of the step, at the
-      !> position x.
+      !> De Casteljau's algorithm at the position x: value, a fifth of the slope and a twentieth of the curvature, per
+      !> share of the step.
       pure function casteljau(x) result(c)
          real(wp), intent(in) :: x
          real(wp) :: c(0:5)

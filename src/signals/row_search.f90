@@ -4,10 +4,10 @@
 !> All signals take the same steps. A step in which a signal may have a zero is halved until the signal certainly has no
 !> zero in it, or exactly one.
 module row_search
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    use row_basis, only: advance, advance_by, bound_rows, evaluate_rows, lowest_step, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, most_nodes, row_path_t, row_signal_t, values_of
+   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, row_path_t, row_signal_t, values_of
    implicit none (type, external)
    private
    public :: search_rows
@@ -19,7 +19,7 @@ module row_search
    real(wp), parameter :: target_error_share = 0.03_wp
 
    !> Maximum number of evaluations, after which the signals are searched one by one.
-   integer(i8), parameter :: max_evaluations = 4_i8*most_nodes
+   integer(i8), parameter :: max_evaluations = 4_i8*max_nodes
 
    !> Answers to the question whether a signal has zeros in a step: none, unknown, exactly one.
    integer, parameter :: has_no_zero = 0
@@ -46,7 +46,7 @@ contains
    subroutine search_rows(basis, limit, signals, path, first_signal, time)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
-      !> Signals that are no longer `is_sure` on return are to be searched one by one
+      !> Signals that are no longer `is_certified` on return are to be searched one by one
       type(row_signal_t), intent(inout) :: signals(:)
       !> In: node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
@@ -69,25 +69,25 @@ contains
       call evaluate_rows(basis, path%z(:, :, 0), path%rows(:, 0))
       do
          call begin_step(basis, limit, signals, path, node, step)
-         if (.not. any(signals%is_sure .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
+         if (.not. any(signals%is_certified .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
          ! stiff terms of small amplitude make these steps short; the search of a single signal has better bounds for
          ! them
-         if (node == most_nodes .or. path%evaluations > max_evaluations) signals%is_sure = .false.
-         if (.not. any(signals%is_sure)) exit
+         if (node == max_nodes .or. path%evaluations > max_evaluations) signals%is_certified = .false.
+         if (.not. any(signals%is_certified)) exit
          step%next = node + 1
          call take_step(basis, limit, signals, path, node, step)
-         if (.not. any(signals%is_sure)) exit
+         if (.not. any(signals%is_certified)) exit
          step%count = step%count + 1
          do n = 1, size(signals)
-            if (.not. signals(n)%is_sure) cycle
+            if (.not. signals(n)%is_certified) cycle
             signals(n)%start_order = 0
-            if (step%answer(n) == has_no_zero) signals(n)%greatest = max(signals(n)%greatest, step%at_end(0, n))
+            if (step%answer(n) == has_no_zero) signals(n)%max_value = max(signals(n)%max_value, step%at_end(0, n))
             signals(n)%ceiling = max(signals(n)%ceiling, maxval(coefficients(step%at_start(:, n), step%at_end(:, n), &
                step%length)) + step%bound(n)*step%length**6*error_share(0) + step%noise(n))
          end do
          node = step%next
          step%from = path%time(node)
-         if (any(signals%is_sure .and. step%answer == has_one_zero)) then
+         if (any(signals%is_certified .and. step%answer == has_one_zero)) then
             call find_crossing(basis, signals, step, path, node, first_signal)
             exit
          end if
@@ -124,7 +124,7 @@ contains
       end do
    end subroutine begin_step
 
-   !> Take a step so short that each signal that is `is_sure` certainly has no zero in it, or exactly one.
+   !> Take a step so short that each signal that is `is_certified` certainly has no zero in it, or exactly one.
    subroutine take_step(basis, limit, signals, path, node, step)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
@@ -135,7 +135,7 @@ contains
 
       integer :: n, power
 
-      power = min(minval(longest_steps(step%at_start, step%bound), mask=signals%is_sure), basis%highest)
+      power = min(minval(longest_steps(step%at_start, step%bound), mask=signals%is_certified), basis%highest)
       step%answer = has_no_zero
       associate (from => step%from, next => step%next, length => step%length)
          do
@@ -151,23 +151,23 @@ contains
             call evaluate_rows(basis, path%z(:, :, next), path%rows(:, next))
             path%evaluations = path%evaluations + 1_i8
             do n = 1, size(signals)
-               if (.not. signals(n)%is_sure) cycle
+               if (.not. signals(n)%is_certified) cycle
                call values_of(basis, signals(n), path%rows(:, next), path%time(next), step%at_end(:, n))
                step%answer(n) = answer_of(step%at_start(:, n), step%at_end(:, n), length, signals(n)%start_order, &
                   step%bound(n), step%noise(n))
             end do
-            if (.not. any(signals%is_sure .and. step%answer == is_undecided)) exit
+            if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
             ! if rounding errors decide, a shorter step decides no better
             where (step%answer == is_undecided .and. (step%bound*length**6*error_share(0) < 0.1_wp*step%noise .or. &
-               power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_sure = .false.
-            if (.not. any(signals%is_sure .and. step%answer == is_undecided)) exit
+               power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_certified = .false.
+            if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
             power = power - 1
             do while (.not. 2.0_wp**power < length)
                power = power - 1
             end do
          end do
       end associate
-      where (.not. signals%is_sure) step%answer = has_no_zero
+      where (.not. signals%is_certified) step%answer = has_no_zero
    end subroutine take_step
 
    !> Begin a signal. A signal that cannot be told from zero at the start is to be searched alone.
@@ -182,11 +182,11 @@ contains
 
       signal%rounding = noise
       if (signal%start_order == 0) then
-         signal%is_sure = signal%is_sure .and. at_start(0) > min_share*noise/epsilon(1.0_wp)
+         signal%is_certified = signal%is_certified .and. at_start(0) > min_share*noise/epsilon(1.0_wp)
       else
          at_start(:min(signal%start_order - 1, 2)) = 0.0_wp
       end if
-      signal%greatest = max(at_start(0), 0.0_wp)
+      signal%max_value = max(at_start(0), 0.0_wp)
       signal%ceiling = at_start(0)
    end subroutine begin_signal
 
@@ -287,7 +287,7 @@ contains
          b(5) - 5.0_wp*b(4) + 10.0_wp*b(3) - 10.0_wp*b(2) + 5.0_wp*b(1) - b(0)]
       bracket%high = 1.0_wp
       bracket%point = b(0)/(b(0) - b(5))
-      bracket%least_step = 1.0e-9_wp
+      bracket%step_tolerance = 1.0e-9_wp
       do while (.not. bracket%is_found)
          value = c(5)
          slope = 0.0_wp
@@ -295,8 +295,8 @@ contains
             slope = value + bracket%point*slope
             value = c(k) + bracket%point*value
          end do
-         call enter(bracket, value)
-         call go_to(bracket, bracket%point - value/slope)
+         call enter_value(bracket, value)
+         call choose_point(bracket, bracket%point - value/slope)
       end do
       root = bracket%point
    end function root_of

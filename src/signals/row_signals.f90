@@ -6,34 +6,34 @@
 !> polynomial in Bernstein's form bound the polynomial.
 module row_signals
    use kinds, only: i8, wp
-   use row_basis, only: place_of, rate_size_column, row_basis_t, seventh_column, sixth_column, size_column
+   use row_basis, only: index_of, rate_size_column, row_basis_t, seventh_column, sixth_column, size_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, most_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
+   public :: row_signal_t, row_path_t, max_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
       value_at_node
 
    !> Maximum number of steps of a path.
-   integer, parameter :: most_nodes = 64
+   integer, parameter :: max_nodes = 64
 
    !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first k - 1 derivatives vanish
    !> at the start, the error at a share x of the step is at most `error_share(k)` x**k, from x**3 (1 - x)**3/720.
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
-   !> A signal `offset` + `slope` t + `factor` y + `of_rate` y', with y the row of number `row`.
+   !> A signal `offset` + `slope` t + `factor` y + `rate_factor` y', with y the row of number `row`.
    type :: row_signal_t
       integer :: row = 1
       real(wp) :: factor = 1.0_wp
-      real(wp) :: of_rate = 0.0_wp
+      real(wp) :: rate_factor = 0.0_wp
       real(wp) :: offset = 0.0_wp
       real(wp) :: slope = 0.0_wp
       !> 0: the signal is positive at the start. k > 0: the signal and its first k - 1 derivatives vanish there, the
       !> k-th is positive
       integer :: start_order = 0
       !> The search of all signals has decided with certainty whether the signal has a zero
-      logical :: is_sure = .true.
+      logical :: is_certified = .true.
       !> Maximum over the nodes, and upper bound of the signal over the path
-      real(wp) :: greatest = 0.0_wp
+      real(wp) :: max_value = 0.0_wp
       real(wp) :: ceiling = 0.0_wp
       !> Rounding error of the value at the start
       real(wp) :: rounding = 0.0_wp
@@ -45,7 +45,7 @@ module row_signals
       integer :: count = 0
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
-      real(wp) :: time(0:most_nodes)
+      real(wp) :: time(0:max_nodes)
       !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., nodes]
       real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
       !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2], and whether they are computed
@@ -65,9 +65,9 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       associate (n => basis%rows, i => signal%row)
-         values(0) = signal%offset + signal%slope*time + signal%factor*rows(i) + signal%of_rate*rows(i + n)
-         values(1) = signal%slope + signal%factor*rows(i + n) + signal%of_rate*rows(i + 2*n)
-         values(2) = signal%factor*rows(i + 2*n) + signal%of_rate*rows(i + 3*n)
+         values(0) = signal%offset + signal%slope*time + signal%factor*rows(i) + signal%rate_factor*rows(i + n)
+         values(1) = signal%slope + signal%factor*rows(i + n) + signal%rate_factor*rows(i + 2*n)
+         values(2) = signal%factor*rows(i + 2*n) + signal%rate_factor*rows(i + 3*n)
       end associate
    end subroutine values_of
 
@@ -86,19 +86,19 @@ contains
 
       real(wp) :: curvature, magnitude, rate
 
-      associate (factor => abs(signal%factor), of_rate => abs(signal%of_rate), row => signal%row)
-         associate (sixth => bounds(place_of(basis, row, sixth_column)), &
-            rate_bound => bounds(place_of(basis, row, rate_size_column)))
+      associate (factor => abs(signal%factor), rate_factor => abs(signal%rate_factor), row => signal%row)
+         associate (sixth => bounds(index_of(basis, row, sixth_column)), &
+            rate_bound => bounds(index_of(basis, row, rate_size_column)))
             bound = factor*sixth
-            magnitude = factor*bounds(place_of(basis, row, size_column))
+            magnitude = factor*bounds(index_of(basis, row, size_column))
             rate = factor*rate_bound
-            if (of_rate > 0.0_wp) then
-               bound = bound + of_rate*bounds(place_of(basis, row, seventh_column))
-               magnitude = magnitude + of_rate*rate_bound
+            if (rate_factor > 0.0_wp) then
+               bound = bound + rate_factor*bounds(index_of(basis, row, seventh_column))
+               magnitude = magnitude + rate_factor*rate_bound
                ! Hoelder's inequality
                curvature = 0.0_wp
                if (rate_bound > 0.0_wp) curvature = rate_bound*(sixth/rate_bound)**0.2_wp
-               rate = rate + of_rate*curvature
+               rate = rate + rate_factor*curvature
             end if
          end associate
       end associate

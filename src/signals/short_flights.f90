@@ -58,7 +58,7 @@ contains
          low(:n) = z
          high(:n) = v
          rate = oscillators%frequency(n)
-         if (oscillators%oscillating < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
+         if (oscillators%underdamped < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
          if (rate > max_rate) return
          call add_derivatives(size(weight)/lanes, 1, 3, square, two_zeta, weight, low, high, total)
          call find_coefficients(total, 1, 3, coefficient, slope, harmonics, frequency)
@@ -79,7 +79,7 @@ contains
       search%outcome = found_zero
       search%evaluations = 1_i8
       search%time = step
-      call maximum_of_series(coefficient(:terms), step, search%greatest, search%ceiling)
+      call maximum_of_series(coefficient(:terms), step, search%max_value, search%ceiling)
       search%ceiling = search%ceiling + remainder*step
    end subroutine find_short_flight
 

@@ -5,10 +5,10 @@
 !> serves all intervals of one length.
 module signal_integrals
    use damped_oscillators, only: lanes, padded
-   use exponential_powers, only: powers_less_one
+   use exponential_powers, only: exponentials_less_one
    use kinds, only: wp
    use lapack_interfaces, only: dgemm
-   use pole_offsets, only: size_of
+   use pole_offsets, only: abs1
    use power_integrals, only: integral
    implicit none (type, external)
    private
@@ -98,7 +98,8 @@ contains
             end associate
          end do
          where (abs(parts) < negligible) parts = 0.0_wp
-         if (k > 0) call dgemm('n', 'n', 2*k, size(first), 2*k, 1.0_wp, squares%matrix, 2*k, parts, 2*k, 0.0_wp, products, &
+         if (k > 0) call dgemm('n', 'n', 2*k, size(first), 2*k, 1.0_wp, squares%matrix, 2*k, parts, 2*k, 0.0_wp, &
+            products, &
             2*k)
          do i = 1, size(first)
             offset = signals%offset(i) + slope(i)*from
@@ -140,7 +141,7 @@ contains
          do n = 1, k
             do m = 1, k
                total = exponent(m) + merge(exponent(n), conjg(exponent(n)), kind == 1)
-               if (size_of(total) > close_share*max(size_of(exponent(m)), size_of(exponent(n)))) then
+               if (abs1(total) > close_share*max(abs1(exponent(m)), abs1(exponent(n)))) then
                   inverse = 1.0_wp/total
                   squares%inverse(m, n, 2*kind - 1) = real(inverse, wp)
                   squares%inverse(m, n, 2*kind) = aimag(inverse)
@@ -152,8 +153,8 @@ contains
       end do
    end subroutine find_inverses
 
-   !> Compute the quadratic form for intervals of one length. With e = exp(s t) - 1 the integral of exp((s_m + s_n) t) is
-   !> (e_m + e_n + e_m e_n)/(s_m + s_n).
+   !> Compute the quadratic form for intervals of one length. With e = exp(s t) - 1 the integral of exp((s_m + s_n) t)
+   !> is (e_m + e_n + e_m e_n)/(s_m + s_n).
    pure subroutine make_squares(length, squares)
       real(wp), intent(in) :: length
       !> The quadratic form, with the inverses
@@ -166,7 +167,8 @@ contains
       squares%length = length
       k = size(squares%exponent)
       associate (s => squares%exponent, e => squares%change, inverse => squares%inverse, matrix => squares%matrix)
-         call powers_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, squares%power(:, 1), &
+         call exponentials_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, squares%power(:, &
+            1), &
             squares%power(:, 2), e(:, 1), fall)
          e(:, 2) = squares%power(:, 2)
          do n = 1, k

@@ -1,12 +1,12 @@
 !> The maximum of a signal and the last exceedance of a level, found with the same certainty as the zeros of a signal.
 module signal_peaks
-   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, bounds_t, &
-      search_t, viewed_signal_t
+   use certified_search, only: first_zero, found_never_positive, found_none, found_exhausted, found_zero, bounds_t, &
+      search_t, transformable_signal_t
    use kinds, only: i8, wp
    use row_peaks, only: peak_tolerance
    implicit none (type, external)
    private
-   public :: extreme_search_t, exceeds, greatest_value, last_time_above, peak_tolerance
+   public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, peak_tolerance
 
    !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
    !> for each phase. If they are used up, the tolerance is raised tenfold: an undamped beam oscillates for ever.
@@ -25,20 +25,20 @@ contains
 
    !> Does a signal exceed a level in a phase (the motion between two events)?
    function exceeds(signal, length, level) result(answer)
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       real(wp), intent(in) :: level
       logical :: answer
 
-      class(viewed_signal_t), allocatable :: below
+      class(transformable_signal_t), allocatable :: below
       type(search_t) :: search
       real(wp) :: value, slope
 
       call signal%evaluate(0.0_wp, value, slope)
       answer = value > level
       if (answer) return
-      call signal%view(0.0_wp, -1.0_wp, level, 0, below)
+      call signal%transform(0.0_wp, -1.0_wp, level, 0, below)
       call first_zero(below, length, search)
       answer = search%outcome == found_zero
    end function exceeds
@@ -48,9 +48,9 @@ contains
    !> The search skips every interval in which the signal certainly stays below the maximum found until now. If the
    !> signal rises above that maximum, the next zero of its slope gives a higher one. If ripples on a rise make many
    !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first.
-   subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale, looks)
+   subroutine find_maximum(signal, length, threshold, exceeds, still_rises, value, time, scale, extreme_search)
       !> The signal, without a relaxing contact
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       !> Value that the maximum must exceed
@@ -66,20 +66,20 @@ contains
       !> smaller than rounding
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: the search in this phase has its own
-      type(extreme_search_t), intent(inout), optional :: looks
+      type(extreme_search_t), intent(inout), optional :: extreme_search
 
-      class(viewed_signal_t), allocatable :: transformed
-      type(bounds_t) :: here
+      class(transformable_signal_t), allocatable :: transformed
+      type(bounds_t) :: bounds
       type(extreme_search_t) :: state
       type(search_t) :: search
       real(wp) :: min_scale, level, slope, t, candidate
       integer :: attempt
 
       min_scale = 0.0_wp
-      if (present(looks)) state = looks
+      if (present(extreme_search)) state = extreme_search
       if (present(scale)) then
-         call signal%find_bounds(0.0_wp, 0, here)
-         min_scale = max(scale, here%rounding/peak_tolerance)
+         call signal%find_bounds(0.0_wp, 0, bounds)
+         min_scale = max(scale, bounds%rounding/peak_tolerance)
       end if
       state%remaining = min(state%remaining + phase_evaluations, max(state%remaining, further_evaluations))
       exceeds = .false.
@@ -96,12 +96,12 @@ contains
       end if
       attempt = 0
       do
-         call signal%view(t, -1.0_wp, level, 0, transformed)
+         call signal%transform(t, -1.0_wp, level, 0, transformed)
          call search_with_budget(transformed, length - t, state, search)
-         if (search%outcome == found_none .or. search%outcome == found_never_left) exit
+         if (search%outcome == found_none .or. search%outcome == found_never_positive) exit
          t = t + search%time
          if (search%outcome == found_zero) then
-            call signal%view(t, 1.0_wp, 0.0_wp, 1, transformed)
+            call signal%transform(t, 1.0_wp, 0.0_wp, 1, transformed)
             call search_with_budget(transformed, length - t, state, search)
             exceeds = .true.
             if (search%outcome == found_none) then
@@ -118,33 +118,33 @@ contains
             end if
          end if
          attempt = attempt + 1
-         if (search%outcome == found_spent .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
+         if (search%outcome == found_exhausted .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
             call sample_ahead(signal, t, length, &
-               merge(further_evaluations, phase_evaluations, search%outcome == found_spent), value, time)
+               merge(further_evaluations, phase_evaluations, search%outcome == found_exhausted), value, time)
             exceeds = exceeds .or. value > threshold
          end if
          level = raised_level(max(value, level), min_scale, state)
       end do
-      if (present(looks)) looks = state
-   end subroutine greatest_value
+      if (present(extreme_search)) extreme_search = state
+   end subroutine find_maximum
 
    !> The first zero within the evaluations that remain; if they are used up, the tolerance is raised tenfold.
-   subroutine search_with_budget(signal, limit, looks, search)
-      class(viewed_signal_t), intent(in) :: signal
+   subroutine search_with_budget(signal, limit, extreme_search, search)
+      class(transformable_signal_t), intent(in) :: signal
       real(wp), intent(in) :: limit
-      type(extreme_search_t), intent(inout) :: looks
+      type(extreme_search_t), intent(inout) :: extreme_search
       type(search_t), intent(out) :: search
 
-      call first_zero(signal, limit, search, most_evaluations=looks%remaining)
-      looks%remaining = looks%remaining - search%evaluations
-      if (looks%remaining > 0) return
-      looks%remaining = further_evaluations
-      looks%tolerance = 10.0_wp*looks%tolerance
+      call first_zero(signal, limit, search, max_evaluations=extreme_search%remaining)
+      extreme_search%remaining = extreme_search%remaining - search%evaluations
+      if (extreme_search%remaining > 0) return
+      extreme_search%remaining = further_evaluations
+      extreme_search%tolerance = 10.0_wp*extreme_search%tolerance
    end subroutine search_with_budget
 
    !> The maximum over samples, then over ever closer samples about the highest one, as long as the maximum increases.
    subroutine sample_ahead(signal, from, to, samples, value, time)
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       !> Number of samples of the whole interval; a hundred samples are taken about each highest one
@@ -179,22 +179,22 @@ contains
    end subroutine sample_ahead
 
    !> The level that a higher maximum must reach.
-   elemental function raised_level(level, scale, looks) result(higher)
+   elemental function raised_level(level, scale, extreme_search) result(higher)
       !> The maximum found until now
       real(wp), intent(in) :: level
       !> Magnitude that replaces a maximum near zero
       real(wp), intent(in) :: scale
       !> The search that has the tolerance
-      type(extreme_search_t), intent(in) :: looks
+      type(extreme_search_t), intent(in) :: extreme_search
       real(wp) :: higher
 
-      higher = level + looks%tolerance*max(abs(level), scale) + tiny(1.0_wp)
+      higher = level + extreme_search%tolerance*max(abs(level), scale) + tiny(1.0_wp)
    end function raised_level
 
    !> Instant at which a signal was last above a level (its last exceedance).
-   subroutine last_time_above(signal, length, level, time, stays_above, from)
+   subroutine find_last_exceedance(signal, length, level, time, stays_above, from)
       !> The signal, without a relaxing contact
-      class(viewed_signal_t), intent(in) :: signal
+      class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       real(wp), intent(in) :: level
@@ -205,7 +205,7 @@ contains
       !> Start of the search; default: the start of the phase
       real(wp), intent(in), optional :: from
 
-      class(viewed_signal_t), allocatable :: transformed
+      class(transformable_signal_t), allocatable :: transformed
       type(search_t) :: search
       real(wp) :: value, slope, t
       logical :: is_above, is_at_level
@@ -217,10 +217,10 @@ contains
       is_at_level = .false.
       time = 0.0_wp
       do
-         call signal%view(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, transformed)
+         call signal%transform(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, transformed)
          if (is_at_level) transformed%start_order = 1
          call first_zero(transformed, length - t, search)
-         if (search%outcome == found_none .or. search%outcome == found_never_left) exit
+         if (search%outcome == found_none .or. search%outcome == found_never_positive) exit
          t = t + search%time
          if (is_above) time = t
          is_above = .not. is_above
@@ -229,6 +229,6 @@ contains
       end do
       stays_above = is_above .and. search%outcome == found_none
       if (stays_above) time = length
-   end subroutine last_time_above
+   end subroutine find_last_exceedance
 
 end module signal_peaks

@@ -68,7 +68,7 @@ contains
    end subroutine start_runner
 
    !> Run a case. Cases with the same beam share its modes.
-   subroutine run_next(runner, values, response, analysed, error, sets, only_those)
+   subroutine run_next(runner, values, response, analysed, error, sets, selection)
       type(runner_t), intent(inout) :: runner
       !> Values of the parameters
       real(wp), intent(in) :: values(:)
@@ -79,7 +79,7 @@ contains
       !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
       !> `of_run` or `of_beam`: only analyses of this kind are computed; absent: all
-      logical, intent(in), optional :: only_those
+      logical, intent(in), optional :: selection
 
       type(run_settings_t) :: settings
       character(:), allocatable :: problem
@@ -112,7 +112,7 @@ contains
       end if
       if (allocated(error)) return
       if (runner%beam%check%compared > 0) response%mesh_check = runner%beam%check
-      call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, only_those)
+      call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, selection)
    end subroutine run_next
 
    !> Run all cases of a scene, in the order of the values.

@@ -8,17 +8,17 @@ module cases_study
    use failures, only: failure_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use measure_rows, only: row_in, write_measures_of_cases
+   use measure_rows, only: row_in_units, write_measures_of_cases
    use mesh_choice, only: estimate_cases, sample_of
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: unit_given
+   use reader_units, only: scene_unit_of
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
-   use run_tables, only: add_measures, shown_t
+   use run_tables, only: add_measures, measure_column_t
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model
@@ -29,12 +29,12 @@ module cases_study
    public :: run_cases_of_scene, write_cases
 
    !> Measures in the table that compares the cases
-   type(shown_t), parameter :: compared(*) = [ &
-      shown_t('impacts'), &
-      shown_t('first_impact_tau'), &
-      shown_t('first_impact_velocity'), &
-      shown_t('quiet_tau'), &
-      shown_t('spent_tau')]
+   type(measure_column_t), parameter :: compared(*) = [ &
+      measure_column_t('impacts'), &
+      measure_column_t('first_impact_tau'), &
+      measure_column_t('first_impact_velocity'), &
+      measure_column_t('quiet_tau'), &
+      measure_column_t('spent_tau')]
 
 contains
 
@@ -83,25 +83,25 @@ contains
 
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
-      group = root%part('cases')
-      group = group%as_they_are([scene%cases%parameter%quantity])
+      group = root%subgroup('cases')
+      group = group%unscaled([scene%cases%parameter%quantity])
       call group%attribute('parameter', name)
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
-      call group%add(name, cases%value, group%given_unit(scene%cases%parameter%quantity), &
+      call group%add(name, cases%value, group%scene_unit(scene%cases%parameter%quantity), &
          trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
-         rows(:, i) = row_in(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
+         rows(:, i) = row_in_units(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
       end do
       call write_measures_of_cases(group, measure_table%run_name, rows, name)
       do i = 1, size(cases)
-         case_group = group%part('case_'//to_text(i))
+         case_group = group%subgroup('case_'//to_text(i))
          case_group%units = units_in(cases(i)%scene)
-         case_group%multiplies = .true.
+         case_group%scales_values = .true.
          call case_group%attribute('value', cases(i)%value)
          call write_groups(case_group, cases(i)%node_position, response=cases(i)%response)
          call write_analyses(case_group, cases(i)%analysed)
       end do
-      if (present(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
+      if (present(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
 
@@ -121,20 +121,20 @@ contains
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
          associate (case_units => units_in(cases(i)%scene), measures => cases(i)%response%measures)
-            rows(:, i) = row_in(case_units, row_of(measures))
+            rows(:, i) = row_in_units(case_units, row_of(measures))
             if (size(measures%peak_eta) > 0) highest(:, i) = maxval(measures%peak_eta)
-            highest(:, i) = row_in(case_units, highest(:, i))
+            highest(:, i) = row_in_units(case_units, highest(:, i))
          end associate
       end do
       associate (parameter => scene%cases%parameter)
          write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
             trim(parameter%name)
          heading = trim(parameter%name)
-         if (parameter%quantity /= '') heading = heading//', '//unit_given(units, parameter%quantity)
+         if (parameter%quantity /= '') heading = heading//', '//scene_unit_of(units, parameter%quantity)
          call add_numbers(table, heading, cases%value, all_digits)
       end associate
       call add_measures(table, compared, rows, units)
-      call add_measures(table, [shown_t('peak_1', 'highest rebound')], highest, units)
+      call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
       call print_table(unit, table)
    end subroutine print_cases
 

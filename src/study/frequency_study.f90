@@ -12,7 +12,7 @@ module frequency_study
    use lanczos_solver, only: lanczos_modes
    use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
    use natural_solver, only: natural_modes
-   use piecewise_frequencies, only: piecewise_lambda, pieces_of
+   use piecewise_frequencies, only: piecewise_lambda, segments_of
    use scene_beam_model, only: model_of, section_of
    use scene_types, only: default_mode_count, reference_exact, scene_t, shape_section, solver_dsygv, solver_lanczos, &
       solver_names, solver_natural
@@ -79,7 +79,7 @@ contains
             finest = maxloc(group%mesh_elements, 1)
             call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error)
          end associate
-         if (.not. allocated(error)) lambda = piecewise_lambda(count, pieces_of(model))
+         if (.not. allocated(error)) lambda = piecewise_lambda(count, segments_of(model))
       else
          section = section_of(scene%beam)
          call exact_lambda(count, section%taper, scene%tip_mass_ratio, lambda, error)

@@ -8,8 +8,8 @@ module mesh_choice
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table, peak_count
-   use measure_rows, only: row_in
-   use mesh_errors, only: judge, mesh_errors_t
+   use measure_rows, only: row_in_units
+   use mesh_errors, only: estimate_mesh_error, mesh_errors_t
    use mode_trials, only: compare_runs, trial_settings
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
@@ -20,13 +20,13 @@ module mesh_choice
    use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: case_beam_t, make_case_beam, find_beam, find_case_beam, coarsest_near_least, most_elements_found, &
+   public :: case_beam_t, make_case_beam, find_beam, find_case_beam, coarsest_near_minimum, max_elements_found, &
       estimate_cases, sample_of
 
    !> Numbers of elements of the meshes that are tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
    !> Maximum number of elements of a mesh that the search finds.
-   integer, parameter :: most_elements_found = meshes(size(meshes))
+   integer, parameter :: max_elements_found = meshes(size(meshes))
    !> The coarser of two meshes is chosen if the difference of their runs is at most this fraction of the tolerance. An
    !> error of fourth order is 1.25 times the difference from a mesh with 1.5 times as many elements.
    real(wp), parameter :: agreement = 0.4_wp
@@ -218,20 +218,20 @@ contains
          coarse = fine
          i = i + 1
       end do
-      i = coarsest_near_least(check(:last)%difference)
+      i = coarsest_near_minimum(check(:last)%difference)
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
    end subroutine converge
 
    !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
    !> difference.
-   pure function coarsest_near_least(difference) result(place)
+   pure function coarsest_near_minimum(difference) result(place)
       !> Difference of each mesh from the next finer one, > 0
       real(wp), intent(in) :: difference(:)
       integer :: place
 
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
-   end function coarsest_near_least
+   end function coarsest_near_minimum
 
    !> Does a run take seconds? Without damping, the number of impacts grows without limit as the mesh is refined.
    pure function is_costly(trial) result(answer)
@@ -297,7 +297,7 @@ contains
       check%difference = found%difference
       check%horizon = found%horizon
       associate (one => coarse%response%measures, other => fine%response%measures)
-         if (one%has_met_stop .and. other%has_met_stop) check%difference = max(check%difference, &
+         if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
             abs(one%first_impact_tau - other%first_impact_tau))
          check%difference = max(check%difference, abs(settled(one, found%horizon) - settled(other, found%horizon)))
       end associate
@@ -370,7 +370,7 @@ contains
       do i = 1, size(scenes)
          settings = run_of(scenes(i))
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
-         settings%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
+         settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
          allocate (trial)
          call find_beam(scenes(i), trial%beam)
          errors%elements(i) = scenes(i)%mesh%elements
@@ -387,9 +387,10 @@ contains
          end do
          deallocate (trial)
          errors%row(:, i) = rows(:, 1)
-         call judge(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), errors%order(:, i))
-         errors%row(:, i) = row_in(units_in(scenes(i)), errors%row(:, i))
-         errors%error(:, i) = row_in(units_in(scenes(i)), errors%error(:, i))
+         call estimate_mesh_error(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), &
+            errors%order(:, i))
+         errors%row(:, i) = row_in_units(units_in(scenes(i)), errors%row(:, i))
+         errors%error(:, i) = row_in_units(units_in(scenes(i)), errors%error(:, i))
       end do
 
    contains

@@ -8,7 +8,7 @@ module scene_beam_model
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: course_step, start_drop
-   use mass_choice, only: errs_less_redistributed
+   use mass_choice, only: is_redistribution_more_accurate
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
    use scene_requests, only: set_period
@@ -92,7 +92,7 @@ contains
       tip_mass = scene%tip_mass_ratio
       allocate (masses, source=masses_of(scene, mesh))
       tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
-      answer = errs_less_redistributed(section_of(scene%beam), mesh, tip_mass, run_of(scene))
+      answer = is_redistribution_more_accurate(section_of(scene%beam), mesh, tip_mass, run_of(scene))
       ! on a beam with supports, only a node at the tip with a point mass can be redistributed
       if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes

@@ -14,7 +14,7 @@ module single_study
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use results_file, only: begin_results, expected_size, finish_results, write_groups
-   use run_reach, only: forget_reach, watch_reach
+   use run_progress, only: disable_progress, enable_progress
    use run_settings, only: run_settings_t
    use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts
    use scene_beam_model, only: motion_model_of, run_of
@@ -58,7 +58,7 @@ contains
          call write_groups(root, frequencies=table)
       end if
       call write_analyses(root, analysed)
-      if (allocated(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
+      if (allocated(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, scene, model%mesh%position)
@@ -109,16 +109,16 @@ contains
             return
          end if
          model = beam%model
-         call watch_reach()
+         call enable_progress()
          call run_motion(model, settings, response, error, beam%modes)
          response%mesh_check = beam%check
       else
          call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
          if (allocated(error)) return
-         call watch_reach()
+         call enable_progress()
          call run_motion(model, settings, response, error)
       end if
-      call forget_reach()
+      call disable_progress()
       if (.not. allocated(error)) call analyse(scene, model, settings, response, analysed, error)
    end subroutine compute_scene
 

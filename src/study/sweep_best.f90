@@ -6,11 +6,11 @@ module sweep_best
    use scene_types, only: scene_t
    use sweep_plan, only: axis_t, plan_t
    use sweep_run, only: run_cases
-   use sweep_search, only: learn, next_poll, search_state_t, start_search
-   use sweep_settings, only: goal_most
+   use sweep_search, only: update_search, next_poll, search_state_t, start_search
+   use sweep_settings, only: goal_maximum
    implicit none (type, external)
    private
-   public :: best_t, start_best, consider, refined_t, refine
+   public :: best_t, start_best, insert_case, refined_t, refine
 
    !> The best of the cases that have been considered, in order, the best first.
    type :: best_t
@@ -45,7 +45,7 @@ contains
       type(best_t), intent(out) :: best
 
       best%column = scene%best%measure
-      best%sign = merge(-1.0_wp, 1.0_wp, scene%best%goal == goal_most)
+      best%sign = merge(-1.0_wp, 1.0_wp, scene%best%goal == goal_maximum)
       associate (limit => min(scene%best%count, plan%cases))
          allocate (best%case(limit), best%values(size(plan%axes), limit), best%rows(measure_count, limit))
       end associate
@@ -66,7 +66,7 @@ contains
    end function cost_of
 
    !> Insert a case into the list if it is among the best. Of equal cases the one with the smaller number comes first.
-   pure subroutine consider(best, case, values, row)
+   pure subroutine insert_case(best, case, values, row)
       type(best_t), intent(inout) :: best
       !> Number of the case, its parameters and its measures
       integer, intent(in) :: case
@@ -94,7 +94,7 @@ contains
       best%case(place) = case
       best%values(:, place) = values
       best%rows(:, place) = row
-   end subroutine consider
+   end subroutine insert_case
 
    !> Search for better cases between the minimum and the maximum of each parameter, from the best case.
    !>
@@ -142,7 +142,7 @@ contains
          end do
          winner = minloc(costs, dim=1)
          if (costs(winner) < state%value) call add(state%evaluations + size(costs), values(:, winner), rows(:, winner))
-         call learn(state, points, costs)
+         call update_search(state, points, costs)
          deallocate (values, rows, costs)
       end do
       refined%all_evaluations = state%evaluations

@@ -10,16 +10,16 @@ module sweep_file
    use measure_rows, only: write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantity_groups, only: quantity_group_t
-   use results_file, only: results_name, write_head
+   use results_file, only: results_name, write_header
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use sweep_best, only: best_t, consider, refined_t, start_best
-   use sweep_parts, only: assembled_file, joined, leave_folder, part_name, part_rows_t, read_part, reason_room
-   use sweep_plan, only: first_of_part, plan_t, section_values
+   use sweep_best, only: best_t, insert_case, refined_t, start_best
+   use sweep_chunks, only: assembled_file, joined, leave_folder, chunk_name, chunk_rows_t, read_chunk, reason_room
+   use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names
    implicit none (type, external)
    private
-   public :: survey_t, survey_parts, write_sweep
+   public :: survey_t, survey_chunks, write_sweep
 
    !> Maximum number of failures whose reasons are stored; the status of each case is in its row.
    integer, parameter :: max_reasons = 10000
@@ -39,7 +39,7 @@ module sweep_file
 contains
 
    !> Read all chunks and summarise them.
-   subroutine survey_parts(path, scene, plan, text, survey, error)
+   subroutine survey_chunks(path, scene, plan, text, survey, error)
       !> Folder of the chunks
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
@@ -51,7 +51,7 @@ contains
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(part_rows_t) :: chunk
+      type(chunk_rows_t) :: chunk
       character(reason_room), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
       integer :: number, i, recorded
@@ -60,14 +60,14 @@ contains
       call start_best(scene, plan, survey%best)
       allocate (failed(min(max_reasons, plan%cases)), reasons(min(max_reasons, plan%cases)))
       recorded = 0
-      do number = 1, plan%parts
-         call read_part(path, plan, text, number, chunk, is_good)
+      do number = 1, plan%chunks
+         call read_chunk(path, plan, text, number, chunk, is_good)
          if (.not. is_good) then
             call report_chunk(path, number, error)
             return
          end if
          do i = 1, size(chunk%rows, 2)
-            call consider(survey%best, first_of_part(plan, number) + i - 1, chunk%values(:, i), chunk%rows(:, i))
+            call insert_case(survey%best, first_of_chunk(plan, number) + i - 1, chunk%values(:, i), chunk%rows(:, i))
          end do
          survey%failures = survey%failures + size(chunk%failed)
          do i = 1, min(size(chunk%failed), size(failed) - recorded)
@@ -79,7 +79,7 @@ contains
       allocate (survey%failed, source=failed(:recorded))
       allocate (survey%reasons(recorded))
       survey%reasons(:) = reasons(:recorded)
-   end subroutine survey_parts
+   end subroutine survey_chunks
 
    !> Report a chunk that cannot be read.
    subroutine report_chunk(path, number, error)
@@ -89,7 +89,7 @@ contains
       integer, intent(in) :: number
       type(failure_t), allocatable, intent(inout) :: error
 
-      call fail(error, status_run_failed, "'"//path//'/'//part_name(number)//"' was spoilt since it was written; " &
+      call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' was spoilt since it was written; " &
          //'give the same command again, and its cases are computed again')
    end subroutine report_chunk
 
@@ -120,16 +120,16 @@ contains
       call remove_entries(path, [assembled_file])
       call root%begin_on_disk(assembled)
       root%units = units_in(scene)
-      call write_head(root, scene)
-      root%tells_symbols = .true.
-      sweep = root%part('sweep')
-      if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%as_they_are(plan%axes%parameter%quantity)
+      call write_header(root, scene)
+      root%symbols_as_units = .true.
+      sweep = root%subgroup('sweep')
+      if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%unscaled(plan%axes%parameter%quantity)
       call write_group(sweep, scene, plan, survey)
       call write_analyses(root, survey%analysed)
-      if (scene%wants_best) call write_best(root%part('best'), scene, plan, survey%best, refined)
+      if (scene%wants_best) call write_best(root%subgroup('best'), scene, plan, survey%best, refined)
       if (present(errors)) then
-         root%tells_symbols = .false.
-         call write_mesh_errors(root%part('mesh_estimate'), errors)
+         root%symbols_as_units = .false.
+         call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       end if
       call write_rows(sweep, path, plan, text, has_measure(scene), error)
       call root%finish_on_disk(refusal)
@@ -166,10 +166,10 @@ contains
       if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in the array order of C
          call group%attribute('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
-         axes = group%part('axes')
+         axes = group%subgroup('axes')
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
-               call axes%add(trim(axis%parameter%name), axis%values, group%given_unit(axis%parameter%quantity), &
+               call axes%add(trim(axis%parameter%name), axis%values, group%scene_unit(axis%parameter%quantity), &
                   trim(axis%parameter%meaning), is_scale=.true.)
             end associate
          end do
@@ -208,7 +208,7 @@ contains
       call group%add('case', best%case(:best%count), '1', 'number of the case in /sweep', along='place')
       call write_columns(group, plan, best%values(:, :best%count), best%rows(:, :best%count), 'place')
       if (refined%count > 0) then
-         refinement = group%part('refinement')
+         refinement = group%subgroup('refinement')
          call refinement%attribute('evaluations', [refined%all_evaluations])
          call refinement%add('evaluations', refined%evaluations(:refined%count), '1', &
             'cases computed when it was found', is_scale=.true.)
@@ -232,10 +232,10 @@ contains
 
       do k = 1, size(plan%axes)
          column = values(k, :)
-         call group%add(trim(plan%axes(k)%parameter%name), column, group%given_unit(plan%axes(k)%parameter%quantity), &
+         call group%add(trim(plan%axes(k)%parameter%name), column, group%scene_unit(plan%axes(k)%parameter%quantity), &
             trim(plan%axes(k)%parameter%meaning), along=along)
       end do
-      call write_measures_of_cases(group%as_they_are(plan%axes%parameter%quantity), measure_table%name, rows, along)
+      call write_measures_of_cases(group%unscaled(plan%axes%parameter%quantity), measure_table%name, rows, along)
    end subroutine write_columns
 
    !> Write the columns of /sweep chunk by chunk, at least `max_rows` rows at a time.
@@ -254,7 +254,7 @@ contains
       integer, parameter :: max_rows = 16384
       type(hdf5_column_t) :: cases, parameters(size(plan%axes)), measures(measure_count)
       type(hdf5_column_t) :: direction, sections(section_values)
-      type(part_rows_t) :: chunk
+      type(chunk_rows_t) :: chunk
       real(wp), allocatable :: values(:, :), rows(:, :)
       integer :: number, i, first, buffered
       logical :: is_good
@@ -263,13 +263,13 @@ contains
       if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
          '1: on the way through the values of carry, -1: on the way back', .true., 'case')
       if (plan%sections > 0) call make_tables(group, plan, sections)
-      associate (room => max(max_rows, plan%part_cases))
+      associate (room => max(max_rows, plan%chunk_cases))
          allocate (values(room, size(plan%axes)), rows(room, measure_count))
       end associate
       first = 1
       buffered = 0
-      do number = 1, plan%parts
-         call read_part(path, plan, text, number, chunk, is_good)
+      do number = 1, plan%chunks
+         call read_chunk(path, plan, text, number, chunk, is_good)
          if (.not. is_good) then
             call report_chunk(path, number, error)
             return
@@ -281,7 +281,7 @@ contains
          end do
          if (plan%sections > 0) then
             do i = 1, section_values
-               call sections(i)%put(first_of_part(plan, number), &
+               call sections(i)%put(first_of_chunk(plan, number), &
                   reshape(chunk%sections(i::section_values, :), [size(chunk%sections)/section_values]))
             end do
          end if
@@ -345,7 +345,7 @@ contains
       cases = group%column('case', plan%cases, '1', 'number of the case', .true., is_scale=.true.)
       do k = 1, size(parameters)
          associate (parameter => plan%axes(k)%parameter)
-            parameters(k) = group%column(trim(parameter%name), plan%cases, group%given_unit(parameter%quantity), &
+            parameters(k) = group%column(trim(parameter%name), plan%cases, group%scene_unit(parameter%quantity), &
                trim(parameter%meaning), &
                parameter%is_whole, 'case')
          end associate

@@ -13,7 +13,7 @@ module sweep_plan
       sweep_settings_t, swept_t, values_given
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part
+   public :: plan_t, axis_t, section_values, make_plan, cases_of_chunk, case_values, first_of_chunk, last_of_chunk
    public :: plan_text
 
    !> Number of values recorded in a Poincare section: displacement and velocity at the stop from which the beam is
@@ -40,8 +40,8 @@ module sweep_plan
       !> Parameters that are varied
       type(axis_t), allocatable :: axes(:)
       !> Number of cases in a chunk, and number of chunks
-      integer :: part_cases = 0
-      integer :: parts = 0
+      integer :: chunk_cases = 0
+      integer :: chunks = 0
       !> Number of cases in a chain, in which a case starts from the final state of the preceding case; a chunk has
       !> whole chains. 0: cases are independent
       integer :: chain = 0
@@ -96,14 +96,14 @@ contains
          end do
          if (scene%wants_poincare) plan%sections = scene%poincare%keep
          if (sweep%carry > 0) call make_chains(sweep, plan)
-         plan%part_cases = cases_of_part(scene, plan%cases, plan%chain)
-         plan%parts = (plan%cases - 1)/plan%part_cases + 1
+         plan%chunk_cases = cases_of_chunk(scene, plan%cases, plan%chain)
+         plan%chunks = (plan%cases - 1)/plan%chunk_cases + 1
       end associate
    end subroutine make_plan
 
    !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
    !> sections; always whole chains.
-   pure function cases_of_part(scene, cases, chain) result(number)
+   pure function cases_of_chunk(scene, cases, chain) result(number)
       type(scene_t), intent(in) :: scene
       !> Number of all cases
       integer, intent(in) :: cases
@@ -114,7 +114,7 @@ contains
       integer, parameter :: target_chunks = 400, max_chunk_size = 16384
       integer :: minimum, max_cases, sections
 
-      number = scene%sweep%part_cases
+      number = scene%sweep%chunk_cases
       if (number == 0) then
          sections = 0
          if (scene%wants_poincare) sections = scene%poincare%keep
@@ -124,7 +124,7 @@ contains
          if (chain == 0) number = min(max(number, minimum), max(max_cases, minimum))
       end if
       if (chain > 0) number = chain*((number - 1)/chain + 1)
-   end function cases_of_part
+   end function cases_of_chunk
 
    !> Minimum number of cases in a chunk. Writing a chunk costs as much time as some cheap cases, so cheap cases have
    !> large chunks; expensive cases have small chunks, so that they are written to disk soon. The cost of a case is
@@ -261,24 +261,24 @@ contains
    end subroutine case_values
 
    !> The first case of a chunk.
-   pure function first_of_part(plan, chunk) result(case)
+   pure function first_of_chunk(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
       !> Number of the chunk, from 1
       integer, intent(in) :: chunk
       integer :: case
 
-      case = (chunk - 1)*plan%part_cases + 1
-   end function first_of_part
+      case = (chunk - 1)*plan%chunk_cases + 1
+   end function first_of_chunk
 
    !> The last case of a chunk.
-   pure function last_of_part(plan, chunk) result(case)
+   pure function last_of_chunk(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
       !> Number of the chunk, from 1
       integer, intent(in) :: chunk
       integer :: case
 
-      case = int(min(int(chunk, i8)*int(plan%part_cases, i8), int(plan%cases, i8)))
-   end function last_of_part
+      case = int(min(int(chunk, i8)*int(plan%chunk_cases, i8), int(plan%cases, i8)))
+   end function last_of_chunk
 
    !> The text of a plan: all settings on which the rows depend, one name in each line, with numbers that are exact when
    !> read again.
@@ -295,7 +295,7 @@ contains
       do k = 1, measure_count
          text = text//' '//trim(measure_table(k)%name)
       end do
-      text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%part_cases)//next
+      text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%chunk_cases)//next
       do i = 1, size(scene%echo)
          associate (entry => scene%echo(i))
             if (entry%group == 'scene' .or. entry%group == 'best') cycle

@@ -7,8 +7,8 @@ module sweep_ranks
    use rank_calls, only: load_rank_calls, rank_call, rank_call_t
    implicit none (type, external)
    private
-   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
-      next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
+   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, max_of_ranks, queue_t, start_queue, &
+      next_of_queue, serve_queue, clear_queue, finish_queue, ranks_in_words
 
    !> Number of this process, and number of processes; set once at the start.
    integer, protected :: this_rank = 0
@@ -19,7 +19,7 @@ module sweep_ranks
       maximum => null(), stop_mpi => null()
 
    !> A queue of numbers, each of which is assigned once to a process.
-   type :: deal_t
+   type :: queue_t
       !> The numbers, and how many of them have been assigned
       integer, allocatable :: list(:)
       integer :: assigned = 0
@@ -27,7 +27,7 @@ module sweep_ranks
       integer :: uninformed = 0
       !> This process knows that all numbers are assigned
       logical :: is_over = .false.
-   end type deal_t
+   end type queue_t
 
 contains
 
@@ -88,44 +88,44 @@ contains
    end function ranks_in_words
 
    !> Maximum of a value over all processes.
-   integer function greatest_of_all(value)
+   integer function max_of_ranks(value)
       !> Value of this process
       integer, intent(in) :: value
 
-      greatest_of_all = value
-      if (all_ranks > 1) greatest_of_all = maximum(value)
-   end function greatest_of_all
+      max_of_ranks = value
+      if (all_ranks > 1) max_of_ranks = maximum(value)
+   end function max_of_ranks
 
    !> Initialise a queue.
-   subroutine start_deal(list, queue)
+   subroutine start_queue(list, queue)
       !> Numbers of the queue; only those of the first process are used
       integer, intent(in) :: list(:)
-      type(deal_t), intent(out) :: queue
+      type(queue_t), intent(out) :: queue
 
       allocate (queue%list, source=list)
       queue%uninformed = all_ranks - 1
-   end subroutine start_deal
+   end subroutine start_queue
 
    !> Get the next number of the queue. Only one thread may call this procedure at a time.
-   subroutine next_of_deal(queue, number)
-      type(deal_t), intent(inout) :: queue
+   subroutine next_of_queue(queue, number)
+      type(queue_t), intent(inout) :: queue
       !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
       number = 0
       if (queue%is_over) return
       if (this_rank == 0) then
-         call serve_deal(queue)
+         call serve_queue(queue)
          call take(queue, number)
       else
          number = request(0)
       end if
       queue%is_over = number == 0
-   end subroutine next_of_deal
+   end subroutine next_of_queue
 
    !> Assign the next number of the queue; called in the first process.
    pure subroutine take(queue, number)
-      type(deal_t), intent(inout) :: queue
+      type(queue_t), intent(inout) :: queue
       !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
 
@@ -136,32 +136,32 @@ contains
    end subroutine take
 
    !> Answer the pending requests of the other processes. Only one thread may call this procedure at a time.
-   subroutine serve_deal(queue)
-      type(deal_t), intent(inout) :: queue
+   subroutine serve_queue(queue)
+      type(queue_t), intent(inout) :: queue
 
       if (this_rank /= 0) return
       do while (queue%uninformed > 0)
          if (has_request(0) == 0) exit
          call answer_one(queue)
       end do
-   end subroutine serve_deal
+   end subroutine serve_queue
 
    !> End a queue early: the remaining numbers are not assigned.
-   pure subroutine abandon_deal(queue)
-      type(deal_t), intent(inout) :: queue
+   pure subroutine clear_queue(queue)
+      type(queue_t), intent(inout) :: queue
 
       queue%assigned = size(queue%list)
-   end subroutine abandon_deal
+   end subroutine clear_queue
 
    !> Wait until no process has any more work.
-   subroutine finish_deal(queue)
-      type(deal_t), intent(inout) :: queue
+   subroutine finish_queue(queue)
+      type(queue_t), intent(inout) :: queue
 
       integer :: number
 
       ! a process that stopped early receives further numbers but does not process them
       do while (this_rank /= 0 .and. .not. queue%is_over)
-         call next_of_deal(queue, number)
+         call next_of_queue(queue, number)
       end do
       do while (this_rank == 0 .and. queue%uninformed > 0)
          number = has_request(1)
@@ -169,11 +169,11 @@ contains
       end do
       if (all_ranks > 1) number = barrier(0)
       queue%is_over = .true.
-   end subroutine finish_deal
+   end subroutine finish_queue
 
    !> Answer one request.
    subroutine answer_one(queue)
-      type(deal_t), intent(inout) :: queue
+      type(queue_t), intent(inout) :: queue
 
       integer :: number, nothing
 

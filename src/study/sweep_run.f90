@@ -9,7 +9,7 @@ module sweep_run
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
-   use measure_rows, only: row_in
+   use measure_rows, only: row_in_units
    use motion_run, only: set_store_t
    use number_text, only: to_text
    use program_identity, only: program_name
@@ -21,18 +21,18 @@ module sweep_run
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use section_types, only: run_sections_t
-   use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
-   use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t, section_values
+   use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, reason_room, write_chunk
+   use sweep_plan, only: case_values, first_of_chunk, last_of_chunk, plan_t, section_values
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
-   use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, &
-      serve_deal, start_deal
+   use sweep_ranks, only: clear_queue, max_of_ranks, queue_t, finish_queue, is_first_rank, next_of_queue, rank_count, &
+      serve_queue, start_queue
    implicit none (type, external)
    private
-   public :: run_parts, run_cases, start_plan, run_case, scene_of_case
+   public :: run_chunks, run_cases, start_plan, run_case, scene_of_case
 
    !> Data that the threads share.
    type :: shared_t
-      type(deal_t) :: queue
+      type(queue_t) :: queue
       type(progress_t) :: progress
       !> Number of cases found on disk, and of cases run by this process
       integer :: before = 0
@@ -44,7 +44,7 @@ module sweep_run
 contains
 
    !> Run the chunks that are not on disk.
-   subroutine run_parts(scene, plan, text, path, threads, label, is_silent, computed, error)
+   subroutine run_chunks(scene, plan, text, path, threads, label, is_silent, computed, error)
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep, and its text
       type(plan_t), intent(in) :: plan
@@ -67,24 +67,24 @@ contains
       call find_missing(plan, text, path, label, missing)
       computed = 0
       do i = 1, size(missing)
-         computed = computed + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
+         computed = computed + last_of_chunk(plan, missing(i)) - first_of_chunk(plan, missing(i)) + 1
       end do
       shared%before = plan%cases - computed
-      call start_deal(missing, shared%queue)
+      call start_queue(missing, shared%queue)
       call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
       !$omp parallel num_threads(threads) default(shared)
       call work_on_chunks(scene, plan, text, path, shared)
       !$omp end parallel
-      if (allocated(shared%error)) call abandon_deal(shared%queue)
-      call finish_deal(shared%queue)
+      if (allocated(shared%error)) call clear_queue(shared%queue)
+      call finish_queue(shared%queue)
       call end_rate(shared%progress)
-      i = greatest_of_all(merge(1, 0, allocated(shared%error)))
+      i = max_of_ranks(merge(1, 0, allocated(shared%error)))
       if (allocated(shared%error)) then
          call move_alloc(shared%error, error)
       else if (i > 0) then
          call fail(error, status_run_failed, 'another process could not write its part')
       end if
-   end subroutine run_parts
+   end subroutine run_chunks
 
    !> Find the chunks that are missing on disk; only the first process searches.
    subroutine find_missing(plan, text, path, label, missing)
@@ -98,23 +98,23 @@ contains
       !> Numbers of the missing chunks
       integer, allocatable, intent(out) :: missing(:)
 
-      type(part_rows_t) :: chunk
+      type(chunk_rows_t) :: chunk
       logical, allocatable :: is_missing(:)
       logical :: is_good
       integer :: i
 
-      allocate (is_missing(plan%parts), source=.false.)
+      allocate (is_missing(plan%chunks), source=.false.)
       if (is_first_rank()) then
-         do i = 1, plan%parts
-            is_missing(i) = .not. part_is_done(path, i)
+         do i = 1, plan%chunks
+            is_missing(i) = .not. chunk_is_done(path, i)
             if (is_missing(i)) cycle
-            call read_part(path, plan, text, i, chunk, is_good)
+            call read_chunk(path, plan, text, i, chunk, is_good)
             is_missing(i) = .not. is_good
-            if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//part_name(i)// &
+            if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//chunk_name(i)// &
                "' was spoilt since it was written; its cases are computed again"
          end do
       end if
-      missing = pack([(i, i=1, plan%parts)], is_missing)
+      missing = pack([(i, i=1, plan%chunks)], is_missing)
    end subroutine find_missing
 
    !> Work of one thread: run one chunk after the other until all are taken.
@@ -131,7 +131,7 @@ contains
       type(runner_t) :: runner
       ! not a component of the runner, because a compiler loses its other components when one component is finalised
       type(set_store_t), target :: sets
-      type(part_rows_t) :: chunk
+      type(chunk_rows_t) :: chunk
       type(failure_t), allocatable :: failure
       integer :: number
 
@@ -139,12 +139,12 @@ contains
       do
          !$omp critical (sweep_queue)
          number = 0
-         if (.not. allocated(shared%error)) call next_of_deal(shared%queue, number)
+         if (.not. allocated(shared%error)) call next_of_queue(shared%queue, number)
          !$omp end critical (sweep_queue)
          if (number == 0) exit
          call run_chunk(runner, sets, plan, number, chunk, shared)
          !$omp critical (sweep_disk)
-         call write_part(path, plan, text, number, chunk, failure)
+         call write_chunk(path, plan, text, number, chunk, failure)
          !$omp end critical (sweep_disk)
          if (allocated(failure)) then
             !$omp critical (sweep_queue)
@@ -161,7 +161,7 @@ contains
       type(set_store_t), target, intent(inout) :: sets
       type(plan_t), intent(in) :: plan
       integer, intent(in) :: number
-      type(part_rows_t), intent(out) :: chunk
+      type(chunk_rows_t), intent(out) :: chunk
       !> Data that the threads share
       type(shared_t), intent(inout) :: shared
 
@@ -170,8 +170,8 @@ contains
       integer, allocatable :: failed(:)
       integer :: failed_case, case, cases, failures, first, shown
 
-      first = first_of_part(plan, number)
-      cases = last_of_part(plan, number) - first + 1
+      first = first_of_chunk(plan, number)
+      cases = last_of_chunk(plan, number) - first + 1
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), failed(cases), reasons(cases))
       allocate (chunk%sections(section_values*plan%sections, cases))
       failures = 0
@@ -197,8 +197,8 @@ contains
          shared%done = shared%done + 1
          shown = shared%before + shared%done
          ! for other processes, only the number of assigned chunks is known
-         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%queue%assigned*plan%part_cases)
-         call serve_deal(shared%queue)
+         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%queue%assigned*plan%chunk_cases)
+         call serve_queue(shared%queue)
          call show_rate(shared%progress, shown)
          !$omp end critical (sweep_queue)
       end do
@@ -229,7 +229,7 @@ contains
       type(plan_t), intent(in) :: plan
       type(runner_t), intent(out) :: runner
 
-      call start_runner(scene, output_settings_t(history=.false., measures=.true., most_peaks=peak_count), &
+      call start_runner(scene, output_settings_t(history=.false., measures=.true., max_peaks=peak_count), &
          plan%axes%parameter, plan%axes%minimum, plan%axes%maximum, runner)
    end subroutine start_plan
 
@@ -271,7 +271,7 @@ contains
       end if
       row = row_of(response%measures)
       call fill_row(analysed, row)
-      row = row_in(units_in(runner%scene), row)
+      row = row_in_units(units_in(runner%scene), row)
       if (present(sections) .and. allocated(response%sections)) call record_sections(response%sections, &
          units_in(runner%scene), sections)
    end subroutine run_case

@@ -10,7 +10,7 @@ module sweep_search
    use random_numbers, only: next_normal, next_random, random_t, start_random
    implicit none (type, external)
    private
-   public :: search_state_t, start_search, next_poll, learn
+   public :: search_state_t, start_search, next_poll, update_search
 
    !> State of a search. Coordinates are 0 at the lower and 1 at the upper bound.
    type :: search_state_t
@@ -96,7 +96,7 @@ contains
    end subroutine next_poll
 
    !> Update the search with the values of a poll.
-   pure subroutine learn(state, points, values)
+   pure subroutine update_search(state, points, values)
       type(search_state_t), intent(inout) :: state
       !> Points of the poll
       real(wp), intent(in) :: points(:, :)
@@ -124,6 +124,6 @@ contains
          end if
       end if
       state%is_over = state%step < state%precision .or. state%evaluations >= state%max_evaluations
-   end subroutine learn
+   end subroutine update_search
 
 end module sweep_search

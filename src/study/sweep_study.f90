@@ -15,11 +15,11 @@ module sweep_study
    use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
-   use sweep_file, only: survey_parts, survey_t, write_sweep
-   use sweep_parts, only: enter_folder, parts_folder
+   use sweep_file, only: survey_chunks, survey_t, write_sweep
+   use sweep_chunks, only: enter_folder, chunks_folder
    use sweep_plan, only: make_plan, plan_t, plan_text
-   use sweep_ranks, only: greatest_of_all, is_first_rank, ranks_in_words
-   use sweep_run, only: run_parts, scene_of_case
+   use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
+   use sweep_run, only: run_chunks, scene_of_case
    use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
    use sweep_tables, only: print_sweep
    implicit none (type, external)
@@ -47,20 +47,20 @@ contains
       workers = threads_for(job%threads, scene%sweep)
       call make_plan(scene, plan)
       call plan_text(scene, plan, text)
-      path = parts_folder(job%folder, scene%name)
+      path = chunks_folder(job%folder, scene%name)
       trouble = 0
       if (is_first_rank()) call enter_folder(path, text, error)
       if (allocated(error)) trouble = error%status
-      trouble = greatest_of_all(trouble)
+      trouble = max_of_ranks(trouble)
       if (trouble > 0) then
          call fail(error, trouble, '')
          return
       end if
       call system_clock(start, rate)
-      call run_parts(scene, plan, text, path, workers, scene%name, job%quiet, computed, error)
+      call run_chunks(scene, plan, text, path, workers, scene%name, job%quiet, computed, error)
       call system_clock(finish)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call survey_parts(path, scene, plan, text, survey, error)
+      call survey_chunks(path, scene, plan, text, survey, error)
       if (allocated(error)) return
       call analyse_beam(scene, survey, error)
       if (allocated(error)) return

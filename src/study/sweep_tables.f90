@@ -4,7 +4,7 @@ module sweep_tables
    use measure_list, only: measure_table
    use number_text, only: to_text
    use quantities, only: name_in, units_t
-   use reader_units, only: reading, unit_given, unit_in
+   use reader_units, only: with_unit, scene_unit_of, unit_in
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_best, only: best_t, refined_t
@@ -41,8 +41,8 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
-            words = reading(axis%minimum, unit_given(units, axis%parameter%quantity))//' to ' &
-               //reading(axis%maximum, unit_given(units, axis%parameter%quantity))
+            words = with_unit(axis%minimum, scene_unit_of(units, axis%parameter%quantity))//' to ' &
+               //with_unit(axis%maximum, scene_unit_of(units, axis%parameter%quantity))
             if (plan%is_grid) words = words//', '//to_text(size(axis%values))//' values'
             if (axis%is_logarithmic) words = words//' evenly in the logarithm'
             call print_line(unit, trim(axis%parameter%name), words)
@@ -98,8 +98,8 @@ contains
       associate (measure => scene%best%measure, last => refined%count, units => units_in(scene))
          measured_in = unit_in(units, measure_table(measure)%quantity)
          write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-            //name_in(units, measure_table(measure)%name)//' from '//reading(refined%rows(measure, 1), measured_in) &
-            //' to '//reading(refined%rows(measure, last), measured_in)
+            //name_in(units, measure_table(measure)%name)//' from '//with_unit(refined%rows(measure, 1), measured_in) &
+            //' to '//with_unit(refined%rows(measure, last), measured_in)
          call add_texts(table, '', ['best'])
          call add_case_columns(table, scene, plan, refined%values(:, last:last), refined%rows(measure, last:last))
          call print_table(unit, table)
@@ -122,7 +122,7 @@ contains
       do k = 1, size(plan%axes)
          associate (parameter => plan%axes(k)%parameter)
             call add_numbers(table, trim(parameter%name), values(k, :), six_digits, &
-               unit_given(units, parameter%quantity))
+               scene_unit_of(units, parameter%quantity))
          end associate
       end do
       associate (measure => measure_table(scene%best%measure))

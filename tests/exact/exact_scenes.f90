@@ -3,17 +3,17 @@ module exact_scenes
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
    use beam_section, only: tapered_section
-   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
+   use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use damped_oscillators, only: make_oscillators
    use exact_motion, only: exact_response
    use failures, only: failure_t
    use constrained_sets, only: free_beam_t
-   use joint_modes, only: joint_amplitudes
+   use coupled_modes, only: coupled_amplitudes
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
    use response_types, only: response_t
    use run_settings, only: output_settings_t, response_settings_t, run_settings_t, stop_settings_t
-   use yielding_stop, only: impedance_t
+   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: model_for, beam_for, modal_beam_for, close_contact, amplitudes_from, flexibility_of
@@ -106,7 +106,7 @@ contains
       logical :: is_new
 
       impedance = impedance_t(spring%stiffness, spring%branch_stiffness, spring%relaxation_rate, spring%viscosity)
-      call open_sets(beam, [.false.], [impedance], store)
+      call start_sets(beam, [.false.], [impedance], store)
       call find_set([.true.], store, set, is_new, error)
    end subroutine close_contact
 
@@ -117,10 +117,10 @@ contains
       !> [modes]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      complex(wp) :: amplitude(set%joint%count)
+      complex(wp) :: amplitude(set%coupled%count)
 
-      call joint_amplitudes(beam%oscillators%square, set%joint, beam%height, [0.0_wp], [0.0_wp], q, v, amplitude)
-      amplitude = set%joint%weight*amplitude
+      call coupled_amplitudes(beam%oscillators%square, set%coupled, beam%height, [0.0_wp], [0.0_wp], q, v, amplitude)
+      amplitude = set%coupled%weight*amplitude
    end function amplitudes_from
 
    !> A run with the energy ledger and measures.

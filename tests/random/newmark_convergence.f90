@@ -1,7 +1,7 @@
 !> A scene by Newmark's steps of three lengths beside its exact motion, up to the first contact.
 module newmark_convergence
    use applied_loads, only: applied_loads_t, gather_loads, has_loads
-   use beam_model, only: beam_model_t, hold_supports
+   use beam_model, only: beam_model_t, constrain_supports
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use history_list, only: eta_stop, eta_tip, velocity_stop
@@ -142,12 +142,12 @@ contains
 
       ! (h W)^2 W T of the fastest mode, and h W
       real(wp), parameter :: most_late = 0.2_wp, most_turned = 0.05_wp
-      real(wp), parameter :: most_steps = 1.0e4_wp, shortest = 0.02_wp
+      real(wp), parameter :: max_steps = 1.0e4_wp, shortest = 0.02_wp
       type(beam_model_t) :: held
       real(wp) :: fastest, rate
       integer :: i
 
-      held = hold_supports(model)
+      held = constrain_supports(model)
       h = 0.0_wp
       if (any(held%mass%values(held%mass%diagonal) <= 0.0_wp)) return
       call highest_frequency(held%stiffness, held%mass, fastest, error)
@@ -157,7 +157,7 @@ contains
       if (allocated(settings%forces)) rate = max(rate, maxval(rate_of(settings%forces%course)))
       if (allocated(settings%bases)) rate = max(rate, maxval(rate_of(settings%bases%course)))
       associate (duration => settings%response%duration)
-         duration = min(duration, (most_steps**2*most_late)**(1.0_wp/3.0_wp)/fastest, most_steps*most_turned/rate)
+         duration = min(duration, (max_steps**2*most_late)**(1.0_wp/3.0_wp)/fastest, max_steps*most_turned/rate)
          if (duration < shortest) return
          h = min(most_turned/rate, sqrt(most_late/(fastest**3*duration)))
          h = duration/aint(1.0_wp + duration/h)
@@ -186,7 +186,7 @@ contains
       real(wp) :: rate, value
       integer :: g
 
-      call prepare_loads(hold_supports(model), settings, run)
+      call prepare_loads(constrain_supports(model), settings, run)
       call move_alloc(run%jumps, loading%jumps)
       if (.not. has_loads(settings)) return
       call find_free_modes(model, modes, error)

@@ -228,7 +228,7 @@ contains
    subroutine bound_periods(draft)
       type(draft_t), intent(inout) :: draft
 
-      real(wp), parameter :: most_periods = 1.0e3_wp
+      real(wp), parameter :: max_periods = 1.0e3_wp
       character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
       real(wp) :: fastest, longest, share
       integer :: k
@@ -243,7 +243,7 @@ contains
          end associate
       end do
       if (.not. has_name(draft, 'response', 'duration') .or. fastest <= 0.0_wp) return
-      longest = max(1.0e-9_wp, most_periods*2.0_wp*acos(-1.0_wp)/fastest)
+      longest = max(1.0e-9_wp, max_periods*2.0_wp*acos(-1.0_wp)/fastest)
       share = longest/number_of(draft, 'response', 'duration')
       ! what is usual stays as it is
       if (share >= 1.0_wp .or. number_of(draft, 'response', 'duration') <= 60.0_wp) return
@@ -550,12 +550,12 @@ contains
       !> The scene
       type(draft_t), intent(inout) :: draft
 
-      integer, parameter :: most_points = 18
-      real(wp), dimension(most_points) :: x, y
+      integer, parameter :: max_points = 18
+      real(wp), dimension(max_points) :: x, y
       real(wp) :: bend, place
       integer :: k, points
 
-      points = 3 + int(real(most_points - 2, wp)*number())
+      points = 3 + int(real(max_points - 2, wp)*number())
       x(:points) = [(real(k - 1, wp), k=1, points)]/real(points - 1, wp)
       if (chance(0.5_wp)) x(2:points - 1) = x(2:points - 1) + 0.3_wp*(number() - 0.5_wp)/real(points, wp)
       bend = number()

@@ -1,7 +1,7 @@
 !> The chunks of a sweep: files of some hundred rows each, in which a running sweep stores its results. Each file is
 !> written under a temporary name and then renamed, so that it is complete or absent, however the run ends. The folder
 !> of the chunks also has the text of their plan.
-module sweep_parts
+module sweep_chunks
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use checksums, only: checksum
@@ -14,10 +14,10 @@ module sweep_parts
    use measure_list, only: measure_count, measure_status, measure_table
    use program_identity, only: program_name
    use results_claim, only: refuse_foreign
-   use sweep_plan, only: first_of_part, last_of_part, plan_t, section_values
+   use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t, section_values
    implicit none (type, external)
    private
-   public :: part_rows_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
+   public :: chunk_rows_t, chunks_folder, enter_folder, leave_folder, chunk_is_done, chunk_name, write_chunk, read_chunk
    public :: joined, reason_room, assembled_file
 
    !> Maximum length of the reason of a failure; longer texts are cut.
@@ -30,7 +30,7 @@ module sweep_parts
    character(*), parameter :: assembled_file = 'assembled.h5'
 
    !> The cases of a chunk.
-   type :: part_rows_t
+   type :: chunk_rows_t
       !> Parameters, [axes, cases]
       real(wp), allocatable :: values(:, :)
       !> Measures, [measure_count, cases]
@@ -41,12 +41,12 @@ module sweep_parts
       !> Poincare sections in the units of the results, [values, cases]; those of a case are at the end of its column,
       !> preceded by NaN if there are fewer than requested
       real(wp), allocatable :: sections(:, :)
-   end type part_rows_t
+   end type chunk_rows_t
 
 contains
 
    !> The folder of the chunks of a sweep.
-   pure function parts_folder(folder, name) result(path)
+   pure function chunks_folder(folder, name) result(path)
       !> Folder of the results
       character(*), intent(in) :: folder
       !> Name of the scene
@@ -54,7 +54,7 @@ contains
       character(:), allocatable :: path
 
       path = folder//'/'//name//'.parts'
-   end function parts_folder
+   end function chunks_folder
 
    !> Create the folder of the chunks, or continue with the folder that a run of the same plan has left. No other run
    !> uses the folder, because the name of the results file is reserved for this run.
@@ -131,7 +131,7 @@ contains
 
       final = final_name(name)
       answer = final == plan_file .or. final == assembled_file
-      if (len(final) >= len(part_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) then
+      if (len(final) >= len(chunk_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) then
          answer = answer .or. verify(final(:len(final) - 3), '0123456789') == 0
       end if
    end function is_own_file
@@ -169,7 +169,7 @@ contains
    end function line_at
 
    !> The name of the file of a chunk.
-   pure function part_name(chunk) result(name)
+   pure function chunk_name(chunk) result(name)
       !> Number of the chunk, from 1
       integer, intent(in) :: chunk
       character(:), allocatable :: name
@@ -178,26 +178,26 @@ contains
 
       write (digits, '(i0.6)') chunk
       name = trim(digits)//'.h5'
-   end function part_name
+   end function chunk_name
 
    !> Is a chunk on disk? The file is complete, but the disk may have corrupted it.
-   function part_is_done(path, chunk) result(done)
+   function chunk_is_done(path, chunk) result(done)
       character(*), intent(in) :: path
       integer, intent(in) :: chunk
       logical :: done
 
-      done = kind_of(path//'/'//part_name(chunk)) /= kind_nothing
-   end function part_is_done
+      done = kind_of(path//'/'//chunk_name(chunk)) /= kind_nothing
+   end function chunk_is_done
 
    !> Write a chunk.
-   subroutine write_part(path, plan, text, number, chunk, error)
+   subroutine write_chunk(path, plan, text, number, chunk, error)
       character(*), intent(in) :: path
       !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
-      type(part_rows_t), intent(in) :: chunk
+      type(chunk_rows_t), intent(in) :: chunk
       !> Set if the chunk cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -210,7 +210,7 @@ contains
       call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
          + int(section_values*plan%sections, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
-      call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
+      call root%add('case', [(i, i=first_of_chunk(plan, number), last_of_chunk(plan, number))], '1', &
          'number of the case', is_scale=.true.)
       call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
       call root%attribute('names', joined(measure_table%name), 'column')
@@ -227,8 +227,8 @@ contains
       call root%finish(bytes, error)
       if (allocated(error)) return
       mark = seal(checksum(bytes, size(bytes, kind=c_size_t)))
-      call replace_file(path, part_name(number), [bytes, transfer(mark, bytes)], error)
-   end subroutine write_part
+      call replace_file(path, chunk_name(number), [bytes, transfer(mark, bytes)], error)
+   end subroutine write_chunk
 
    !> The seal of a chunk, a text with a checksum that follows the last byte of the HDF5 file and that HDF5 does not
    !> read.
@@ -254,14 +254,14 @@ contains
    end function joined
 
    !> Read a chunk.
-   subroutine read_part(path, plan, text, number, chunk, is_good)
+   subroutine read_chunk(path, plan, text, number, chunk, is_good)
       character(*), intent(in) :: path
       !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
-      type(part_rows_t), intent(out) :: chunk
+      type(chunk_rows_t), intent(out) :: chunk
       !> .false.: the chunk cannot be read, or belongs to another plan
       logical, intent(out) :: is_good
 
@@ -272,11 +272,11 @@ contains
       integer :: cases, failures, first
       real(wp) :: found(1)
 
-      first = first_of_part(plan, number)
-      cases = last_of_part(plan, number) - first + 1
+      first = first_of_chunk(plan, number)
+      cases = last_of_chunk(plan, number) - first + 1
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), case(cases))
       allocate (chunk%sections(section_values*plan%sections, cases))
-      call load_file(path//'/'//part_name(number), bytes, error)
+      call load_file(path//'/'//chunk_name(number), bytes, error)
       is_good = .not. allocated(error)
       if (is_good) is_good = is_sealed(bytes)
       if (.not. is_good) return
@@ -297,7 +297,7 @@ contains
       call source%load('reason', chunk%reasons)
       is_good = is_good .and. source%is_sound()
       call source%close_source()
-   end subroutine read_part
+   end subroutine read_chunk
 
    !> Is the checksum in the seal of a chunk that of its bytes?
    function is_sealed(bytes) result(fits)
@@ -315,4 +315,4 @@ contains
       fits = mark == seal(checksum(bytes, length))
    end function is_sealed
 
-end module sweep_parts
+end module sweep_chunks

@@ -4,16 +4,16 @@
 !> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops, and their forces P act
 !> on the modes as the forces S P of the equivalent stops. The remaining branch forces P2 with S P2 = 0 act on no mode
 !> and relax independently (docs/theory.md, section 17).
-module dependent_stops
+module equivalent_stops
    use kinds, only: wp
    use lapack_interfaces, only: dsygv
-   use yielding_stop, only: impedance_t
+   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: stop_parts_t, part_stops
+   public :: equivalent_stops_t, find_equivalent_stops
 
    !> Equivalent stops for a set of stops.
-   type :: stop_parts_t
+   type :: equivalent_stops_t
       !> Some columns of modal values are linearly dependent
       logical :: is_needed = .false.
       !> Impedances of the equivalent stops, and the modal values at them, [equivalent], [modes, equivalent]
@@ -22,11 +22,11 @@ module dependent_stops
       !> S: the indentations of the stops are S' times those of the equivalent stops, [equivalent, stops]
       real(wp), allocatable :: share(:, :)
       !> The stop is its own equivalent stop, [stops]
-      logical, allocatable :: is_itself(:)
+      logical, allocatable :: is_own_equivalent(:)
       !> Independently relaxing branch forces: P2 of the stops per unit of each, the coefficients that give the amount
       !> of each in a given P2, and the relaxation rates, [stops, independent], [stops, independent], [independent]
-      real(wp), allocatable :: alone(:, :), of_memory(:, :), rate(:)
-   end type stop_parts_t
+      real(wp), allocatable :: independent(:, :), memory_weight(:, :), rate(:)
+   end type equivalent_stops_t
 
    !> Relative tolerances for equal rates and for linear dependence.
    real(wp), parameter :: same_rate = 1.0e-10_wp, dependent = 1.0e-12_wp
@@ -34,20 +34,20 @@ module dependent_stops
 contains
 
    !> Find the equivalent stops.
-   subroutine part_stops(value, spring, equivalent)
+   subroutine find_equivalent_stops(value, spring, equivalent)
       !> Modal values at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      type(stop_parts_t), intent(out) :: equivalent
+      type(equivalent_stops_t), intent(out) :: equivalent
 
       integer, allocatable :: group(:)
       logical :: is_done(size(spring))
       integer :: j
 
       allocate (equivalent%spring(0), equivalent%value(size(value, 1), 0), equivalent%share(0, size(spring)), &
-         equivalent%is_itself(size(spring)))
-      allocate (equivalent%alone(size(spring), 0), equivalent%of_memory(size(spring), 0), equivalent%rate(0))
+         equivalent%is_own_equivalent(size(spring)))
+      allocate (equivalent%independent(size(spring), 0), equivalent%memory_weight(size(spring), 0), equivalent%rate(0))
       is_done = .false.
       do j = 1, size(spring)
          if (is_done(j)) cycle
@@ -72,7 +72,7 @@ contains
          places = pack([(k, k=1, size(spring))], spring%branch_stiffness > 0.0_wp .and. .not. is_done .and. &
             abs(spring%relaxation_rate - spring(j)%relaxation_rate) <= same_rate*spring(j)%relaxation_rate)
       end function members
-   end subroutine part_stops
+   end subroutine find_equivalent_stops
 
    !> Equivalent stops of a group with one relaxation rate.
    subroutine find_group_equivalents(value, spring, places, equivalent)
@@ -81,7 +81,7 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       !> Indices of the group among all stops
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: equivalent
+      type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), share(:, :), eigenvalue(:)
       type(impedance_t), allocatable :: impedance(:)
@@ -94,10 +94,10 @@ contains
       if (rank == n .or. spring(1)%branch_stiffness <= 0.0_wp) then
          share = reshape([(merge(1.0_wp, 0.0_wp, modulo(i, n + 1) == 1), i=1, n*n)], [n, n])
          call add_equivalents(value, spring, share, places, equivalent)
-         equivalent%is_itself(places) = .true.
+         equivalent%is_own_equivalent(places) = .true.
          return
       end if
-      equivalent%is_itself(places) = .false.
+      equivalent%is_own_equivalent(places) = .false.
       elastic = matmul(share*spread(spring%stiffness, 1, rank), transpose(share))
       branch = matmul(share*spread(spring%branch_stiffness, 1, rank), transpose(share))
       call diagonalise(elastic, branch, eigenvalue)
@@ -169,7 +169,7 @@ contains
       !> Rows of S for the group, [equivalent of the group, places]
       real(wp), intent(in) :: share(:, :)
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: equivalent
+      type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: larger(:, :)
       integer :: before
@@ -192,10 +192,10 @@ contains
       !> Stops of the group, whose branch stiffnesses are A
       type(impedance_t), intent(in) :: spring(:)
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: equivalent
+      type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), dimension(size(places), size(places)) :: projection, remainder
-      real(wp), dimension(size(equivalent%is_itself)) :: column, row
+      real(wp), dimension(size(equivalent%is_own_equivalent)) :: column, row
       integer :: i, j
 
       projection = 0.0_wp
@@ -215,10 +215,10 @@ contains
          row(places) = matmul(column(places), projection)
          remainder = remainder - spread(column(places), 2, size(places)) &
             *spread(matmul(column(places), remainder), 1, size(places))
-         equivalent%alone = reshape([equivalent%alone, column], [size(column), size(equivalent%rate) + 1])
-         equivalent%of_memory = reshape([equivalent%of_memory, row], [size(row), size(equivalent%rate) + 1])
+         equivalent%independent = reshape([equivalent%independent, column], [size(column), size(equivalent%rate) + 1])
+         equivalent%memory_weight = reshape([equivalent%memory_weight, row], [size(row), size(equivalent%rate) + 1])
          equivalent%rate = [equivalent%rate, spring(1)%relaxation_rate]
       end do
    end subroutine add_independent
 
-end module dependent_stops
+end module equivalent_stops

@@ -1,27 +1,27 @@
 !> Closure of branches of periodic orbits: return to the branch that they left or to their own start, detected from the
 !> section values (docs/theory.md, section 22).
-module orbit_returns
+module branch_closures
    use kinds, only: wp
    use orbit_types, only: orbit_point_t
    implicit none (type, external)
    private
-   public :: change_places, joins_at, look_back, returns_in_half
+   public :: halves_swap, rejoins_at, check_closure, has_half_period
 
 contains
 
    !> Do the two halves of the period exchange their section values between two points of a branch?
-   pure function change_places(last, next) result(answer)
+   pure function halves_swap(last, next) result(answer)
       !> Orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: last
       type(orbit_point_t), intent(in) :: next
       logical :: answer
 
       answer = dot_product(half_period_change(last), half_period_change(next)) < 0.0_wp
-   end function change_places
+   end function halves_swap
 
    !> Does a branch of doubled period rejoin the branch that it left, at a period doubling of that one? The two halves
    !> of the period exchange their values there; beyond it the branch repeats itself, shifted by half its period.
-   pure function joins_at(other, last, next, range) result(answer)
+   pure function rejoins_at(other, last, next, range) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
       !> Two successive points of the branch
@@ -34,7 +34,7 @@ contains
       integer :: j
 
       answer = .false.
-      if (.not. change_places(last, next) .or. abs(next%value - other%value) > range) return
+      if (.not. halves_swap(last, next) .or. abs(next%value - other%value) > range) return
       do j = 1, other%periods
          answer = answer .or. is_close(last, other%tip(:, j)) .and. is_close(next, other%tip(:, j))
       end do
@@ -50,12 +50,12 @@ contains
 
          is_close = norm2(as_velocities(point, point%tip(:, 1) - tip)) <= norm2(half_period_change(point))
       end function is_close
-   end function joins_at
+   end function rejoins_at
 
    !> Does the start of a branch lie between two successive points, with the initial direction of the branch? The
    !> comparison uses quantities that do not depend on the phase of the section, and includes shifts of the orbit by
    !> load periods.
-   pure subroutine look_back(start, second, last, next, units, is_away, has_returned)
+   pure subroutine check_closure(start, second, last, next, units, is_away, has_returned)
       !> First two points of the branch
       type(orbit_point_t), intent(in) :: start
       type(orbit_point_t), intent(in) :: second
@@ -83,10 +83,10 @@ contains
             dot_product(to - from, move) > 0.7_wp*length*norm2(move)
          is_away = is_away .and. norm2(to - begin) > 4.0_wp*length
       end do
-   end subroutine look_back
+   end subroutine check_closure
 
    !> Is the orbit one of half the period, traversed twice?
-   pure function returns_in_half(point, units) result(answer)
+   pure function has_half_period(point, units) result(answer)
       !> Orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: point
       real(wp), intent(in) :: units(2)
@@ -95,7 +95,7 @@ contains
       real(wp), parameter :: near = 1.0e-6_wp
 
       answer = norm2(half_period_change(point)) <= near*units(2)
-   end function returns_in_half
+   end function has_half_period
 
    !> Parameter and section values of an orbit, shifted by a number of load periods.
    pure function section_values(point, units, shift) result(values)
@@ -131,4 +131,4 @@ contains
       velocities = [one_turn/point%period*tip(1), tip(2)]
    end function as_velocities
 
-end module orbit_returns
+end module branch_closures

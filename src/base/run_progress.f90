@@ -1,10 +1,10 @@
 !> Progress of the single run of a scene: simulated time over duration, for a progress line.
-module run_reach
+module run_progress
    use, intrinsic :: iso_c_binding, only: c_double, c_loc, c_ptr
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: watch_reach, forget_reach, tell_reach, place_of_reach
+   public :: enable_progress, disable_progress, report_progress, progress_address
 
    !> 0 to 1; a timer reads it at any moment
    real(c_double), volatile, target :: progress = 0.0_c_double
@@ -14,30 +14,30 @@ module run_reach
 contains
 
    !> Enable reports of progress.
-   subroutine watch_reach()
+   subroutine enable_progress()
       progress = 0.0_c_double
       is_enabled = .true.
-   end subroutine watch_reach
+   end subroutine enable_progress
 
    !> Disable reports of progress.
-   subroutine forget_reach()
+   subroutine disable_progress()
       is_enabled = .false.
       progress = 0.0_c_double
-   end subroutine forget_reach
+   end subroutine disable_progress
 
    !> Report the progress of the run, if reports are enabled.
-   subroutine tell_reach(time, duration)
+   subroutine report_progress(time, duration)
       real(wp), intent(in) :: time
       real(wp), intent(in) :: duration
 
       if (is_enabled) progress = real(time/duration, c_double)
-   end subroutine tell_reach
+   end subroutine report_progress
 
    !> Address of the progress, for code that is not written in Fortran.
-   function place_of_reach() result(address)
+   function progress_address() result(address)
       type(c_ptr) :: address
 
       address = c_loc(progress)
-   end function place_of_reach
+   end function progress_address
 
-end module run_reach
+end module run_progress

@@ -5,17 +5,17 @@
 !> stop, N = s + nu (1 without a branch) and M = N Z, with Z the impedance (a rigid stop has N = 0, M = 1), the equation
 !> is det (N + M H) prod D_i = 0. One mode is always separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i),
 !> with T_i the matrix without that mode, so that nothing cancels next to its pole.
-module joint_vectors
+module coupled_equation
    use kinds, only: wp
-   use pole_offsets, only: find_mode_poles, secular_t, size_of
+   use pole_offsets, only: find_mode_poles, secular_t, abs1
    use small_equations, only: eliminate
-   use yielding_stop, only: holds, impedance_t
+   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: joint_secular_t, make_joint_secular, joint_vectors_t, vectors_at, numerators
+   public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, numerators
 
    !> Equation of the beam and the stops; `secular_t` contains the poles, those of the branches last.
-   type, extends(secular_t) :: joint_secular_t
+   type, extends(secular_t) :: coupled_equation_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
       !> Coefficients alpha of mass-proportional damping, [modes]
@@ -25,10 +25,10 @@ module joint_vectors
       integer, allocatable :: branch_pole(:)
       !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
       real(wp), allocatable :: product(:, :)
-   end type joint_secular_t
+   end type coupled_equation_t
 
    !> Value of the equation at one s, and its vectors.
-   type :: joint_vectors_t
+   type :: coupled_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
       !> T_i^-1 M b_i, and T_i'^-1 b_i, [stops]
@@ -47,12 +47,12 @@ module joint_vectors
       complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), of_slope(:)
       complex(wp), allocatable, private :: matrix(:, :), slopes(:, :), solution(:, :), elimination(:, :)
       real(wp), allocatable, private :: term(:, :)
-   end type joint_vectors_t
+   end type coupled_vectors_t
 
 contains
 
    !> Set up the equation and find its poles.
-   subroutine make_joint_secular(square, value, zeta, mass_rate, spring, problem)
+   subroutine make_coupled_equation(square, value, zeta, mass_rate, spring, problem)
       !> Squared circular frequencies W_i^2 of the modes with nonzero values at stops, ascending, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes, stops]
@@ -62,7 +62,7 @@ contains
       real(wp), intent(in) :: mass_rate(:)
       !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      type(joint_secular_t), intent(out) :: problem
+      type(coupled_equation_t), intent(out) :: problem
 
       integer :: j, k, pair
 
@@ -102,19 +102,19 @@ contains
          end do
       end do
       problem%crowded = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
-   end subroutine make_joint_secular
+   end subroutine make_coupled_equation
 
    !> Evaluate the equation at one s. The separated mode is that with the nearest pole or, if none is given, that which
    !> moves the stops most: a separated mode that hardly moves the stops would leave a root of the other modes in T_i.
    pure subroutine vectors_at(problem, s, near, distance, vectors)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       !> Index of the nearest pole; 0: unknown
       integer, intent(in) :: near
       !> s - pole, [poles]
       complex(wp), contiguous, intent(in) :: distance(:)
       !> Result; its workspace is reused in the next call
-      type(joint_vectors_t), intent(inout) :: vectors
+      type(coupled_vectors_t), intent(inout) :: vectors
 
       real(wp) :: strength, max_strength
       integer :: i, stops
@@ -130,7 +130,7 @@ contains
       else
          max_strength = 0.0_wp
          do i = 1, problem%modes
-            strength = sum(problem%value(i, :)**2)/max(size_of(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
+            strength = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
             if (strength > max_strength) vectors%mode = i
             max_strength = max(max_strength, strength)
          end do
@@ -142,9 +142,9 @@ contains
 
    !> T_i = N + M H and its derivative, with all modes except the separated mode in H.
    pure subroutine add_modes(problem, distance, vectors)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       complex(wp), contiguous, intent(in) :: distance(:)
-      type(joint_vectors_t), intent(inout) :: vectors
+      type(coupled_vectors_t), intent(inout) :: vectors
 
       complex(wp) :: inverse, h, h_slope
       integer :: i, j, k, pair
@@ -218,11 +218,11 @@ contains
 
    !> Solve with T_i for the vectors, the value and the slope of the separated mode.
    pure subroutine separate_mode(problem, s, distance, vectors)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), contiguous, intent(in) :: distance(:)
       !> Contains T_i and its derivative
-      type(joint_vectors_t), intent(inout) :: vectors
+      type(coupled_vectors_t), intent(inout) :: vectors
 
       integer :: j, stops
       logical :: needs_transpose
@@ -264,8 +264,8 @@ contains
             vectors%of_slope(:) = matmul(vectors%slopes, right)
             vectors%value = first*second + sum(b*right)
             vectors%slope = first + second + sum(left*(m_slope*b)) - sum(left*vectors%of_slope)
-            vectors%condition = (size_of(first + second) + sum(size_of(left*(m_slope*b))) &
-               + sum(size_of(left*vectors%of_slope)))/max(size_of(vectors%slope), tiny(1.0_wp))
+            vectors%condition = (abs1(first + second) + sum(abs1(left*(m_slope*b))) &
+               + sum(abs1(left*vectors%of_slope)))/max(abs1(vectors%slope), tiny(1.0_wp))
          end associate
       end associate
 
@@ -277,15 +277,15 @@ contains
          logical :: answer
 
          associate (spring => problem%spring(j))
-            answer = size_of(vectors%m(j)) > 1.0e-6_wp*(spring%stiffness*size_of(vectors%n(j)) &
-               + (spring%branch_stiffness + spring%viscosity)*size_of(s))
+            answer = abs1(vectors%m(j)) > 1.0e-6_wp*(spring%stiffness*abs1(vectors%n(j)) &
+               + (spring%branch_stiffness + spring%viscosity)*abs1(s))
          end associate
       end function is_accurate
    end subroutine separate_mode
 
    !> N and M of each stop, and their derivatives.
    pure subroutine numerators(problem, s, distance, n, m, n_slope, m_slope)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       !> s - pole, [poles]
       complex(wp), intent(in) :: distance(:)
@@ -316,4 +316,4 @@ contains
       end do
    end subroutine numerators
 
-end module joint_vectors
+end module coupled_equation

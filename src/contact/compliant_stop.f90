@@ -5,11 +5,11 @@
 !>
 !> With the indentation u the force of the stop is P = k u + P2, P2 the force in a branch parallel to the spring. After
 !> separation from the beam P is zero, and the surface recovers.
-module yielding_stop
+module compliant_stop
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
+   public :: impedance_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
    public :: holds
 
    !> Impedance of a stop: the force P = k u + c s u + beta k s/(s + nu) u for an indentation u exp(s tau).
@@ -34,24 +34,24 @@ module yielding_stop
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
       !> Factor of u in u+ of the free surface, which bears no force
-      real(wp) :: contact = 1.0_wp
+      real(wp) :: recovery = 1.0_wp
    end type stop_step_t
 
-   type, abstract, extends(impedance_t) :: yielding_stop_t
+   type, abstract, extends(impedance_t) :: compliant_stop_t
       !> Rate of the exponential recovery of the free surface
-      real(wp) :: surface_rate = 0.0_wp
+      real(wp) :: recovery_rate = 0.0_wp
    contains
       procedure(step_interface), deferred :: step
       procedure(energy_interface), deferred :: energy
       procedure(unload_interface), deferred :: unload
-   end type yielding_stop_t
+   end type compliant_stop_t
 
    abstract interface
       !> Coefficients of a time step, exact if u is linear in tau.
       pure function step_interface(self, length) result(step)
-         import :: stop_step_t, wp, yielding_stop_t
+         import :: stop_step_t, wp, compliant_stop_t
          implicit none (type, external)
-         class(yielding_stop_t), intent(in) :: self
+         class(compliant_stop_t), intent(in) :: self
          !> Length of the step, tau
          real(wp), intent(in) :: length
          type(stop_step_t) :: step
@@ -59,9 +59,9 @@ module yielding_stop
 
       !> Energy in the springs.
       pure function energy_interface(self, indentation, branch_force) result(energy)
-         import :: wp, yielding_stop_t
+         import :: wp, compliant_stop_t
          implicit none (type, external)
-         class(yielding_stop_t), intent(in) :: self
+         class(compliant_stop_t), intent(in) :: self
          !> u
          real(wp), intent(in) :: indentation
          !> P2
@@ -71,9 +71,9 @@ module yielding_stop
 
       !> Release the remaining force instantaneously. The surface is then free.
       pure subroutine unload_interface(self, indentation, branch_force)
-         import :: wp, yielding_stop_t
+         import :: wp, compliant_stop_t
          implicit none (type, external)
-         class(yielding_stop_t), intent(in) :: self
+         class(compliant_stop_t), intent(in) :: self
          !> u; on return the indentation of the free surface
          real(wp), intent(inout) :: indentation
          !> P2; -k u on return
@@ -129,4 +129,4 @@ contains
       constant = step%mean_indentation*indentation + step%mean_branch*branch_force
    end subroutine mean_force_coefficients
 
-end module yielding_stop
+end module compliant_stop

@@ -1,15 +1,15 @@
 !> Terms exp(s t) of the motion of a beam with several closed compliant contacts (docs/theory.md, sections 17 and 18).
-module joint_terms
+module coupled_terms
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
    use sorting, only: ascending_order
-   use yielding_stop, only: impedance_t
+   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: joint_modes_t, make_room, add_room, put_in_order, ready_terms, joint_amplitudes, terms_at
+   public :: coupled_modes_t, allocate_terms, enlarge_terms, sort_terms, pad_terms, coupled_amplitudes, terms_at
 
-   type :: joint_modes_t
+   type :: coupled_modes_t
       !> Impedances of the stops
       type(impedance_t), allocatable :: spring(:)
       real(wp) :: two_zeta = 0.0_wp
@@ -27,24 +27,24 @@ module joint_terms
       !> Each mode of the beam per unit amplitude, [modes, count], and 1 + 2 zeta s, [count]
       complex(wp), allocatable :: shape(:, :), viscous(:)
       !> Real and imaginary parts of `shape`, [modes, count, 2]
-      real(wp), allocatable :: moves(:, :, :)
+      real(wp), allocatable :: shape_parts(:, :, :)
       !> Weights of the initial state in the amplitudes: of the heights and of the internal variables of the stops,
       !> [stops, count], and of the modes, [modes, count]
-      complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
-      !> Real and imaginary parts of `of_mode`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
+      complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
+      !> Real and imaginary parts of `mode_weight`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
       !> modes, 3]
-      real(wp), allocatable :: parts(:, :, :)
+      real(wp), allocatable :: weight_parts(:, :, :)
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
       !> Displacement and force of static equilibrium per unit height, [modes, stops], [stops, stops]
       real(wp), allocatable :: static_shape(:, :), static_force(:, :)
-   end type joint_modes_t
+   end type coupled_modes_t
 
 contains
 
    !> Allocate a number of terms.
-   pure subroutine make_room(modes, beam, stops, max_terms)
-      type(joint_modes_t), intent(inout) :: modes
+   pure subroutine allocate_terms(modes, beam, stops, max_terms)
+      type(coupled_modes_t), intent(inout) :: modes
       !> Number of modes of the beam
       integer, intent(in) :: beam
       integer, intent(in) :: stops
@@ -52,22 +52,22 @@ contains
       integer, intent(in) :: max_terms
 
       if (allocated(modes%exponent)) deallocate (modes%exponent, modes%weight, modes%viscous, modes%force, &
-         modes%indentation, modes%branch, modes%of_height, modes%of_memory, modes%shape, modes%of_mode)
+         modes%indentation, modes%branch, modes%height_weight, modes%memory_weight, modes%shape, modes%mode_weight)
       allocate (modes%exponent(max_terms), modes%weight(max_terms), modes%viscous(max_terms))
       allocate (modes%force(stops, max_terms), modes%indentation(stops, max_terms), modes%branch(stops, max_terms), &
-         modes%of_height(stops, max_terms), modes%of_memory(stops, max_terms), modes%shape(beam, max_terms), &
-         modes%of_mode(beam, max_terms), source=(0.0_wp, 0.0_wp))
-   end subroutine make_room
+         modes%height_weight(stops, max_terms), modes%memory_weight(stops, max_terms), modes%shape(beam, max_terms), &
+         modes%mode_weight(beam, max_terms), source=(0.0_wp, 0.0_wp))
+   end subroutine allocate_terms
 
    !> Enlarge the arrays by a number of terms.
-   pure subroutine add_room(modes, more)
-      type(joint_modes_t), intent(inout) :: modes
+   pure subroutine enlarge_terms(modes, more)
+      type(coupled_modes_t), intent(inout) :: modes
       integer, intent(in) :: more
 
-      type(joint_modes_t) :: old
+      type(coupled_modes_t) :: old
 
       old = modes
-      call make_room(modes, size(old%shape, 1), size(old%force, 1), size(old%exponent) + more)
+      call allocate_terms(modes, size(old%shape, 1), size(old%force, 1), size(old%exponent) + more)
       associate (n => old%count)
          modes%exponent(:n) = old%exponent(:n)
          modes%weight(:n) = old%weight(:n)
@@ -75,17 +75,17 @@ contains
          modes%force(:, :n) = old%force(:, :n)
          modes%indentation(:, :n) = old%indentation(:, :n)
          modes%branch(:, :n) = old%branch(:, :n)
-         modes%of_height(:, :n) = old%of_height(:, :n)
-         modes%of_memory(:, :n) = old%of_memory(:, :n)
+         modes%height_weight(:, :n) = old%height_weight(:, :n)
+         modes%memory_weight(:, :n) = old%memory_weight(:, :n)
          modes%shape(:, :n) = old%shape(:, :n)
-         modes%of_mode(:, :n) = old%of_mode(:, :n)
+         modes%mode_weight(:, :n) = old%mode_weight(:, :n)
       end associate
-   end subroutine add_room
+   end subroutine enlarge_terms
 
    !> Trim the arrays to the number of terms, in order of increasing magnitude of the exponent, which permits longer
    !> search steps.
-   pure subroutine put_in_order(modes)
-      type(joint_modes_t), intent(inout) :: modes
+   pure subroutine sort_terms(modes)
+      type(coupled_modes_t), intent(inout) :: modes
 
       integer :: order(modes%count)
 
@@ -96,37 +96,37 @@ contains
       modes%force = modes%force(:, order)
       modes%indentation = modes%indentation(:, order)
       modes%branch = modes%branch(:, order)
-      modes%of_height = modes%of_height(:, order)
-      modes%of_memory = modes%of_memory(:, order)
+      modes%height_weight = modes%height_weight(:, order)
+      modes%memory_weight = modes%memory_weight(:, order)
       modes%shape = modes%shape(:, order)
-      modes%of_mode = modes%of_mode(:, order)
-   end subroutine put_in_order
+      modes%mode_weight = modes%mode_weight(:, order)
+   end subroutine sort_terms
 
    !> Store copies in whole SIMD vectors for the evaluation of amplitudes and exponentials of all terms.
-   pure subroutine ready_terms(modes)
+   pure subroutine pad_terms(modes)
       !> All terms are stored
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
       associate (n => modes%count)
          allocate (modes%decay(padded(n)), modes%omega(padded(n)), source=0.0_wp)
          modes%decay(:n) = -real(modes%exponent, wp)
          modes%omega(:n) = aimag(modes%exponent)
-         allocate (modes%parts(padded(n), size(modes%of_mode, 1), 3), source=0.0_wp)
-         modes%parts(:n, :, 1) = transpose(real(modes%of_mode, wp))
-         modes%parts(:n, :, 2) = transpose(aimag(modes%of_mode))
-         modes%parts(:, :, 3) = abs(modes%parts(:, :, 1)) + abs(modes%parts(:, :, 2))
-         allocate (modes%moves(size(modes%shape, 1), n, 2))
-         modes%moves(:, :, 1) = real(modes%shape, wp)
-         modes%moves(:, :, 2) = aimag(modes%shape)
+         allocate (modes%weight_parts(padded(n), size(modes%mode_weight, 1), 3), source=0.0_wp)
+         modes%weight_parts(:n, :, 1) = transpose(real(modes%mode_weight, wp))
+         modes%weight_parts(:n, :, 2) = transpose(aimag(modes%mode_weight))
+         modes%weight_parts(:, :, 3) = abs(modes%weight_parts(:, :, 1)) + abs(modes%weight_parts(:, :, 2))
+         allocate (modes%shape_parts(size(modes%shape, 1), n, 2))
+         modes%shape_parts(:, :, 1) = real(modes%shape, wp)
+         modes%shape_parts(:, :, 2) = aimag(modes%shape)
       end associate
-   end subroutine ready_terms
+   end subroutine pad_terms
 
    !> Amplitudes from the state at the start of a phase: each quantity is its static value + sum weight Re (amplitude
    !> value exp(s t)).
-   pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
+   pure subroutine coupled_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
       !> Squared circular frequencies W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)
-      type(joint_modes_t), intent(in) :: modes
+      type(coupled_modes_t), intent(in) :: modes
       !> Heights of the stops above the static position of the beam's modes, [stops]
       real(wp), intent(in) :: height(:)
       !> u and P2 at the start, because the indentation of a stiff stop computed from displacements would be a rounding
@@ -157,12 +157,12 @@ contains
       state(:, displacements) = z
       state(:, rates) = v
       state(:, mass_damping) = modes%mass_rate*z
-      call sum_over_modes(size(modes%decay), size(z), modes%parts, state, total)
+      call sum_over_modes(size(modes%decay), size(z), modes%weight_parts, state, total)
       total(:, :, mass_damping) = 0.0_wp
       if (any(modes%mass_rate > 0.0_wp)) then
-         total(:, 1, mass_damping) = matmul(modes%parts(:, :, 1), state(:, mass_damping))
-         total(:, 2, mass_damping) = matmul(modes%parts(:, :, 2), state(:, mass_damping))
-         total(:, 3, mass_damping) = matmul(modes%parts(:, :, 3), abs(state(:, mass_damping)))
+         total(:, 1, mass_damping) = matmul(modes%weight_parts(:, :, 1), state(:, mass_damping))
+         total(:, 2, mass_damping) = matmul(modes%weight_parts(:, :, 2), state(:, mass_damping))
+         total(:, 3, mass_damping) = matmul(modes%weight_parts(:, :, 3), abs(state(:, mass_damping)))
       end if
       do m = 1, modes%count
          sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
@@ -178,27 +178,27 @@ contains
          alternative_scale = sizes(forces)
          amplitude(m) = -sums(rates)
          do j = 1, size(height)
-            associate (of_height => modes%of_height(j, m), of_memory => modes%of_memory(j, m))
+            associate (height_weight => modes%height_weight(j, m), memory_weight => modes%memory_weight(j, m))
                ! magnitudes as |Re| + |Im|
-               scale = scale + (abs(real(of_height, wp)) + abs(aimag(of_height)))*abs(height(j))/magnitude &
-                  + (abs(real(of_memory, wp)) + abs(aimag(of_memory)))*abs(viscous(j))
-               at_stop = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
+               scale = scale + (abs(real(height_weight, wp)) + abs(aimag(height_weight)))*abs(height(j))/magnitude &
+                  + (abs(real(memory_weight, wp)) + abs(aimag(memory_weight)))*abs(viscous(j))
+               at_stop = merge(memory_weight*elastic(j), height_weight*indentation(j), has_damper(j))
                alternative_scale = alternative_scale + abs(real(at_stop, wp)) + abs(aimag(at_stop))
-               direct = direct + of_height*height(j)*inverse - of_memory*viscous(j)
+               direct = direct + height_weight*height(j)*inverse - memory_weight*viscous(j)
                alternative = alternative + at_stop
-               amplitude(m) = amplitude(m) + of_memory*memory(j)
+               amplitude(m) = amplitude(m) + memory_weight*memory(j)
             end associate
          end do
          amplitude(m) = amplitude(m) + merge(alternative*inverse, direct, alternative_scale < scale*magnitude)
       end do
-   end subroutine joint_amplitudes
+   end subroutine coupled_amplitudes
 
    !> Sums over the modes for all terms.
-   pure subroutine sum_over_modes(terms, modes, parts, state, total)
+   pure subroutine sum_over_modes(terms, modes, weight_parts, state, total)
       !> Number of terms in whole SIMD vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
-      real(wp), intent(in) :: parts(terms, modes, 3)
+      real(wp), intent(in) :: weight_parts(terms, modes, 3)
       real(wp), intent(in) :: state(modes, 3)
       !> Sums of real parts, imaginary parts, magnitudes
       real(wp), intent(out) :: total(terms, 3, 3)
@@ -210,9 +210,9 @@ contains
          !$omp simd
          do m = 1, terms
             do c = 1, 3
-               total(m, 1, c) = total(m, 1, c) + parts(m, i, 1)*state(i, c)
-               total(m, 2, c) = total(m, 2, c) + parts(m, i, 2)*state(i, c)
-               total(m, 3, c) = total(m, 3, c) + parts(m, i, 3)*abs(state(i, c))
+               total(m, 1, c) = total(m, 1, c) + weight_parts(m, i, 1)*state(i, c)
+               total(m, 2, c) = total(m, 2, c) + weight_parts(m, i, 2)*state(i, c)
+               total(m, 3, c) = total(m, 3, c) + weight_parts(m, i, 3)*abs(state(i, c))
             end do
          end do
       end do
@@ -220,7 +220,7 @@ contains
 
    !> Values of the terms at one time.
    pure function terms_at(modes, amplitude, time) result(term)
-      type(joint_modes_t), intent(in) :: modes
+      type(coupled_modes_t), intent(in) :: modes
       !> Amplitudes with the weight, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> Time since the start of the phase
@@ -232,4 +232,4 @@ contains
       call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, less_one, decay_factor)
    end function terms_at
 
-end module joint_terms
+end module coupled_terms

@@ -1,12 +1,12 @@
 !> The length of a step in which a sum of terms certainly has no zero, longer than its bound on the second derivative
 !> alone certifies.
-module free_steps
+module zero_free_steps
    use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
       term_curvature, term_rate, term_value
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: free_step
+   public :: zero_free_step
 
 contains
 
@@ -15,7 +15,7 @@ contains
    !> The terms above any number k are replaced by their lower bounds; the sum of the terms up to k enters by its value,
    !> slope and a bound B on its second derivative. The k that gives the longest step is taken. From the same values a
    !> cubic may reach further: the second derivative falls no faster than a bound on the third.
-   pure function free_step(terms, rest, whole, whole_slope) result(step)
+   pure function zero_free_step(terms, rest, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
       !> Sum of further terms, in the same columns; its bounds need cover only the part that is not convex
@@ -70,7 +70,7 @@ contains
       end do
       step = max(step, cubic_step(lower_value(best), slopes(best), curvatures(best), jerks(best), step))
       if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerks(n), step))
-   end function free_step
+   end function zero_free_step
 
    !> The longest of some multiples of a step over which a cubic is certainly positive, and of multiples of that one in
    !> turn; 0: the cubic may vanish in all. The cubic is not below its minimum Bernstein coefficient.
@@ -110,4 +110,4 @@ contains
       end do
    end function cubic_step
 
-end module free_steps
+end module zero_free_steps

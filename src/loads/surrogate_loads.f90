@@ -2,17 +2,17 @@
 !> the length of the run is small for a term of the motion, the response that balances the loads would be much larger
 !> than the motion. A sum of harmonics with frequencies of about the inverse length of the phase replaces the loads; the
 !> responses to these surrogates are hardly larger than the motion (docs/theory.md, section 18).
-module slow_loads
+module surrogate_loads
    use applied_loads, only: applied_loads_t
    use constrained_sets, only: constrained_set_t
-   use joint_modes, only: joint_modes_t
+   use coupled_modes, only: coupled_modes_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
-   use forced_responses, only: answer_at, forced_response_t, ready_for_terms, unit_responses_t
-   use yielding_stop, only: impedance_t
+   use forced_responses, only: response_at, forced_response_t, prepare_work_terms, unit_responses_t
+   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: forced_terms, swings, swings_of, shares_of
+   public :: forced_terms, surrogate_count, surrogate_frequencies, surrogate_amplitudes
 
    !> A term is slow if its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
@@ -20,21 +20,21 @@ module slow_loads
    !> Number of surrogate harmonics. Their frequencies times the length of the phase lie between `lowest` and `highest`,
    !> and the squares are Chebyshev points: the harmonics interpolate exp(i w t) to rounding for w times the length up
    !> to `lowest`. The length is stretched by one of several factors to keep all frequencies away from the exponents.
-   integer, parameter :: swings = 12
+   integer, parameter :: surrogate_count = 12
    real(wp), parameter :: stretches(4) = [1.0_wp, 1.05_wp, 1.11_wp, 1.18_wp]
    real(wp), parameter :: lowest = 0.5_wp
    real(wp), parameter :: highest = 3.5_wp
 
    integer :: k
-   real(wp), parameter :: square(swings) = [(0.5_wp*(highest**2 + lowest**2) &
-      + 0.5_wp*(highest**2 - lowest**2)*cos(pi*(real(k, wp) - 0.5_wp)/real(swings, wp)), k=1, swings)]
+   real(wp), parameter :: square(surrogate_count) = [(0.5_wp*(highest**2 + lowest**2) &
+      + 0.5_wp*(highest**2 - lowest**2)*cos(pi*(real(k, wp) - 0.5_wp)/real(surrogate_count, wp)), k=1, surrogate_count)]
 
 contains
 
    !> Load response of a set with closed compliant contacts at the start of a phase.
-   subroutine forced_terms(constrained, joint, compliant, spring, loads, is_new, set, forced)
+   subroutine forced_terms(constrained, coupled, compliant, spring, loads, is_new, set, forced)
       type(constrained_set_t), intent(in) :: constrained
-      type(joint_modes_t), intent(in) :: joint
+      type(coupled_modes_t), intent(in) :: coupled
       !> Indices of the closed compliant contacts, and impedances of all contacts
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
@@ -47,16 +47,16 @@ contains
 
       logical :: is_slow
 
-      is_slow = any(abs(joint%exponent)*loads%duration < max_slow) .or. &
-         any(constrained%oscillators%frequency(joint%inactive)*loads%duration < max_slow)
-      if (is_slow) call add_surrogates(constrained, joint, compliant, spring, loads, set, forced)
-      if (is_slow .or. is_new) call ready_for_terms(joint%exponent, joint%shape, forced%frequency, set)
+      is_slow = any(abs(coupled%exponent)*loads%duration < max_slow) .or. &
+         any(constrained%oscillators%frequency(coupled%inactive)*loads%duration < max_slow)
+      if (is_slow) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
+      if (is_slow .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, forced%frequency, set)
    end subroutine forced_terms
 
    !> Replace the slow parts of the loads by surrogate harmonics.
-   subroutine add_surrogates(constrained, joint, compliant, spring, loads, set, forced)
+   subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
-      type(joint_modes_t), intent(in) :: joint
+      type(coupled_modes_t), intent(in) :: coupled
       !> Indices of the closed compliant contacts, and impedances of all contacts
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
@@ -65,7 +65,7 @@ contains
       !> Contains the start and the segments of the phase
       type(forced_response_t), intent(inout) :: forced
 
-      complex(wp) :: response(set%at%rows), share(swings)
+      complex(wp) :: response(set%at%rows), share(surrogate_count)
       complex(wp), allocatable :: harmonic(:, :)
       logical :: none_left_out(constrained%count)
       real(wp) :: length, clearances(size(stretches))
@@ -74,23 +74,23 @@ contains
       none_left_out = .false.
       forced%until = min(forced%until, forced%tau + loads%duration)
       length = forced%until - forced%tau
-      clearances = [(min_clearance([joint%exponent, cmplx(-constrained%oscillators%decay(joint%inactive), &
-         constrained%oscillators%spread(joint%inactive), wp)], &
-         swings_of(length*stretches(k))), k=1, size(stretches))]
+      clearances = [(min_clearance([coupled%exponent, cmplx(-constrained%oscillators%decay(coupled%inactive), &
+         constrained%oscillators%spread(coupled%inactive), wp)], &
+         surrogate_frequencies(length*stretches(k))), k=1, size(stretches))]
       length = length*stretches(maxloc(clearances, dim=1))
       harmonic_count = size(loads%frequencies)
-      forced%frequency = [loads%frequencies, swings_of(length)]
-      allocate (harmonic(set%at%rows, harmonic_count + swings), source=(0.0_wp, 0.0_wp))
+      forced%frequency = [loads%frequencies, surrogate_frequencies(length)]
+      allocate (harmonic(set%at%rows, harmonic_count + surrogate_count), source=(0.0_wp, 0.0_wp))
       do g = 1, loads%count
-         call shares_of(forced%segment(g), length, share)
+         call surrogate_amplitudes(forced%segment(g), length, share)
          if (loads%harmonic(g) > 0 .and. .not. is_slow(forced%segment(g), length)) then
             associate (m => loads%harmonic(g))
                harmonic(:, m) = harmonic(:, m) + forced%segment(g)%harmonic*set%harmonic(:, g)
             end associate
          end if
          if (all(abs(share) <= 0.0_wp)) cycle
-         do k = 1, swings
-            call answer_at(constrained, compliant, spring, set, g, &
+         do k = 1, surrogate_count
+            call response_at(constrained, compliant, spring, set, g, &
                cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), none_left_out, response)
             harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + share(k)*response
          end do
@@ -101,12 +101,12 @@ contains
    end subroutine add_surrogates
 
    !> Frequencies of the surrogate harmonics for a phase of given length.
-   pure function swings_of(length) result(frequency)
+   pure function surrogate_frequencies(length) result(frequency)
       real(wp), intent(in) :: length
-      real(wp) :: frequency(swings)
+      real(wp) :: frequency(surrogate_count)
 
       frequency = sqrt(square)/length
-   end function swings_of
+   end function surrogate_frequencies
 
    !> Minimum distance of the frequencies from all exponents, relative to the frequency.
    pure function min_clearance(exponent, frequency) result(clearance)
@@ -130,32 +130,32 @@ contains
 
    !> Amplitudes of the surrogate harmonics for a load segment: cos(w t) and sin(w t)/w are interpolated as functions of
    !> w^2.
-   pure subroutine shares_of(segment, length, share)
+   pure subroutine surrogate_amplitudes(segment, length, share)
       type(load_segment_t), intent(in) :: segment
       !> Maximum time at which the sum is evaluated
       real(wp), intent(in) :: length
       !> Re sum share exp(i w t) equals constant + slope t, plus the harmonic if that is slow
-      complex(wp), intent(out) :: share(swings)
+      complex(wp), intent(out) :: share(surrogate_count)
 
-      associate (w => swings_of(length))
+      associate (w => surrogate_frequencies(length))
          share = shares_at(0.0_wp)*cmplx(segment%constant, -segment%slope/w, wp)
          if (is_slow(segment, length)) share = share + shares_at((segment%frequency*length)**2) &
             *cmplx(real(segment%harmonic, wp), aimag(segment%harmonic)*segment%frequency/w, wp)
       end associate
-   end subroutine shares_of
+   end subroutine surrogate_amplitudes
 
    !> Lagrange polynomials at x, the squared frequency times the squared length.
    pure function shares_at(x) result(share)
       real(wp), intent(in) :: x
-      real(wp) :: share(swings)
+      real(wp) :: share(surrogate_count)
 
-      logical :: is_other(swings)
+      logical :: is_other(surrogate_count)
       integer :: k
 
-      do k = 1, swings
+      do k = 1, surrogate_count
          is_other = abs(square(k) - square) > 0.0_wp
          share(k) = product(x - square, mask=is_other)/product(square(k) - square, mask=is_other)
       end do
    end function shares_at
 
-end module slow_loads
+end module surrogate_loads

@@ -1,12 +1,12 @@
 !> Finds the fastest run within each error bound, separately for each scheme. A scheme is a method of computing motion
 !> together with a mass matrix; errors are relative to the converged motion of the beam.
-module cheapest_ways
+module fastest_schemes
    use kinds, only: wp
    use precision_types, only: motion_entry_t, varied_mesh
    use scene_types, only: contender_exact, contender_names, mass_names
    implicit none (type, external)
    private
-   public :: error_bounds, ways_of, way_name, cheapest_of, parts_of_error
+   public :: error_bounds, schemes_of, scheme_name, fastest_of, error_contributions
 
    !> Bounds of the maximum difference of eta from the converged motion of the beam.
    real(wp), parameter :: error_bounds(7) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp, 1.0e-7_wp, &
@@ -15,7 +15,7 @@ module cheapest_ways
 contains
 
    !> Indices of entries, one entry of each scheme: the first that varies the mesh.
-   pure function ways_of(entries) result(schemes)
+   pure function schemes_of(entries) result(schemes)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Indices into `entries`, [schemes]
       integer, allocatable :: schemes(:)
@@ -28,20 +28,20 @@ contains
          if (any(is_same_scheme(entries(schemes), entries(i)))) cycle
          schemes = [schemes, i]
       end do
-   end function ways_of
+   end function schemes_of
 
    !> Name of a scheme: method and mass matrix as in scene files.
-   pure function way_name(entry) result(name)
+   pure function scheme_name(entry) result(name)
       type(motion_entry_t), intent(in) :: entry
       character(40) :: name
 
       name = trim(contender_names(entry%contender))//', '//mass_names(entry%mass)
-   end function way_name
+   end function scheme_name
 
    !> Index of the fastest entry of a scheme whose error is within a bound; 0: there is none. An entry does not qualify
    !> if an entry of the same scheme with at least as many elements and at most the same step exceeds the bound, because
    !> its small error would be due to errors that happen to cancel.
-   pure function cheapest_of(entries, scheme, bound) result(number)
+   pure function fastest_of(entries, scheme, bound) result(number)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Any entry of the scheme
       type(motion_entry_t), intent(in) :: scheme
@@ -56,12 +56,12 @@ contains
       exceeds_bound = is_of_scheme .and. entries%errors%history > bound
       number = minloc(entries%whole%median, dim=1, mask=is_of_scheme .and. [(.not. any(exceeds_bound .and. &
          entries%elements >= entries(i)%elements .and. entries%step <= entries(i)%step), i=1, size(entries))])
-   end function cheapest_of
+   end function fastest_of
 
    !> Contributions to the error of a run in time steps, as maximum differences of eta, [3]: error of the time step
    !> (against exact motion on the same mesh), error of the mesh (of exact motion on this mesh), and both together.
    !> Negative: not known.
-   pure function parts_of_error(entries, number) result(parts)
+   pure function error_contributions(entries, number) result(parts)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Index of an entry that varies the step
       integer, intent(in) :: number
@@ -81,7 +81,7 @@ contains
             end if
          end do
       end associate
-   end function parts_of_error
+   end function error_contributions
 
    !> Do two entries belong to the same scheme?
    elemental function is_same_scheme(one, other) result(answer)
@@ -92,4 +92,4 @@ contains
       answer = one%contender == other%contender .and. one%mass == other%mass
    end function is_same_scheme
 
-end module cheapest_ways
+end module fastest_schemes

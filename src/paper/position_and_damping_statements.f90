@@ -1,10 +1,10 @@
 !> Statements 5 and 6 of the paper: position of the stop, and damping.
-module place_and_damping_statements
+module position_and_damping_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
-   use paper_outcomes, only: definition_count, energy_end, usual_end
-   use paper_series, only: ends_of, find_soonest, series_t, soonest_of
-   use statement_types, only: add_statement, add_statement_of_ends, listed, mark_ties, order, statements_t
+   use paper_outcomes, only: definition_count, energy_end, displacement_end
+   use paper_series, only: ends_of, find_soonest, series_t, may_end_soonest
+   use statement_types, only: add_statement, add_end_statement, listed, mark_ties, rank_correlation, statements_t
    implicit none (type, external)
    private
    public :: judge_position, judge_damping
@@ -31,11 +31,11 @@ contains
          third_mode(way) = max(position%outcome(at_050, way)%energy_share(3), &
             position%outcome(at_087, way)%energy_share(3))
          second_mode(way) = position%outcome(at_070, way)%energy_share(2)
-         ends = ends_of(position, way, usual_end)
+         ends = ends_of(position, way, displacement_end)
          soonest(way) = position%value(minloc(ends, dim=1))
       end do
       call find_soonest(position, at_0875, first, tied)
-      ends = ends_of(position, fine, usual_end)
+      ends = ends_of(position, fine, displacement_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
          'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third_mode, &
          third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
@@ -46,15 +46,15 @@ contains
          second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_share(2), i=1, size(ends))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
-      call add_statement_of_ends(list, '5c', 'Contact at 0.875 ends soonest.', &
+      call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
          'Lc/L that ends soonest, 0.875', soonest, first, 'ends at tau = '//listed(ends, 1)// &
          " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
-         listed(ends_of(position, coarse_nodal, usual_end), 2)//'; energy down to 1 %: '// &
+         listed(ends_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
          listed(ends_of(position, fine, energy_end), 1), &
          'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is '// &
          'the tip', &
          "on the paper's mesh by the nodal reading a tie of "// &
-         listed(pack(position%value, soonest_of(position, coarse_nodal, usual_end)), 3))
+         listed(pack(position%value, may_end_soonest(position, coarse_nodal, displacement_end)), 3))
       call mark_ties(list, tied)
    end subroutine judge_position
 
@@ -73,9 +73,9 @@ contains
       integer :: way, i, definition
 
       do way = 1, way_count
-         ratio(way) = zeta%outcome(lowest, way)%high_velocity &
-            /max(zeta%outcome(five_percent, way)%high_velocity, 1.0e-12_wp)
-         end_correlation(way) = order(ends_of(zeta, way, usual_end))
+         ratio(way) = zeta%outcome(lowest, way)%high_mode_velocity &
+            /max(zeta%outcome(five_percent, way)%high_mode_velocity, 1.0e-12_wp)
+         end_correlation(way) = rank_correlation(ends_of(zeta, way, displacement_end))
          mean_ratio(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
             + zeta%outcome(five_percent, way)%contact_ratio)
          max_deviation(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
@@ -83,16 +83,16 @@ contains
       end do
       do way = 1, way_count
          do definition = 1, definition_count
-            decreases(definition, way) = order(ends_of(zeta, way, definition)) < -0.6_wp
+            decreases(definition, way) = rank_correlation(ends_of(zeta, way, definition)) < -0.6_wp
          end do
       end do
       call add_statement(list, '6a', 'With small damping high components are strong.', &
          'part of the modes above the second in the velocity of the stop point, zeta = 0.001 over 0.05, over 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at zeta = 0.001, 0.01, 0.05, 0.1: '// &
-         listed([(zeta%outcome(i, fine)%high_velocity, i=1, size(zeta%cases))], 4), '')
-      call add_statement_of_ends(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
+         listed([(zeta%outcome(i, fine)%high_mode_velocity, i=1, size(zeta%cases))], 4), '')
+      call add_end_statement(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
          'order of the ends over zeta, under -0.6', end_correlation, decreases, 'ends at tau = '// &
-         listed(ends_of(zeta, fine, usual_end), 1)//'; energy down to 1 %: '// &
+         listed(ends_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
          listed(ends_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
@@ -104,4 +104,4 @@ contains
          'a period of the free one is 0.228')
    end subroutine judge_damping
 
-end module place_and_damping_statements
+end module position_and_damping_statements

@@ -1,14 +1,14 @@
 !> Exponents of the motion of a beam with several closed compliant contacts: the roots of the equation in
-!> `joint_vectors`, all found simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
-module joint_secular
+!> `coupled_equation`, all found simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
+module coupled_roots
    use constrained_modes, only: constrain
-   use joint_vectors, only: joint_secular_t, joint_vectors_t, vectors_at
+   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, vectors_at
    use kinds, only: wp
-   use pole_offsets, only: distances, root_distances, size_of, sum_of_inverses
-   use yielding_stop, only: holds
+   use pole_offsets, only: distances, root_distances, abs1, sum_of_inverses
+   use compliant_stop, only: holds
    implicit none (type, external)
    private
-   public :: find_joint_roots
+   public :: find_coupled_roots
 
    !> Iterates of the roots.
    type :: search_t
@@ -20,7 +20,7 @@ module joint_secular
       logical, allocatable :: done(:)
       !> Workspace: distances of one root from all poles and from all other roots, and the vectors at that root
       complex(wp), allocatable :: distance(:), from_roots(:)
-      type(joint_vectors_t) :: vectors
+      type(coupled_vectors_t) :: vectors
    end type search_t
 
    !> Relative accuracy of nearly coalescing roots.
@@ -31,8 +31,8 @@ contains
    !> Find all roots, each as the nearest pole and the offset from it. Of each pair that starts as complex conjugates
    !> only one root is iterated, as long as it stays away from the real axis. A root without a conjugate partner may
    !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
-   subroutine find_joint_roots(problem, near, offset, converged)
-      type(joint_secular_t), intent(in) :: problem
+   subroutine find_coupled_roots(problem, near, offset, converged)
+      type(coupled_equation_t), intent(in) :: problem
       !> Nearest poles and offsets of the roots, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
@@ -40,11 +40,11 @@ contains
 
       call iterate(problem, .true., near, offset, converged)
       if (.not. converged) call iterate(problem, .false., near, offset, converged)
-   end subroutine find_joint_roots
+   end subroutine find_coupled_roots
 
    !> The simultaneous iteration of all roots.
    subroutine iterate(problem, in_pairs, near, offset, converged)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       !> Iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
       !> Nearest poles and offsets of the roots, [roots]
@@ -67,7 +67,7 @@ contains
       do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
          s = problem%pole(m) + search%offset(m)
          has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
-            size_of(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
+            abs1(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
       is_conjugate = [.false., has_conjugate(:size(near) - 1)]
       do iteration = 1, iteration_cap
@@ -101,7 +101,7 @@ contains
 
    !> Index of the complex conjugate of a pole.
    pure function partner_of(problem, pole) result(partner)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: pole
       integer :: partner
 
@@ -111,7 +111,7 @@ contains
 
    !> One step of the iteration for one root.
    subroutine step_root(problem, m, iteration, search)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       !> Index of the root, and number of the iteration
       integer, intent(in) :: m
       integer, intent(in) :: iteration
@@ -134,20 +134,20 @@ contains
          end if
          s = problem%pole(near(m)) + offset(m)
          call vectors_at(problem, s, near(m), search%distance, vectors)
-         done = vectors%mode > 0 .and. size_of(vectors%value) <= tiny(1.0_wp)
+         done = vectors%mode > 0 .and. abs1(vectors%value) <= tiny(1.0_wp)
          if (done) return
          repulsion = vectors%trace + vectors%of_poles
          if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
          call root_distances(problem%secular_t, near, offset, m, search%from_roots)
          step = -1.0_wp/(repulsion - sum_of_inverses(search%from_roots))
-         if (.not. size_of(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
+         if (.not. abs1(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
-         magnitude = size_of(offset(m))
-         length = size_of(step)
+         magnitude = abs1(offset(m))
+         length = abs1(step)
          tolerance = 1.0e-12_wp*magnitude
-         if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*size_of(s))
+         if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*abs1(s))
          ! coalescing roots are accurate to the square root of the rounding error only
-         if (iteration > normal_iterations) tolerance = coalescing*size_of(s)
+         if (iteration > normal_iterations) tolerance = coalescing*abs1(s)
          done = length <= tolerance .or. magnitude <= tiny(1.0_wp)
          ! the estimate of the next step is c step^2, with the c of this step
          if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*magnitude
@@ -175,7 +175,7 @@ contains
 
    !> Set nearly real roots to exactly real values, and check that the others are complex conjugate pairs.
    pure subroutine make_real(problem, near, offset, are_paired)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       !> Roots, [roots]
       integer, intent(in) :: near(:)
       complex(wp), intent(inout) :: offset(:)
@@ -206,7 +206,7 @@ contains
 
    !> Initial values: the modes with all springs attached, each with an estimate of its damping ratio.
    subroutine guess_roots(problem, near, offset)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       !> Nearest poles and offsets of the roots, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
@@ -272,4 +272,4 @@ contains
       end do
    end subroutine guess_roots
 
-end module joint_secular
+end module coupled_roots

@@ -1,23 +1,23 @@
 !> Motion of a beam with several closed compliant contacts, in closed form (docs/theory.md, sections 17 and 18).
 !>
-!> Every displacement and force is a sum of exp(s t) over the roots s of `joint_secular`, with the residues of the
+!> Every displacement and force is a sum of exp(s t) over the roots s of `coupled_roots`, with the residues of the
 !> Laplace transform as amplitudes. The beam is given in any modes, free or constrained elsewhere.
-module joint_modes
+module coupled_modes
    use damped_oscillators, only: oscillators_t
-   use dependent_stops, only: part_stops, stop_parts_t
+   use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
    use failures, only: fail, failure_t, status_run_failed
-   use joint_secular, only: find_joint_roots
-   use joint_terms, only: add_room, joint_amplitudes, joint_modes_t, make_room, put_in_order, &
-      ready_terms, terms_at
-   use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
+   use coupled_roots, only: find_coupled_roots
+   use coupled_terms, only: enlarge_terms, coupled_amplitudes, coupled_modes_t, allocate_terms, sort_terms, &
+      pad_terms, terms_at
+   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces
-   use pole_offsets, only: distances, size_of
+   use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
-   use yielding_stop, only: holds, impedance_t
+   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: joint_modes_t, make_joint_modes, joint_amplitudes, terms_at
+   public :: coupled_modes_t, make_coupled_modes, coupled_amplitudes, terms_at
 
    !> Modes whose values at the stops are below this share of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp
@@ -30,47 +30,47 @@ module joint_modes
 contains
 
    !> Find all exponents, their shapes and amplitude factors.
-   subroutine make_joint_modes(oscillators, value, spring, modes, error)
+   subroutine make_coupled_modes(oscillators, value, spring, modes, error)
       !> Modes of the beam
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      type(joint_modes_t), intent(out) :: modes
+      type(coupled_modes_t), intent(out) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(joint_modes_t) :: of_equivalents
-      type(stop_parts_t) :: equivalent
+      type(coupled_modes_t) :: of_equivalents
+      type(equivalent_stops_t) :: equivalent
       real(wp) :: max_value
       integer :: i
 
       max_value = maxval(abs(value))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= min_coupling*max_value)
-      call part_stops(value, spring, equivalent)
+      call find_equivalent_stops(value, spring, equivalent)
       if (equivalent%is_needed) then
          of_equivalents%inactive = modes%inactive
          if (size(modes%inactive) < oscillators%count) then
             call find_terms(oscillators, equivalent%value, equivalent%spring, of_equivalents, error)
          else
-            call make_room(of_equivalents, oscillators%count, size(equivalent%spring), 0)
+            call allocate_terms(of_equivalents, oscillators%count, size(equivalent%spring), 0)
          end if
          if (.not. allocated(error)) call expand_equivalents(of_equivalents, equivalent, spring, &
             oscillators%two_zeta, modes)
       else if (size(modes%inactive) < oscillators%count) then
          call find_terms(oscillators, value, spring, modes, error)
       else
-         call make_room(modes, oscillators%count, size(spring), 0)
+         call allocate_terms(modes, oscillators%count, size(spring), 0)
       end if
       if (allocated(error)) return
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
-      call put_in_order(modes)
-      call ready_terms(modes)
+      call sort_terms(modes)
+      call pad_terms(modes)
       call find_rest(oscillators%square, value, spring, modes)
-   end subroutine make_joint_modes
+   end subroutine make_coupled_modes
 
    !> Find all terms for stops with linearly independent columns of modal values.
    subroutine find_terms(oscillators, value, spring, modes, error)
@@ -80,11 +80,11 @@ contains
       !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
       !> Contains the list of inactive modes; receives the terms
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(joint_secular_t) :: problem
+      type(coupled_equation_t) :: problem
       integer, allocatable :: active(:), near(:), upper(:)
       complex(wp), allocatable :: offset(:), s(:)
       integer :: i, n
@@ -92,62 +92,62 @@ contains
 
       allocate (active, source=pack([(i, i=1, oscillators%count)], &
          [(all(modes%inactive /= i), i=1, oscillators%count)]))
-      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
+      call make_coupled_equation(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
          oscillators%mass_rate(active), spring, problem)
       n = problem%roots
       allocate (near(n), offset(n))
-      call find_joint_roots(problem, near, offset, converged)
+      call find_coupled_roots(problem, near, offset, converged)
       if (.not. converged) then
          call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
          return
       end if
       allocate (s, source=problem%pole(near) + offset)
       allocate (upper, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
-      call make_room(modes, oscillators%count, size(spring), size(upper))
+      call allocate_terms(modes, oscillators%count, size(spring), size(upper))
       call add_terms(problem, active, near, offset, s, upper, modes)
    end subroutine find_terms
 
    !> Find the terms of all stops from those of the equivalent stops, and add the independently relaxing branch forces.
    pure subroutine expand_equivalents(of_equivalents, equivalent, spring, two_zeta, modes)
-      type(joint_modes_t), intent(in) :: of_equivalents
-      type(stop_parts_t), intent(in) :: equivalent
+      type(coupled_modes_t), intent(in) :: of_equivalents
+      type(equivalent_stops_t), intent(in) :: equivalent
       !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
       real(wp), intent(in) :: two_zeta
       !> Receives the terms
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp), dimension(size(equivalent%spring)) :: elastic, branch
       integer :: i, j, m, n
 
       n = of_equivalents%count
-      call make_room(modes, size(of_equivalents%shape, 1), size(spring), n + size(equivalent%rate))
+      call allocate_terms(modes, size(of_equivalents%shape, 1), size(spring), n + size(equivalent%rate))
       modes%exponent(:n) = of_equivalents%exponent(:n)
       modes%weight(:n) = of_equivalents%weight(:n)
       modes%viscous(:n) = of_equivalents%viscous(:n)
       modes%shape(:, :n) = of_equivalents%shape(:, :n)
-      modes%of_mode(:, :n) = of_equivalents%of_mode(:, :n)
+      modes%mode_weight(:, :n) = of_equivalents%mode_weight(:, :n)
       do m = 1, n
          ! split M u = (s + nu) P, with M = k (s + nu) + beta k s, into the factors of k and of beta k
-         branch = of_equivalents%exponent(m)*of_equivalents%of_memory(:, m)
+         branch = of_equivalents%exponent(m)*of_equivalents%memory_weight(:, m)
          elastic = 0.0_wp
-         where (equivalent%spring%stiffness > 0.0_wp) elastic = (of_equivalents%of_height(:, m) &
+         where (equivalent%spring%stiffness > 0.0_wp) elastic = (of_equivalents%height_weight(:, m) &
             - equivalent%spring%branch_stiffness*branch)/equivalent%spring%stiffness
          do j = 1, size(spring)
             associate (share => equivalent%share(:, j))
-               modes%of_memory(j, m) = sum(share*of_equivalents%of_memory(:, m))
-               if (equivalent%is_itself(j)) then
+               modes%memory_weight(j, m) = sum(share*of_equivalents%memory_weight(:, m))
+               if (equivalent%is_own_equivalent(j)) then
                   i = maxloc(share, dim=1)
                   modes%force(j, m) = of_equivalents%force(i, m)
                   modes%indentation(j, m) = of_equivalents%indentation(i, m)
                   modes%branch(j, m) = of_equivalents%branch(i, m)
-                  modes%of_height(j, m) = of_equivalents%of_height(i, m)
+                  modes%height_weight(j, m) = of_equivalents%height_weight(i, m)
                else
                   modes%indentation(j, m) = sum(share*of_equivalents%indentation(:, m))
                   modes%branch(j, m) = spring(j)%branch_stiffness*sum(share*of_equivalents%branch(:, m) &
                      /equivalent%spring%branch_stiffness, mask=abs(share) > 0.0_wp)
                   modes%force(j, m) = spring(j)%stiffness*modes%indentation(j, m) + modes%branch(j, m)
-                  modes%of_height(j, m) = spring(j)%stiffness*sum(share*elastic, mask=abs(share) > 0.0_wp) &
+                  modes%height_weight(j, m) = spring(j)%stiffness*sum(share*elastic, mask=abs(share) > 0.0_wp) &
                      + spring(j)%branch_stiffness*sum(share*branch)
                end if
             end associate
@@ -158,10 +158,10 @@ contains
          modes%exponent(m) = -equivalent%rate(i)
          modes%viscous(m) = 1.0_wp - two_zeta*equivalent%rate(i)
          modes%weight(m) = 1.0_wp
-         modes%force(:, m) = equivalent%alone(:, i)
-         modes%branch(:, m) = equivalent%alone(:, i)
-         modes%of_memory(:, m) = equivalent%of_memory(:, i)
-         modes%of_height(:, m) = -equivalent%rate(i)*spring%branch_stiffness*equivalent%of_memory(:, i)
+         modes%force(:, m) = equivalent%independent(:, i)
+         modes%branch(:, m) = equivalent%independent(:, i)
+         modes%memory_weight(:, m) = equivalent%memory_weight(:, i)
+         modes%height_weight(:, m) = -equivalent%rate(i)*spring%branch_stiffness*equivalent%memory_weight(:, i)
       end do
       modes%count = n + size(equivalent%rate)
    end subroutine expand_equivalents
@@ -173,7 +173,7 @@ contains
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp), dimension(size(spring)) :: flexibility, force, heights
       complex(wp), dimension(size(square)) :: no_load, shape
@@ -198,7 +198,7 @@ contains
    !> over a circle around both, on which no value is large. The points of the trapezoidal rule on the circle replace
    !> the two roots (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
    subroutine add_terms(problem, active, near, offset, s, upper, modes)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       !> Modes with nonzero values at stops
       integer, intent(in) :: active(:)
       !> All roots as the nearest pole and the offset from it, their values, and the indices of the roots with Im s >= 0
@@ -207,9 +207,9 @@ contains
       complex(wp), intent(in) :: s(:)
       integer, intent(in) :: upper(:)
       !> Receives the terms
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
-      type(joint_vectors_t) :: vectors
+      type(coupled_vectors_t) :: vectors
       complex(wp) :: distance(problem%poles), center, direction
       real(wp) :: separation, clearance, radius, angle
       integer :: i, k, m, partner
@@ -233,7 +233,7 @@ contains
             radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
             if (radius >= 2.5_wp*separation) then
                merged(partner) = .true.
-               call add_room(modes, circle_points*size(problem%spring))
+               call enlarge_terms(modes, circle_points*size(problem%spring))
                do k = 1, circle_points
                   angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
                   ! for a circle around a real centre the lower half is the conjugate of the upper half
@@ -251,14 +251,14 @@ contains
 
    !> Add the term of a root.
    subroutine add_root(problem, active, s, viscous, distance, vectors, modes)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: active(:)
       !> The root, 1 + 2 zeta s, and the distances of the root from the poles
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: viscous
       complex(wp), intent(in) :: distance(:)
-      type(joint_vectors_t), intent(in) :: vectors
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_vectors_t), intent(in) :: vectors
+      type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp) :: scaled_slope
       real(wp) :: size_right, size_left
@@ -269,8 +269,8 @@ contains
          modes%exponent(place) = s
          modes%viscous(place) = viscous
          modes%weight(place) = merge(2.0_wp, 1.0_wp, aimag(s) > 0.0_wp)
-         size_right = max(1.0_wp, maxval(size_of(vectors%right)))
-         size_left = max(1.0_wp, maxval(size_of(vectors%left)))
+         size_right = max(1.0_wp, maxval(abs1(vectors%right)))
+         size_left = max(1.0_wp, maxval(abs1(vectors%left)))
          scaled_slope = vectors%slope/(size_right*size_left)
          modes%force(:, place) = -vectors%right/size_right
          do i = 1, size(active)
@@ -283,20 +283,20 @@ contains
          end do
          ! the left vector l has l M = -P, and the slope is l' T' y; both vectors are scaled to magnitudes of at most 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
-         modes%of_height(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
-         modes%of_mode(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
-         modes%of_memory(:, place) = vectors%left/size_left/scaled_slope
+         modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
+         modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
+         modes%memory_weight(:, place) = vectors%left/size_left/scaled_slope
       end associate
    end subroutine add_root
 
    !> Add the terms of a point of a circle, one for each stop.
    subroutine add_circle_point(problem, active, center, arm, modes)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: active(:)
       !> The centre, and the point minus the centre
       complex(wp), intent(in) :: center
       complex(wp), intent(in) :: arm
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp) :: distance(problem%poles), s, h
       complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, identity, columns
@@ -329,10 +329,10 @@ contains
             do i = 1, size(active)
                modes%shape(active(i), place) = sum(problem%value(i, :)*modes%force(:, place)) &
                   /(distance(2*i - 1)*distance(2*i))
-               modes%of_mode(active(i), place) = m(j)*problem%value(i, j)/(distance(2*i - 1)*distance(2*i))
+               modes%mode_weight(active(i), place) = m(j)*problem%value(i, j)/(distance(2*i - 1)*distance(2*i))
             end do
-            modes%of_height(j, place) = m(j)
-            modes%of_memory(j, place) = 1.0_wp
+            modes%height_weight(j, place) = m(j)
+            modes%memory_weight(j, place) = 1.0_wp
             call find_stop_values(problem, s, distance, place, .false., active, modes)
          end associate
       end do
@@ -341,20 +341,20 @@ contains
    !> Indentation and branch force of each stop in a term. At a root the force-indentation law of the stop also holds;
    !> this law is used if its terms cancel less than the sum over the modes.
    subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
-      type(joint_secular_t), intent(in) :: problem
+      type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: distance(:)
       !> Index of the term
       integer, intent(in) :: place
       logical, intent(in) :: is_root
       integer, intent(in) :: active(:)
-      type(joint_modes_t), intent(inout) :: modes
+      type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp) :: terms(size(active)), relaxed, total
       real(wp) :: max_value
       integer :: j
 
-      max_value = maxval(size_of(modes%force(:, place)))
+      max_value = maxval(abs1(modes%force(:, place)))
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
@@ -367,7 +367,7 @@ contains
             if (is_root) then
                ! the rounding error of the force is relative to that of the stiffest stop, the rounding error of the
                ! indentation relative to that of the sum
-               if (size_of(total)*sum(size_of(terms)) > size_of(relaxed)*max_value) then
+               if (abs1(total)*sum(abs1(terms)) > abs1(relaxed)*max_value) then
                   u = force*relaxed/total
                else
                   force = total/relaxed*u
@@ -375,7 +375,7 @@ contains
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle
-            if (is_root .and. spring%branch_stiffness*size_of(s) < spring%stiffness*size_of(relaxed)) then
+            if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(relaxed)) then
                branch = spring%branch_stiffness*s/relaxed*u
             else
                branch = force - spring%stiffness*u
@@ -384,4 +384,4 @@ contains
       end do
    end subroutine find_stop_values
 
-end module joint_modes
+end module coupled_modes
