@@ -9,7 +9,7 @@ module power_integrals
    public :: power_form_t, span_t, make_power_form, find_span, energy_over, integral, integrals_in
 
    !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
-   !> the plain coefficient p and the conjugate coefficient c of a pair.
+   !> the direct coefficient p and the conjugate coefficient c of a pair.
    type :: power_form_t
       !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
       complex(wp), allocatable :: exponent(:)
@@ -51,7 +51,7 @@ contains
       !> The power and its integral
       type(power_form_t), intent(out) :: form
 
-      complex(wp) :: conjugate, plain
+      complex(wp) :: conjugate, direct
       real(wp), allocatable :: parts(:, :)
       integer, allocatable :: near(:)
       real(wp) :: distance(size(exponent))
@@ -70,9 +70,9 @@ contains
          do n = 1, k
             call integrate_pairs(n, form%decay(:k), form%omega(:k), form%product(:, n), form%product(:, k + n), &
                form%matrix(:, n), form%matrix(:, k + n), distance)
-            call find_pair(form, n, n, plain, conjugate)
+            call find_pair(form, n, n, direct, conjugate)
             form%diagonal(n) = 0.5_wp*real(conjugate, wp)
-            if (abs(exponent(n))**2 <= negligible) form%diagonal(n) = form%diagonal(n) + 0.5_wp*real(plain, wp)
+            if (abs(exponent(n))**2 <= negligible) form%diagonal(n) = form%diagonal(n) + 0.5_wp*real(direct, wp)
             if (count(distance <= negligible) == 1) cycle
             near = pack([(m, m=1, k)], distance <= negligible .and. [(m /= n, m=1, k)])
             form%pairs = reshape([form%pairs, [([near(m), n], m=1, size(near))]], [2, size(form%pairs, 2) + size(near)])
@@ -133,15 +133,15 @@ contains
    end subroutine integrate_pairs
 
    !> Plain and conjugate coefficient of a pair of terms.
-   pure subroutine find_pair(form, m, n, plain, conjugate)
+   pure subroutine find_pair(form, m, n, direct, conjugate)
       type(power_form_t), intent(in) :: form
       integer, intent(in) :: m
       integer, intent(in) :: n
-      complex(wp), intent(out) :: plain
+      complex(wp), intent(out) :: direct
       complex(wp), intent(out) :: conjugate
 
       associate (k => size(form%exponent), p => form%product)
-         plain = cmplx(p(m, n) - p(k + m, k + n), p(m, k + n) + p(k + m, n), wp)
+         direct = cmplx(p(m, n) - p(k + m, k + n), p(m, k + n) + p(k + m, n), wp)
          conjugate = cmplx(p(m, n) + p(k + m, k + n), p(k + m, n) - p(m, k + n), wp)
       end associate
    end subroutine find_pair
@@ -194,14 +194,14 @@ contains
       type(span_t), intent(in) :: span
       real(wp) :: energy
 
-      complex(wp) :: conjugate, plain, s
+      complex(wp) :: conjugate, direct, s
       integer :: i
 
       energy = bilinear_form(size(span%sums), form%matrix, span%changes, span%sums) + sum(form%diagonal*span%squares)
       do i = 1, size(form%pairs, 2)
          associate (m => form%pairs(1, i), n => form%pairs(2, i))
             s = form%exponent(m) + conjg(form%exponent(n))
-            call find_pair(form, m, n, plain, conjugate)
+            call find_pair(form, m, n, direct, conjugate)
             energy = energy + 0.5_wp*real(conjugate*span%amplitude(m)*conjg(span%amplitude(n)) &
                *integral(s, span%time, exp(s*span%time)), wp)
          end associate
