@@ -1,4 +1,5 @@
-!> Opening and closing of contacts during a motion, and the start of the flight that follows an opening.
+!> Opening and closing of contacts during a motion, and the start of the flight that follows an opening: the motion of
+!> a stop point (the point of the beam at a stop) while its contact is open.
 module contact_changes
    use kinds, only: wp
    use motion_phases, only: motion_t
@@ -22,10 +23,11 @@ contains
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%is_rigid) then
+            ! with the force the acceleration of the gap vanishes, too
             call open_contact(self, k, 3, motion, response)
          else if (state%is_node) then
-            ! a damped massless node leaves the stop with continuous velocity, an undamped one at the velocity of the
-            ! modes
+            ! the velocity of a damped massless node is continuous (order 2), that of an undamped node jumps to the
+            ! velocity of the modes (order 1)
             call open_contact(self, k, merge(2, 1, state%spring%viscosity > 0.0_wp), motion, response)
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
@@ -73,7 +75,7 @@ contains
    subroutine close_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
-      !> Order of the first nonzero derivative of the contact force, if the damper causes no jump of the force
+      !> Order of the first nonzero derivative of the contact force, unless a damper makes the force jump
       integer, intent(in) :: order
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
@@ -82,6 +84,7 @@ contains
       real(wp) :: node(2)
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
+         ! between contacts a stop with spring and damper is undeformed
          if (state%moves_with_beam .and. .not. state%is_deformed) state%depth = 0.0_wp
          if (state%is_node) then
             ! the massless node returns to the position given by the modes, without an impact because it has no mass
@@ -101,8 +104,8 @@ contains
       end associate
    end subroutine close_contact
 
-   !> Impulses change velocities, hence damper forces, abruptly: open or close each contact with a spring and damper
-   !> according to the new sign of its force.
+   !> Open or close each contact with a spring and damper according to the sign of its force: impulses change
+   !> velocities, hence damper forces, abruptly.
    subroutine check_dampers(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -117,6 +120,7 @@ contains
             force = force_of(self, k, motion)
             if (state%is_closed .and. force < 0.0_wp) then
                call detach_contact(self, k, motion, response)
+               ! the force has jumped below zero: no derivative is needed to know its sign
                if (state%is_deformed) state%start_order = 0
             else if (state%is_deformed .and. force > 0.0_wp) then
                call close_contact(self, k, 1, motion, response)

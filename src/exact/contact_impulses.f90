@@ -1,5 +1,6 @@
-!> Impulses on a beam in its free modes: solutions of an impact problem, and impulses that bring a stop point to rest
-!> (docs/theory.md, section 17).
+!> Impulses on a beam in its free modes at one instant (docs/theory.md, section 17): solutions of an impact problem,
+!> which is Newton's impact law as a complementarity problem over the rigid contacts with zero gap, and impulses that
+!> bring a stop point (the point of the beam at a stop) to rest.
 module contact_impulses
    use complementarity, only: solve_active
    use contact_measures, only: measure_impulse
@@ -17,15 +18,16 @@ module contact_impulses
    private
    public :: capture_t, solve_impact, bring_to_rest, arrest
 
-   !> Capture at a rigid contact, which closes without a further rebound: velocity of the stop point before, impulse,
-   !> and change of energy.
+   !> Capture at a rigid contact: the stop point is brought to rest without a further rebound.
    type :: capture_t
-      !> The stop point is brought to rest
+      !> There is a capture at this contact
       logical :: is_captured = .false.
-      !> The contact force is known to be positive
+      !> The contact force after the capture is known to be positive: the contact stays closed
       logical :: has_reaction = .false.
+      !> Velocity of the stop point before the capture, and impulse on the beam, positive away from the contact
       real(wp) :: velocity = 0.0_wp
       real(wp) :: impulse = 0.0_wp
+      !> Change of the energy of the beam by the impulse
       real(wp) :: energy_change = 0.0_wp
    end type capture_t
 
@@ -49,11 +51,12 @@ contains
       end associate
    end subroutine bring_to_rest
 
-   !> Subtract a velocity from a stop point by an impulse there. The other closed rigid contacts keep their velocity of
-   !> zero, each by its own impulse.
+   !> Reduce the velocity of a stop point by a given amount, by an impulse there. The closed rigid contacts keep their
+   !> velocity of zero, each by its own impulse.
    subroutine arrest(self, k, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
+      !> Amount by which the velocity is reduced, positive away from the contact
       real(wp), intent(in) :: velocity
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -62,20 +65,21 @@ contains
 
       integer :: arrested(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
       real(wp) :: value(size(motion%v), size(arrested)), mobility(size(arrested), size(arrested))
-      real(wp), dimension(size(arrested)) :: change, impulses
+      real(wp), dimension(size(arrested)) :: reduction, impulses
       logical :: is_active(size(arrested))
       type(event_t) :: event
 
       arrested = [k, pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)]
       value = self%beam%value(:, arrested)
-      change = 0.0_wp
+      reduction = 0.0_wp
       is_active = .true.
-      if (allocated(motion%tangent)) call reflect_columns(value, change, is_active, motion%tangent)
-      change(1) = velocity
+      ! variations lose their whole velocities at these contacts: `reduction`, still zero, serves as restitution
+      if (allocated(motion%tangent)) call reflect_columns(value, reduction, is_active, motion%tangent)
+      reduction(1) = velocity
       do j = 1, size(arrested)
          mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(arrested))]
       end do
-      call solve_active(mobility, change, is_active, impulses)
+      call solve_active(mobility, reduction, is_active, impulses)
       motion%v = motion%v + matmul(value, impulses)
       impulse = impulses(1)
       do i = 2, size(arrested)
@@ -107,12 +111,13 @@ contains
       do k = 1, size(reached)
          if (.not. reached(k)) cycle
          velocity = velocity_of(self, k, motion)
-         ! the contact that is hit closes; rounding may have made its velocity positive. Another contact in
-         ! `comes_to_rest` may open and still take part, because it adds no energy without restitution
+         ! the beam approaches the contact that is hit, even if rounding has made the velocity positive. A contact with
+         ! the role `comes_to_rest` takes part even if its gap opens, because it adds no energy without restitution
          if (k == first) velocity = min(velocity, 0.0_wp)
          call add_impact_contact(k, role_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
       if (allocated(self%beam%nodal_shape)) then
+         ! the impact changes the velocity of the node at the only contact, and no other nodal velocity
          associate (shape => self%beam%nodal_shape)
             call find_nodal_impulse(sum(shape**2), sum(shape*motion%v), struck(1))
             motion%v(:) = motion%v + shape*(struck(1)%after - struck(1)%before)

@@ -1,5 +1,6 @@
-!> Reactions of closed rigid contacts at an instant, the state of touched compliant contacts (zero gap, zero force) that
-!> follows from them, and whether the beam is at rest (docs/theory.md, section 17).
+!> Decisions at an instant from accelerations and their rates (docs/theory.md, section 17): the reactions of closed
+!> rigid contacts and which of them open, whether touched compliant contacts (zero gap, zero force) close or open, and
+!> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes.
 module contact_reactions
    use complementarity, only: solve_complementarity
    use damped_oscillators, only: acceleration_of => acceleration
@@ -17,16 +18,16 @@ module contact_reactions
    private
    public :: find_reactions, opening_orders, resolve_touched_contacts
 
-   !> Upper bound of sum |q'| of a beam at rest, as a share of 1 + sum |q|, with room for rounding errors.
+   !> The beam may be at rest only if sum |q'| is at most this share of 1 + sum |q|; the share exceeds rounding errors.
    real(wp), parameter :: max_creep = 1.0e-6_wp
 
-   !> Relative rounding error of a sum over the modes.
+   !> Rounding error of a sum over the modes, as a share of the sum of the magnitudes.
    real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
 contains
 
-   !> Find the reactions of rigid contacts with zero gap and zero velocity, from the complementarity of reactions and
-   !> gap accelerations.
+   !> Find the reactions of rigid contacts with zero gap and zero gap velocity: reactions >= 0 and gap accelerations >=
+   !> 0 are complementary.
    subroutine find_reactions(self, place, motion)
       !> Contains the loads at the instant; `reactions` is set
       type(phase_state_t), intent(inout) :: self
@@ -87,8 +88,8 @@ contains
       end do
    end function opening_orders
 
-   !> Separate rigid contacts with a positive reaction, those that open with a positive acceleration, and the rest, for
-   !> which both vanish.
+   !> Classify rigid contacts: with a positive reaction, opening with a positive gap acceleration, or neither (reaction
+   !> and acceleration vanish).
    pure subroutine classify_reactions(reactions, is_loaded, is_opening)
       type(reactions_t), intent(in) :: reactions
       logical, intent(out) :: is_loaded(:)
@@ -199,7 +200,7 @@ contains
       call resolve_touched(self, motion, response)
    end subroutine resolve_touched_contacts
 
-   !> Decide for touched contacts and for rest if any contact is touched or the beam hardly moves.
+   !> Second part of `resolve_touched_contacts`, needed only if a contact is touched or the beam hardly moves.
    subroutine resolve_touched(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -246,6 +247,7 @@ contains
             rounding*sum(abs(b)*changes(:, 4))]
          order = findloc(abs(derivative) > error, .true., dim=1)
          if (order == 0) then
+            ! undecided: the contact stays touched, and the search treats the gap as opening with its third derivative
             state%start_order = 3
          else if (derivative(order) < 0.0_wp) then
             call close_contact(self, k, order, motion, response)

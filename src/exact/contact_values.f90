@@ -1,4 +1,6 @@
-!> Gaps, velocities and forces of contacts at the present state of a motion in the free modes.
+!> Gaps, gap velocities and forces of contacts at the present state of a motion in the free modes, and their rounding
+!> errors. A gap is the distance of the stop point (the point of the beam at a stop) from the undeformed contact
+!> surface, positive away from the surface.
 module contact_values
    use kinds, only: wp
    use motion_phases, only: motion_t
@@ -12,7 +14,8 @@ module contact_values
 
 contains
 
-   !> An event at the present state; the displacement and velocities of the stop point in the event are positive upward.
+   !> An event at the present state. In the event, the displacement and velocities of the stop point are positive
+   !> upward.
    pure function event_of(self, k, kind, motion, before, after) result(event)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -29,7 +32,7 @@ contains
       end associate
    end function event_of
 
-   !> Distance of the stop point from the undeformed contact, including the displacement of a massless node.
+   !> Gap of a contact, including the displacement of a massless node.
    pure function gap_of(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -40,7 +43,7 @@ contains
       if (self%states(k)%is_node) gap = gap + self%states(k)%depth
    end function gap_of
 
-   !> Distance of the modal displacement of the stop point from the undeformed contact, without that of a massless node.
+   !> Gap of a contact by the displacement of the modes alone, without the displacement of a massless node.
    pure function gap_to_undeformed(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -78,7 +81,7 @@ contains
       velocity = modal_product(self%beam%value(:, k), motion%v)
    end function velocity_of
 
-   !> Rounding error of a gap, with that of the instant at which the gap is evaluated.
+   !> Rounding error of a gap, including the effect of the rounding error of tau.
    pure function gap_rounding(self, k, motion) result(noise)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k

@@ -1,4 +1,5 @@
-!> Computation of a run by the method that its settings name.
+!> Computation of the motion of a beam, a run, by the method that its settings name: exact motion from event to event,
+!> or Newmark's steps. Checks whether a run can start precede its computation.
 module motion_run
    use beam_model, only: beam_model_t
    use beam_starts, only: check_table_of_start
@@ -37,10 +38,11 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Modes from `find_shared_modes`; if absent, a run that needs modes computes them
       type(free_modes_t), intent(in), optional :: shared
-      !> Constrained sets cached by earlier runs, which this run uses and extends; private to one thread
+      !> Contact sets (the beam with a given set of closed contacts) cached by earlier runs, which this run uses and
+      !> extends; private to one thread
       type(set_store_t), target, intent(inout), optional :: sets
-      !> The state from which the run continues, if it has one, computed by the same method on the same mesh under
-      !> loads; on return the state at the end
+      !> The state from which the run continues, if its component `q` is allocated: the end of a run under loads by the
+      !> same method on the same mesh. On return, the state at the end of this run
       type(section_state_t), intent(inout), optional :: carried
 
       call check_beam(model, settings, error)
@@ -52,6 +54,7 @@ contains
       case (method_newmark)
          call newmark_response(model, settings, response, error, carried)
       end select
+      ! with a single contact, its record would repeat the histories and measures of the run
       if (has_one_contact(settings, size(model%supports))) then
          if (allocated(response%contacts)) deallocate (response%contacts)
       end if
@@ -76,8 +79,8 @@ contains
          error)
    end subroutine check_motion
 
-   !> Check whether the beam can start, by any method. A node without mass needs exact motion and a rigid stop, because
-   !> its displacement follows in closed form.
+   !> Check whether the beam can start, by any method. A massless node needs exact motion and a single rigid stop, for
+   !> which its displacement has a closed form.
    subroutine check_beam(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -110,9 +113,10 @@ contains
    pure subroutine check_mode_of_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set if there are fewer modes, or if a support fixes the tip, by which the mode is scaled
+      !> Set if the run retains fewer modes, or if a support fixes the tip, whose displacement scales the mode
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! number of modes that the run retains
       integer :: modes
 
       if (.not. is_in_mode(settings%start)) return
@@ -127,7 +131,7 @@ contains
       end if
    end subroutine check_mode_of_start
 
-   !> Find what all runs of one beam by one method share: its modes, or nothing for Newmark's method.
+   !> Find the modes that all exact runs of one beam share.
    subroutine find_shared_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs
