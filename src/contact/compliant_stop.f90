@@ -1,10 +1,9 @@
-!> Compliant stop as arithmetic on scalars, for every integration method.
+!> Contact laws of compliant stops, as arithmetic on scalars that every integration method can use.
 !>
-!> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses k / (lambda1^4
-!> E Ibar / L^3).
+!> Scales: displacements in D (eta), times tau, forces in lambda1^4 E Ibar D/L^3, stiffnesses in lambda1^4 E Ibar/L^3.
 !>
-!> With the indentation u the force of the stop is P = k u + P2, P2 the force in a branch parallel to the spring. After
-!> separation from the beam P is zero, and the surface recovers.
+!> With the indentation u the force of the stop is P = k u + P2, with P2 the force in a branch parallel to the spring
+!> (Maxwell branch, or damper). After separation from the beam P is zero, and the surface recovers.
 module compliant_stop
    use kinds, only: wp
    implicit none (type, external)
@@ -12,31 +11,34 @@ module compliant_stop
    public :: impedance_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
    public :: holds
 
-   !> Impedance of a stop: the force P = k u + c s u + beta k s/(s + nu) u for an indentation u exp(s tau).
+   !> Impedance of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s tau).
    type :: impedance_t
       !> k; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
       !> beta k; 0: the branch is absent
       real(wp) :: branch_stiffness = 0.0_wp
-      !> nu = beta k / c; 0: the damper is rigid; `huge`: the branch bears no force
+      !> Relaxation rate nu of the branch: beta k over its damping coefficient; 0: its damper is rigid; `huge`: the
+      !> branch bears no force
       real(wp) :: relaxation_rate = 0.0_wp
-      !> c of a damper parallel to the spring
+      !> Coefficient c of a damper parallel to the spring
       real(wp) :: viscosity = 0.0_wp
    end type impedance_t
 
-   !> Coefficients of a time step of fixed length in which u changes linearly from u to u+.
+   !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+ and the branch
+   !> force from P2 to P2+.
    type :: stop_step_t
-      !> Mean of P = mean_slope u+ + mean_indentation u + mean_branch P2
+      !> Mean of P over the step = mean_slope u+ + mean_indentation u + mean_branch P2
       real(wp) :: mean_slope = 0.0_wp
       real(wp) :: mean_indentation = 0.0_wp
       real(wp) :: mean_branch = 0.0_wp
       !> P2+ = decay P2 + gain (u+ - u)
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
-      !> Factor of u in u+ of the free surface, which bears no force
+      !> Decay factor u+/u of the free surface, which bears no force
       real(wp) :: recovery = 1.0_wp
    end type stop_step_t
 
+   !> Contact law of a compliant stop; each extension is one law.
    type, abstract, extends(impedance_t) :: compliant_stop_t
       !> Rate of the exponential recovery of the free surface
       real(wp) :: recovery_rate = 0.0_wp
@@ -83,7 +85,7 @@ module compliant_stop
 
 contains
 
-   !> Is the stop rigid, so that it holds the beam?
+   !> Is the stop rigid, with zero stiffness standing for infinite stiffness?
    elemental function holds(impedance) result(answer)
       class(impedance_t), intent(in) :: impedance
       logical :: answer
@@ -104,15 +106,15 @@ contains
    end function contact_force
 
    !> Rounding error of P at its zeros, at which P is the difference of much larger terms.
-   elemental function rounding_of_force(stop, extent, speed) result(force)
+   elemental function rounding_of_force(stop, max_term, speed) result(force)
       class(impedance_t), intent(in) :: stop
-      !> Largest term in the difference u
-      real(wp), intent(in) :: extent
-      !> |u'|
+      !> Maximum magnitude of the terms whose difference is u
+      real(wp), intent(in) :: max_term
+      !> Magnitude of du/dtau
       real(wp), intent(in) :: speed
       real(wp) :: force
 
-      force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*extent + stop%viscosity*speed)
+      force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*max_term + stop%viscosity*speed)
    end function rounding_of_force
 
    !> Mean of P over a step = slope u+ + constant.

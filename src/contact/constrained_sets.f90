@@ -1,6 +1,8 @@
 !> Constrained modes of the beam for a set of closed rigid contacts, which are bilateral constraints while they are
 !> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
-!> modes are the free modes.
+!> constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their values at a
+!> contact, w_j^2 the squared frequencies of the constrained modes, psi_ij constrained mode j in free mode i, and a
+!> prime on q, p or z denotes d/dtau.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -23,12 +25,12 @@ module constrained_sets
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
-      !> Heights of the contact surfaces, [contacts]
+      !> Heights h of the contact surfaces in units of displacement, [contacts]
       real(wp), allocatable :: height(:)
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
       !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
-      !> s for a contact at the tip, else 0, [contacts]
+      !> Sign s of the contact if it is at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
    end type free_beam_t
 
@@ -42,16 +44,15 @@ module constrained_sets
       !> Constrained modes as combinations of the free modes, orthonormal, [free, count]; unallocated: the constrained
       !> modes are the free modes
       real(wp), allocatable :: mode(:, :)
-      !> A mode is so stiff that W^2 times the square of a rounding error is a significant energy
+      !> A mode is so stiff that its strain energy under a rounding error of the displacement is significant
       logical :: has_stiff = .false.
-      !> `mode` and its transpose, padded with zeros to a whole number of SIMD vectors, [padded free, count], [padded
-      !> count, free]
+      !> `mode` and its transpose, padded with zeros to whole SIMD vectors, [padded free, count], [padded count, free]
       real(wp), allocatable, private :: to_free(:, :), to_set(:, :)
-      !> Reaction of each closed rigid contact per unit of p + 2 zeta p', with p the displacement of each mode, [closed,
-      !> count]
+      !> Reaction of each closed rigid contact per unit of p + 2 zeta p', with p the displacement of each constrained
+      !> mode, [closed, count]
       real(wp), allocatable :: reaction(:, :)
-      !> In static equilibrium on the closed rigid contacts: displacement in the free modes, gaps, reactions, tip
-      !> displacement, energy, [free], [contacts], [closed]
+      !> Static equilibrium on the closed rigid contacts without loads: displacement in the free modes, gaps, reactions,
+      !> tip displacement, energy, [free], [contacts], [closed]
       real(wp), allocatable :: static(:), static_gap(:), static_force(:)
       real(wp) :: static_tip = 0.0_wp
       real(wp) :: static_energy = 0.0_wp
@@ -66,7 +67,7 @@ module constrained_sets
       type(modal_signal_t), allocatable :: gap(:), force(:)
    end type constrained_set_t
 
-   !> Below this W^2, its product with the square of a rounding error is no significant energy.
+   !> Squared frequency above which a rounding error of the modal displacement is a significant strain energy
    real(wp), parameter :: min_stiff = 1.0e12_wp
 
 contains
@@ -79,7 +80,7 @@ contains
       !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
 
-      real(wp), allocatable :: square(:), change(:, :), row(:), new(:), shares_before(:), reaction(:, :)
+      real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), shares_before(:), reaction(:, :)
       integer, allocatable :: order(:)
       integer :: i, k
 
@@ -90,15 +91,15 @@ contains
       allocate (set%reaction(0, size(square)))
       allocate (set%share(size(closed), size(beam%height)), source=0.0_wp)
       do i = 1, size(closed)
-         call constrain(square, set%value(:, closed(i)), 0.0_wp, new, change, row)
-         ! shares of a force at this contact that the contacts before it take
+         call constrain(square, set%value(:, closed(i)), 0.0_wp, new_square, change, new_reaction)
+         ! shares of a force at this contact that the contacts constrained before it balance
          shares_before = set%share(:i - 1, closed(i))
-         allocate (reaction(i, size(new)))
+         allocate (reaction(i, size(new_square)))
          reaction(:i - 1, :) = matmul(set%reaction, change)
          do k = 1, i - 1
-            reaction(k, :) = reaction(k, :) - shares_before(k)*row
+            reaction(k, :) = reaction(k, :) - shares_before(k)*new_reaction
          end do
-         reaction(i, :) = row
+         reaction(i, :) = new_reaction
          call move_alloc(reaction, set%reaction)
          do k = 1, size(beam%height)
             call distribute_force(set%value(:, closed(i)), set%value(:, k), shares_before, i, set%share(:, k))
@@ -110,7 +111,7 @@ contains
          else
             set%mode = change
          end if
-         square = new
+         square = new_square
       end do
       set%count = size(square)
       set%has_stiff = maxval(square) >= min_stiff
@@ -174,23 +175,24 @@ contains
       call make_signals(set)
    end subroutine damp_constrained_set
 
-   !> Share of a force that the contact closed last takes instantaneously, and the correction of the shares of the
-   !> contacts before it.
-   pure subroutine distribute_force(last, value, before, place, share)
-      !> Modal values at the contact closed last, and at the contact of the force
-      real(wp), intent(in) :: last(:)
+   !> Share of a force that the contact constrained last balances instantaneously, and the correction of the shares of
+   !> the contacts constrained before it.
+   pure subroutine distribute_force(value_at_last, value, before, place, share)
+      !> Modal values at the contact constrained last, and at the contact of the force
+      real(wp), intent(in) :: value_at_last(:)
       real(wp), intent(in) :: value(:)
-      !> Shares that the earlier contacts take of a force at the contact closed last, [place - 1]
+      !> Shares that the contacts constrained before take of a force at the contact constrained last, [place - 1]
       real(wp), intent(in) :: before(:)
+      !> Number of the contact in the order in which the contacts are constrained
       integer, intent(in) :: place
       !> Shares of the force, [closed]
       real(wp), intent(inout) :: share(:)
 
-      real(wp) :: part
+      real(wp) :: ratio
 
-      part = sum(last*value)/sum(last**2)
-      share(place) = part
-      share(:place - 1) = share(:place - 1) - part*before
+      ratio = sum(value_at_last*value)/sum(value_at_last**2)
+      share(place) = ratio
+      share(:place - 1) = share(:place - 1) - ratio*before
    end subroutine distribute_force
 
    !> Static equilibrium on the closed rigid contacts at their present heights, without other loads.
@@ -211,11 +213,12 @@ contains
             end do
          end do
          if (size(h) == 1) then
-            ! the same formula as in `make_support`, so that both agree to the last digit
+            ! a single contact needs no system of equations
             stiffness = 1.0_wp/flexibility(1, 1)
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
+         ! the flexibility of slow modes would hide that of the others
          else if (any(square < slow_frequency**2)) then
             no_load = (0.0_wp, 0.0_wp)
             call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &
@@ -243,8 +246,8 @@ contains
    end subroutine find_static_state
 
    !> Transform displacements relative to static equilibrium, and velocities, from the free modes to the constrained
-   !> modes. In a mode far stiffer than the others the rounding error of the sum of displacements means a large force,
-   !> so the forces are summed instead if that is more accurate: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   !> modes, p_j = sum psi_ij q_i. The rounding error of this sum means a large force in a mode far stiffer than the
+   !> others, so the modal forces are summed instead if that is more accurate: w_j^2 p_j = sum psi_ij W_i^2 q_i.
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
@@ -255,7 +258,7 @@ contains
       real(wp), contiguous, intent(out) :: p(:)
       real(wp), contiguous, intent(out) :: rate(:)
 
-      real(wp), dimension(size(q)) :: moved, forces
+      real(wp), dimension(size(q)) :: relative, forces
       real(wp), dimension(padded(size(p))) :: lane_p, lane_rate
       integer :: j
 
@@ -264,21 +267,22 @@ contains
          rate = v
          return
       end if
-      moved = q - set%static
-      call combine_columns(size(set%to_set, 1)/lanes, size(q), set%to_set, moved, v, lane_p, lane_rate)
+      relative = q - set%static
+      call combine_columns(size(set%to_set, 1)/lanes, size(q), set%to_set, relative, v, lane_p, lane_rate)
       p = lane_p(:set%count)
       rate = lane_rate(:set%count)
       if (.not. set%has_stiff) return
-      forces = beam%oscillators%square*moved
+      forces = beam%oscillators%square*relative
       do j = 1, set%count
-         if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*moved))) then
+         if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*relative))) then
             p(j) = sum(set%mode(:, j)*forces)/set%oscillators%square(j)
          end if
       end do
    end subroutine to_constrained_modes
 
-   !> Transform the state from the constrained modes to the free modes; for stiff modes by W_i^2 q_i = sum psi_ij w_j^2
-   !> p_j + b_i' (sum reaction_j p_j).
+   !> Transform the state from the constrained modes to the free modes, q_i = sum psi_ij p_j; if that is more accurate
+   !> for a stiff mode, by the forces W_i^2 q_i = sum psi_ij w_j^2 p_j + sum b_i reaction_j p_j, with a sum over the
+   !> contacts in the last term.
    pure subroutine to_free_modes(beam, set, p, rate, q, v)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set

@@ -1,5 +1,6 @@
-!> Contacts as rows w over the degrees of freedom y: the gap of a contact is w . y - h, and its force f acts on the beam
-!> as f w. Newmark's method assumes that each row has one entry only: a degree of freedom with a sign.
+!> Contacts for Newmark's method. The row w of a contact is a linear functional of the degrees of freedom y: the gap is
+!> w . y - h, with h the height of the contact surface, and the contact force f acts on the beam as the load vector f w.
+!> Each row has one entry only: a degree of freedom with a sign.
 module contact_rows
    use kinds, only: wp
    implicit none (type, external)
@@ -9,7 +10,8 @@ module contact_rows
    !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
 
-   !> w: the degree of freedom of the contact, and its sign s
+   !> The row w, whose only entry is the sign s at the degree of freedom `dof`: s = 1 for a contact below the beam, -1
+   !> for one above it.
    type :: contact_row_t
       integer :: dof = 0
       real(wp) :: sign = 1.0_wp
@@ -17,7 +19,7 @@ module contact_rows
 
 contains
 
-   !> Normal component w . x of a vector of degrees of freedom.
+   !> Value w . x of the row for a vector of degrees of freedom: the component of the vector normal to the contact.
    pure function along(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
       !> x, padded, [-2 : order + 3]

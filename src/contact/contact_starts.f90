@@ -12,8 +12,10 @@ module contact_starts
    private
    public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts
 
+   !> The beam in the coordinates q of one integration method.
    type, abstract :: flexible_beam_t
-      !> w of each contact, whose gap is w . q - h; zero if a support fixes that point, [coordinates, contacts]
+      !> Row w of each contact, a linear functional of the coordinates q: the gap is w . q - h, with h the height of the
+      !> contact surface. The row is zero if a support fixes that point, [coordinates, contacts]
       real(wp), allocatable :: row(:, :)
    contains
       procedure(bend), deferred :: bend
@@ -39,7 +41,7 @@ module contact_starts
 
 contains
 
-   !> Static equilibrium on contacts: unilateral forces, from contacts whose static springs are in series with the beam.
+   !> Static equilibrium on contacts with unilateral forces. The springs of compliant stops are in series with the beam.
    pure subroutine find_static_equilibrium(beam, contacts, is_active, displacement, forces, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
@@ -47,13 +49,13 @@ contains
       logical, intent(in) :: is_active(:)
       !> Displacements under the loads without contact forces; on return with them, [coordinates]
       real(wp), intent(inout) :: displacement(:)
-      !> P of each contact
+      !> Force P >= 0 of each contact
       real(wp), intent(inout) :: forces(:)
       !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: shape(size(displacement), count(is_active)), compliance(count(is_active), count(is_active)), &
-         push(count(is_active))
+         active_forces(count(is_active))
       integer :: place(count(is_active)), k
 
       place = pack([(k, k=1, size(is_active))], is_active)
@@ -61,9 +63,9 @@ contains
       if (allocated(error)) return
       compliance = matmul(transpose(beam%row(:, place)), shape)
       call find_static_forces(contacts(place), matmul(displacement, beam%row(:, place)) - contacts(place)%height, &
-         compliance, push)
-      displacement = displacement + matmul(shape, push)
-      forces(place) = push
+         compliance, active_forces)
+      displacement = displacement + matmul(shape, active_forces)
+      forces(place) = active_forces
    end subroutine find_static_equilibrium
 
    !> Unilateral static forces of contacts whose springs are in series with the beam.
@@ -72,27 +74,29 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> Gaps without contact forces
       real(wp), intent(in) :: gap(:)
-      !> Compliance of the beam; on return with that of the contacts, [contacts, contacts]
+      !> Compliance of the beam at the contacts; on return that of beam and contact springs in series, [contacts,
+      !> contacts]
       real(wp), intent(inout) :: compliance(:, :)
-      !> P of each contact
+      !> Force P >= 0 of each contact
       real(wp), intent(out) :: forces(:)
 
       real(wp) :: stiffness
-      logical :: carries(size(gap))
+      logical :: is_loaded(size(gap))
       integer :: k
 
       do k = 1, size(gap)
          stiffness = static_stiffness(contacts(k)%settings)
          if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
       end do
-      call solve_complementarity(compliance, gap, forces, carries)
+      ! gap + compliance forces >= 0, forces >= 0, one of each pair zero
+      call solve_complementarity(compliance, gap, forces, is_loaded)
    end subroutine find_static_forces
 
    !> Refuse a start with penetration of a contact that bears no static force.
    pure subroutine check_start(beam, contacts, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> P of each contact
+      !> Force P >= 0 of each contact
       real(wp), intent(in) :: forces(:)
       !> Displacements, [coordinates]
       real(wp), intent(in) :: displacement(:)
@@ -116,27 +120,29 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> Which contacts are active
       logical, intent(in) :: is_active(:)
-      !> P of each contact; a contact with a static force may be penetrated
+      !> Force P of each contact; a compliant stop with a static force is indented, which is no penetration by rounding
       real(wp), intent(in) :: forces(:)
       !> Displacements, [coordinates]
       real(wp), intent(inout) :: displacement(:)
       !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp), dimension(size(is_active)) :: gap, noise, shift
+      real(wp), dimension(size(is_active)) :: gap, noise, closing_forces
       real(wp) :: shape(size(displacement), size(is_active))
       integer, allocatable :: place(:)
       integer :: k
 
       gap = matmul(displacement, beam%row) - contacts%height
+      ! rounding errors of the gaps
       noise = 4.0_wp*epsilon(1.0_wp)*(abs(contacts%height) + matmul(abs(displacement), abs(beam%row)))
       place = pack([(k, k=1, size(is_active))], is_active .and. .not. (forces > 0.0_wp .or. penetrates(contacts, gap)))
       associate (n => size(place))
          if (all(gap(place) >= -noise(place))) return
          call beam%bend(1.0_wp, beam%row(:, place), shape(:, :n), error)
          if (allocated(error)) return
-         call close_gaps(matmul(transpose(beam%row(:, place)), shape(:, :n)), gap(place), noise(place), shift(:n))
-         displacement = displacement + matmul(shape(:, :n), shift(:n))
+         call close_gaps(matmul(transpose(beam%row(:, place)), shape(:, :n)), gap(place), noise(place), &
+            closing_forces(:n))
+         displacement = displacement + matmul(shape(:, :n), closing_forces(:n))
       end associate
    end subroutine move_onto_contacts
 

@@ -17,10 +17,11 @@ module contact_states
       logical :: is_rigid = .true.
       !> Law of a compliant stop; unallocated: the stop is rigid
       class(compliant_stop_t), allocatable :: spring
-      !> The stop is rigid, and the compliance is that of a massless node of the beam in front of it. The results show a
-      !> rigid stop, and the energy of the node counts as energy of the beam
+      !> The stop is rigid, and `spring` is the compliance of a massless node of the beam in front of the stop. The
+      !> results show a rigid stop, and the energy of the node counts as energy of the beam
       logical :: is_node = .false.
-      !> Spring and damper: after the force has vanished the contact surface moves with the beam until it is undeformed
+      !> The law is spring and damper: after the force has vanished the contact surface moves with the beam until the
+      !> spring is undeformed
       logical :: moves_with_beam = .false.
       !> The contact is not shadowed by another contact at its point, and the energy at the start is enough to close it
       logical :: is_active = .true.
@@ -32,11 +33,11 @@ module contact_states
       !> Open contact: order of the first nonzero derivative of the gap at the start of the next phase; 0: the gap
       !> itself is nonzero. Closed contact: the same for the force
       integer :: start_order = 0
-      !> Indentation u and branch force P2 at the start of the next phase
+      !> Indentation u of the stop and force P2 of the Maxwell branch at the start of the next phase
       real(wp) :: depth = 0.0_wp
       real(wp) :: branch_force = 0.0_wp
-      !> The present flight is a capture if the gap always stays below this tolerance; 0: no capture is possible.
-      !> `is_new_flight`: the flight began with the present phase. `is_low`: the gap has stayed below the tolerance so
+      !> The present flight is a capture if its gap never exceeds this tolerance; 0: no capture is possible.
+      !> `is_new_flight`: the flight began with the present phase. `is_low`: the gap has not exceeded the tolerance so
       !> far
       real(wp) :: hop_tolerance = 0.0_wp
       logical :: is_new_flight = .true.
@@ -87,7 +88,7 @@ contains
       allocate (state%spring, source=make_node_spring(flexibility, two_zeta))
    end subroutine add_massless_node
 
-   !> Impedance of the stop for a motion exp(s tau).
+   !> Coefficients of the impedance of the stop for a motion exp(s tau); all are zero if the stop is rigid.
    pure function impedance_of(state) result(impedance)
       type(contact_state_t), intent(in) :: state
       type(impedance_t) :: impedance
@@ -103,8 +104,8 @@ contains
       answer = state%is_rigid .or. state%is_node
    end function has_rigid_stop
 
-   !> Displacement and velocity of a massless node relative to the sum of the modes, some time after its release by a
-   !> rigid stop.
+   !> Displacement and velocity of a massless node minus those that the modes give it, some time after its release by a
+   !> rigid stop: an exponential recovery, instantaneous if the rate is `huge`.
    pure function node_motion_at(state, time) result(node)
       !> State at the start of the flight or of a part of it
       type(contact_state_t), intent(in) :: state
@@ -118,9 +119,11 @@ contains
          *exp(-state%spring%recovery_rate*time)
    end function node_motion_at
 
-   !> Viscoelastic recovery of an open contact without force, and the energy that it dissipates.
+   !> Viscoelastic recovery of a stop after the contact has opened, and the energy that the recovery dissipates. A
+   !> surface that moves with the beam does not recover independently.
    subroutine recover(state, time)
       type(contact_state_t), intent(inout) :: state
+      !> Time since the contact opened, or since the last call
       real(wp), intent(in) :: time
 
       real(wp) :: before
@@ -132,7 +135,8 @@ contains
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover
 
-   !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0.
+   !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0. The indentation remains zero if
+   !> the stop recovers instantaneously.
    elemental subroutine set_indentation(state, depth)
       type(contact_state_t), intent(inout) :: state
       !> Indentation u
@@ -145,20 +149,20 @@ contains
       end associate
    end subroutine set_indentation
 
-   !> Force of a closed compliant contact.
+   !> Force P = k u + P2 + c u' of a closed compliant contact, with u' minus the velocity of the gap.
    elemental function force_in(state, velocity) result(force)
       type(contact_state_t), intent(in) :: state
-      !> Velocity of the beam away from the surface
+      !> Velocity of the gap: positive if the beam moves away from the surface
       real(wp), intent(in) :: velocity
       real(wp) :: force
 
       force = state%spring%stiffness*state%depth + state%branch_force - state%spring%viscosity*velocity
    end function force_in
 
-   !> Record the components of the contact states that a phase changes, at its start.
+   !> Record those components of the contact states that change during a phase, at the start of the phase.
    subroutine record_start(states, at_start)
       type(contact_state_t), intent(in) :: states(:)
-      !> Record at the start of the phase before; unallocated before the first phase
+      !> Receives the record; unallocated before the first phase
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states

@@ -1,10 +1,12 @@
 !> Characteristic equation of a beam with several closed compliant contacts, at any s (docs/theory.md, sections 17 and
 !> 18).
 !>
-!> With the modal values b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, for each
-!> stop, N = s + nu (1 without a branch) and M = N Z, with Z the impedance (a rigid stop has N = 0, M = 1), the equation
-!> is det (N + M H) prod D_i = 0. One mode is always separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i),
-!> with T_i the matrix without that mode, so that nothing cancels next to its pole.
+!> A motion exp(s tau) of the modes and the stops exists for the roots s of det(1/Z + H) = 0. With the modal values b_i
+!> at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s, H(s) = sum b_i b_i'/D_i (b_i' is the transpose) and, for
+!> each stop, N = s + nu (1 without a branch) and M = N Z, with Z the impedance (a rigid stop has N = 0, M = 1), the
+!> equation is det (N + M H) prod D_i = 0. One mode i is always separated: det (N + M H) D_i = det T_i (D_i + b_i'
+!> T_i^-1 M b_i), with T_i the matrix without that mode, so that nothing cancels next to its pole. All derivatives are
+!> derivatives by s.
 module coupled_equation
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, abs1
@@ -14,7 +16,8 @@ module coupled_equation
    private
    public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, numerators
 
-   !> Equation of the beam and the stops; `secular_t` contains the poles, those of the branches last.
+   !> Equation of the beam and the stops. The poles of `secular_t` are two for each mode, side by side, then one for
+   !> each branch and, if there is a branch, 0.
    type, extends(secular_t) :: coupled_equation_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
@@ -31,20 +34,20 @@ module coupled_equation
    type :: coupled_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
-      !> T_i^-1 M b_i, and T_i'^-1 b_i, [stops]
+      !> T_i^-1 M b_i, and b_i by the inverse of the transpose of T_i, [stops]
       complex(wp), allocatable :: right(:), left(:)
       !> D_i + b_i' T_i^-1 M b_i, and its derivative
       complex(wp) :: value = 0.0_wp
       complex(wp) :: slope = 0.0_wp
-      !> Logarithmic derivative of det T_i
+      !> Derivative of log det T_i
       complex(wp) :: trace = 0.0_wp
-      !> Sum of 1/distance over the poles of all modes except the separated mode
-      complex(wp) :: of_poles = 0.0_wp
-      !> Condition number of the sum for the slope, >= 1
+      !> Sum of 1/(s - pole) over the poles of all modes except the separated mode
+      complex(wp) :: pole_sum = 0.0_wp
+      !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp
-      !> Workspace, allocated once: N, M and their derivatives, T_i and its derivative, the right-hand sides and
-      !> solutions, 1/D_i and its derivative
-      complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), of_slope(:)
+      !> Workspace, allocated once: N, M and their derivatives, the derivative of T_i times `right`, T_i and its
+      !> derivative, the right-hand sides and solutions, a copy of T_i for the elimination, 1/D_i and its derivative
+      complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), slope_times_right(:)
       complex(wp), allocatable, private :: matrix(:, :), slopes(:, :), solution(:, :), elimination(:, :)
       real(wp), allocatable, private :: term(:, :)
    end type coupled_vectors_t
@@ -88,7 +91,7 @@ contains
       end do
       if (problem%poles > 2*size(square)) then
          ! s = 0 is no pole, but a branch with slow creep has a root so near to 0 that only its distance from 0 has
-         ! correct digits
+         ! correct digits, so 0 is stored as a pole, too
          problem%poles = problem%poles + 1
          problem%pole(problem%poles) = 0.0_wp
          problem%relative(problem%poles) = 1.0_wp
@@ -121,7 +124,7 @@ contains
 
       stops = size(problem%spring)
       if (.not. allocated(vectors%right)) allocate (vectors%right(stops), vectors%left(stops), vectors%n(stops), &
-         vectors%m(stops), vectors%n_slope(stops), vectors%m_slope(stops), vectors%of_slope(stops), &
+         vectors%m(stops), vectors%n_slope(stops), vectors%m_slope(stops), vectors%slope_times_right(stops), &
          vectors%matrix(stops, stops), vectors%slopes(stops, stops), vectors%solution(stops, stops + 1), &
          vectors%elimination(stops, stops), vectors%term(problem%modes, 4))
       vectors%mode = 0
@@ -160,7 +163,7 @@ contains
          vectors%term(i, 4) = aimag(inverse)
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
-      vectors%of_poles = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
+      vectors%pole_sum = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
       do i = 1, problem%modes
          inverse = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
          vectors%term(i, 3) = real(inverse, wp)
@@ -261,17 +264,17 @@ contains
          end if
          associate (b => problem%value(vectors%mode, :), first => distance(2*vectors%mode - 1), &
             second => distance(2*vectors%mode))
-            vectors%of_slope(:) = matmul(vectors%slopes, right)
+            vectors%slope_times_right(:) = matmul(vectors%slopes, right)
             vectors%value = first*second + sum(b*right)
-            vectors%slope = first + second + sum(left*(m_slope*b)) - sum(left*vectors%of_slope)
+            vectors%slope = first + second + sum(left*(m_slope*b)) - sum(left*vectors%slope_times_right)
             vectors%condition = (abs1(first + second) + sum(abs1(left*(m_slope*b))) &
-               + sum(abs1(left*vectors%of_slope)))/max(abs1(vectors%slope), tiny(1.0_wp))
+               + sum(abs1(left*vectors%slope_times_right)))/max(abs1(vectors%slope), tiny(1.0_wp))
          end associate
       end associate
 
    contains
 
-      !> Is the factor M of a row free of strong cancellation?
+      !> Do the terms of the factor M of a row cancel by less than six digits?
       pure function is_accurate(j) result(answer)
          integer, intent(in) :: j
          logical :: answer

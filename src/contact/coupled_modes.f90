@@ -1,7 +1,8 @@
 !> Motion of a beam with several closed compliant contacts, in closed form (docs/theory.md, sections 17 and 18).
 !>
-!> Every displacement and force is a sum of exp(s t) over the roots s of `coupled_roots`, with the residues of the
-!> Laplace transform as amplitudes. The beam is given in any modes, free or constrained elsewhere.
+!> Every displacement and force is a sum of terms exp(s t) over the roots s of `coupled_roots`, with the residues of the
+!> Laplace transform as amplitudes. The beam is given in its free modes, or in its constrained modes if rigid contacts
+!> are closed, too.
 module coupled_modes
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
@@ -22,8 +23,8 @@ module coupled_modes
    !> Modes whose values at the stops are below this share of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp
 
-   !> Above this condition number two exponents are treated as nearly coalescing, with this number of points on a circle
-   !> around both.
+   !> Two exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds
+   !> `max_condition`; `circle_points` is then the number of points on a circle around both.
    real(wp), parameter :: max_condition = 10.0_wp
    integer, parameter :: circle_points = 48
 
@@ -69,7 +70,7 @@ contains
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
       call sort_terms(modes)
       call pad_terms(modes)
-      call find_rest(oscillators%square, value, spring, modes)
+      call find_static_response(oscillators%square, value, spring, modes)
    end subroutine make_coupled_modes
 
    !> Find all terms for stops with linearly independent columns of modal values.
@@ -79,7 +80,7 @@ contains
       real(wp), intent(in) :: value(:, :)
       !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      !> Contains the list of inactive modes; receives the terms
+      !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
       type(coupled_modes_t), intent(inout) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
@@ -166,8 +167,9 @@ contains
       modes%count = n + size(equivalent%rate)
    end subroutine expand_equivalents
 
-   !> Static equilibrium under unit heights of the stops: equal forces in the beam and in the springs.
-   subroutine find_rest(square, value, spring, modes)
+   !> Static equilibrium under a unit height of each stop in turn, in which beam and springs exert equal forces on each
+   !> other.
+   subroutine find_static_response(square, value, spring, modes)
       !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
       !> Values of the modes at the stops, [modes, stops]
@@ -190,7 +192,7 @@ contains
          modes%static_force(:, k) = real(force, wp)
          modes%static_shape(:, k) = real(shape, wp)
       end do
-   end subroutine find_rest
+   end subroutine find_static_response
 
    !> Add one term for each root, and circles around pairs of nearly coalescing roots.
    !>
@@ -199,9 +201,10 @@ contains
    !> the two roots (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
    subroutine add_terms(problem, active, near, offset, s, upper, modes)
       type(coupled_equation_t), intent(in) :: problem
-      !> Modes with nonzero values at stops
+      !> Indices of the modes with nonzero values at stops
       integer, intent(in) :: active(:)
-      !> All roots as the nearest pole and the offset from it, their values, and the indices of the roots with Im s >= 0
+      !> All roots as the index of the nearest pole and the offset from it, their values s, and the indices of the roots
+      !> with Im s >= 0
       integer, intent(in) :: near(:)
       complex(wp), intent(in) :: offset(:)
       complex(wp), intent(in) :: s(:)
@@ -229,7 +232,8 @@ contains
             clearance = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= upper(m) .and. &
                [(i, i=1, size(s))] /= partner])
             clearance = min(clearance, minval(abs(problem%pole - center)))
-            ! inside the left half-plane, far from all other roots and poles
+            ! inside the left half-plane, far from all other roots and poles; a circle that is not much larger than the
+            ! separation would need more points
             radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
             if (radius >= 2.5_wp*separation) then
                merged(partner) = .true.
@@ -253,7 +257,7 @@ contains
    subroutine add_root(problem, active, s, viscous, distance, vectors, modes)
       type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: active(:)
-      !> The root, 1 + 2 zeta s, and the distances of the root from the poles
+      !> The root s, 1 + 2 zeta s, and the distances of the root from the poles
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: viscous
       complex(wp), intent(in) :: distance(:)
@@ -281,7 +285,8 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
-         ! the left vector l has l M = -P, and the slope is l' T' y; both vectors are scaled to magnitudes of at most 1
+         ! the left vector l has l M = -P, and the slope of the equation is l T' y, with T' the derivative of T and y
+         ! the right vector; both vectors are scaled to magnitudes of at most 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
          modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
          modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
@@ -338,8 +343,9 @@ contains
       end do
    end subroutine add_circle_point
 
-   !> Indentation and branch force of each stop in a term. At a root the force-indentation law of the stop also holds;
-   !> this law is used if its terms cancel less than the sum over the modes.
+   !> Indentation and branch force of each stop in a term. The indentation is minus the sum over the modes. At a root
+   !> the force-indentation law of the stop holds as well, and is used if its terms cancel less than that sum; at a
+   !> point of a circle it does not hold.
    subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
@@ -350,7 +356,7 @@ contains
       integer, intent(in) :: active(:)
       type(coupled_modes_t), intent(inout) :: modes
 
-      complex(wp) :: terms(size(active)), relaxed, total
+      complex(wp) :: terms(size(active)), s_plus_rate, total
       real(wp) :: max_value
       integer :: j
 
@@ -361,22 +367,22 @@ contains
             if (holds(spring)) cycle
             terms = problem%value(:, j)*modes%shape(active, place)
             u = -sum(terms)
-            relaxed = 1.0_wp
-            if (problem%branch_pole(j) > 0) relaxed = distance(problem%branch_pole(j))
-            total = (spring%stiffness + spring%viscosity*s)*relaxed + spring%branch_stiffness*s
+            s_plus_rate = 1.0_wp
+            if (problem%branch_pole(j) > 0) s_plus_rate = distance(problem%branch_pole(j))
+            total = (spring%stiffness + spring%viscosity*s)*s_plus_rate + spring%branch_stiffness*s
             if (is_root) then
                ! the rounding error of the force is relative to that of the stiffest stop, the rounding error of the
                ! indentation relative to that of the sum
-               if (abs1(total)*sum(abs1(terms)) > abs1(relaxed)*max_value) then
-                  u = force*relaxed/total
+               if (abs1(total)*sum(abs1(terms)) > abs1(s_plus_rate)*max_value) then
+                  u = force*s_plus_rate/total
                else
-                  force = total/relaxed*u
+                  force = total/s_plus_rate*u
                end if
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle
-            if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(relaxed)) then
-               branch = spring%branch_stiffness*s/relaxed*u
+            if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(s_plus_rate)) then
+               branch = spring%branch_stiffness*s/s_plus_rate*u
             else
                branch = force - spring%stiffness*u
             end if

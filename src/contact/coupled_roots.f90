@@ -12,18 +12,18 @@ module coupled_roots
 
    !> Iterates of the roots.
    type :: search_t
-      !> Nearest pole of each root, and the offset of the root from it, [roots]
+      !> Index of the nearest pole of each root, and the offset of the root from that pole, [roots]
       integer, allocatable :: near(:)
       complex(wp), allocatable :: offset(:)
-      !> Length of the last step of each root, `huge` before the first; whether the root has converged
+      !> Length of the last step of each root, `huge` before the first step, and whether the root has converged, [roots]
       real(wp), allocatable :: last_step(:)
       logical, allocatable :: done(:)
       !> Workspace: distances of one root from all poles and from all other roots, and the vectors at that root
-      complex(wp), allocatable :: distance(:), from_roots(:)
+      complex(wp), allocatable :: distance(:), root_distance(:)
       type(coupled_vectors_t) :: vectors
    end type search_t
 
-   !> Relative accuracy of nearly coalescing roots.
+   !> Relative accuracy that is demanded of nearly coalescing roots.
    real(wp), parameter :: coalescing = 1.0e-7_wp
 
 contains
@@ -33,7 +33,7 @@ contains
    !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
    subroutine find_coupled_roots(problem, near, offset, converged)
       type(coupled_equation_t), intent(in) :: problem
-      !> Nearest poles and offsets of the roots, [roots]
+      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
@@ -47,7 +47,7 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       !> Iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
-      !> Nearest poles and offsets of the roots, [roots]
+      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
@@ -58,7 +58,7 @@ contains
       complex(wp) :: s
       integer :: iteration, m
 
-      allocate (search%near(size(near)), search%offset(size(near)), search%from_roots(size(near)), &
+      allocate (search%near(size(near)), search%offset(size(near)), search%root_distance(size(near)), &
          search%distance(problem%poles))
       call guess_roots(problem, search%near, search%offset)
       allocate (search%done(size(near)), source=.false.)
@@ -138,8 +138,8 @@ contains
          if (done) return
          repulsion = vectors%trace + vectors%of_poles
          if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
-         call root_distances(problem%secular_t, near, offset, m, search%from_roots)
-         step = -1.0_wp/(repulsion - sum_of_inverses(search%from_roots))
+         call root_distances(problem%secular_t, near, offset, m, search%root_distance)
+         step = -1.0_wp/(repulsion - sum_of_inverses(search%root_distance))
          if (.not. abs1(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
          magnitude = abs1(offset(m))
@@ -149,7 +149,7 @@ contains
          ! coalescing roots are accurate to the square root of the rounding error only
          if (iteration > normal_iterations) tolerance = coalescing*abs1(s)
          done = length <= tolerance .or. magnitude <= tiny(1.0_wp)
-         ! the estimate of the next step is c step^2, with the c of this step
+         ! convergence is quadratic: the estimate of the next step is c step^2, with c = step/last_step^2
          if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*magnitude
          last_step = length
       end associate
@@ -173,7 +173,7 @@ contains
       end do
    end function smallest_of
 
-   !> Set nearly real roots to exactly real values, and check that the others are complex conjugate pairs.
+   !> Set nearly real roots to exactly real values, and check that the other roots are complex conjugate pairs.
    pure subroutine make_real(problem, near, offset, are_paired)
       type(coupled_equation_t), intent(in) :: problem
       !> Roots, [roots]
@@ -204,16 +204,17 @@ contains
          count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine make_real
 
-   !> Initial values: the modes with all springs attached, each with an estimate of its damping ratio.
+   !> Initial values of the roots: the frequencies of the modes with all springs attached, each with an estimate of its
+   !> damping ratio, and for each branch a value near its relaxation rate.
    subroutine guess_roots(problem, near, offset)
       type(coupled_equation_t), intent(in) :: problem
-      !> Nearest poles and offsets of the roots, [roots]
+      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
       integer, intent(out) :: near(:)
       complex(wp), intent(out) :: offset(:)
 
       complex(wp) :: s(size(near))
-      real(wp), allocatable :: square(:), value(:, :), rate(:), new(:), change(:, :), reaction(:)
-      real(wp) :: damping, root, stiff, fastest, flexibility
+      real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
+      real(wp) :: damping, root, stiffness, fastest, flexibility
       integer :: j, k, last
 
       allocate (square, source=problem%square)
@@ -221,13 +222,13 @@ contains
       allocate (rate, source=problem%mass_rate)
       fastest = sqrt(maxval([0.0_wp, square]))
       do k = 1, size(problem%spring)
-         stiff = problem%spring(k)%stiffness
+         stiffness = problem%spring(k)%stiffness
          ! the branch acts as a spring for motion faster than its relaxation
-         if (fastest > problem%spring(k)%relaxation_rate) stiff = stiff + problem%spring(k)%branch_stiffness
+         if (fastest > problem%spring(k)%relaxation_rate) stiffness = stiffness + problem%spring(k)%branch_stiffness
          flexibility = 0.0_wp
-         if (.not. holds(problem%spring(k))) flexibility = 1.0_wp/stiff
-         call constrain(square, value(:, k), flexibility, new, change, reaction)
-         square = new
+         if (.not. holds(problem%spring(k))) flexibility = 1.0_wp/stiffness
+         call constrain(square, value(:, k), flexibility, new_square, change, reaction)
+         square = new_square
          value = matmul(transpose(change), value)
          rate = matmul(rate, change**2)
       end do
@@ -261,11 +262,13 @@ contains
       offset = s - problem%pole(near)
       do j = 1, size(s)
          if (problem%crowded(near(j))) then
+            ! poles in the cluster: start at a small fraction of their distance from -1/(2 zeta)
             offset(j) = 0.05_wp*problem%relative(near(j))/problem%two_zeta
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then
+            ! a start at the pole itself would be singular
             offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(near(j)))
          end if
-         ! move off the real axis, because the iteration cannot reach complex conjugate pairs from there
+         ! start off the real axis, because the iteration cannot reach complex conjugate pairs from real values
          if (.not. abs(aimag(problem%pole(near(j)) + offset(j))) > 0.0_wp) then
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if

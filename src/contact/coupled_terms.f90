@@ -1,4 +1,5 @@
-!> Terms exp(s t) of the motion of a beam with several closed compliant contacts (docs/theory.md, sections 17 and 18).
+!> Terms exp(s t) of the motion of a beam with several closed compliant contacts: their exponents, shapes, amplitudes,
+!> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -9,6 +10,7 @@ module coupled_terms
    private
    public :: coupled_modes_t, allocate_terms, enlarge_terms, sort_terms, pad_terms, coupled_amplitudes, terms_at
 
+   !> The terms of one set of closed contacts.
    type :: coupled_modes_t
       !> Impedances of the stops
       type(impedance_t), allocatable :: spring(:)
@@ -22,21 +24,21 @@ module coupled_terms
       real(wp), allocatable :: weight(:)
       !> -Re s and Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: decay(:), omega(:)
-      !> P of each stop, its indentation and its branch force P2 per unit amplitude, [stops, count]
+      !> Force P of each stop, its indentation and its branch force P2 per unit amplitude, [stops, count]
       complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
       !> Each mode of the beam per unit amplitude, [modes, count], and 1 + 2 zeta s, [count]
       complex(wp), allocatable :: shape(:, :), viscous(:)
       !> Real and imaginary parts of `shape`, [modes, count, 2]
       real(wp), allocatable :: shape_parts(:, :, :)
-      !> Weights of the initial state in the amplitudes: of the heights and of the internal variables of the stops,
-      !> [stops, count], and of the modes, [modes, count]
+      !> Weights with which the initial state enters the amplitudes: the heights and the internal variables (branch
+      !> forces) of the stops, [stops, count], and the modes, [modes, count]
       complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
       !> Real and imaginary parts of `mode_weight`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
       !> modes, 3]
       real(wp), allocatable :: weight_parts(:, :, :)
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
-      !> Displacement and force of static equilibrium per unit height, [modes, stops], [stops, stops]
+      !> Displacement and force of static equilibrium per unit height of each stop, [modes, stops], [stops, stops]
       real(wp), allocatable :: static_shape(:, :), static_force(:, :)
    end type coupled_modes_t
 
@@ -59,7 +61,7 @@ contains
          modes%mode_weight(beam, max_terms), source=(0.0_wp, 0.0_wp))
    end subroutine allocate_terms
 
-   !> Enlarge the arrays by a number of terms.
+   !> Enlarge the arrays by a number of terms; the terms so far are copied.
    pure subroutine enlarge_terms(modes, more)
       type(coupled_modes_t), intent(inout) :: modes
       integer, intent(in) :: more
@@ -82,8 +84,8 @@ contains
       end associate
    end subroutine enlarge_terms
 
-   !> Trim the arrays to the number of terms, in order of increasing magnitude of the exponent, which permits longer
-   !> search steps.
+   !> Trim the arrays to the number of terms, and sort them by increasing magnitude of the exponent: a search replaces
+   !> the last terms by lower bounds, and its steps are long if these are the fast terms (`zero_free_steps`).
    pure subroutine sort_terms(modes)
       type(coupled_modes_t), intent(inout) :: modes
 
@@ -121,16 +123,16 @@ contains
       end associate
    end subroutine pad_terms
 
-   !> Amplitudes from the state at the start of a phase: each quantity is its static value + sum weight Re (amplitude
-   !> value exp(s t)).
+   !> Amplitudes from the state at the start of a phase. A quantity of the motion is its static value plus the sum over
+   !> all terms of weight times Re (amplitude value exp(s t)), with `value` the quantity per unit amplitude.
    pure subroutine coupled_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
       !> Squared circular frequencies W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)
       type(coupled_modes_t), intent(in) :: modes
-      !> Heights of the stops above the static position of the beam's modes, [stops]
+      !> Heights of the contact surfaces above the static position of the beam, [stops]
       real(wp), intent(in) :: height(:)
-      !> u and P2 at the start, because the indentation of a stiff stop computed from displacements would be a rounding
-      !> error, [stops]
+      !> Indentation u and branch force P2 at the start, [stops]; the indentation of a stiff stop computed from
+      !> displacements would be a rounding error
       real(wp), intent(in) :: indentation(:)
       real(wp), intent(in) :: branch_force(:)
       !> Modal displacements and velocities relative to the static position, [modes]
@@ -143,7 +145,7 @@ contains
       integer, parameter :: forces = 1, displacements = 2, rates = 3, mass_damping = 4
       complex(wp) :: direct, at_stop, inverse, alternative, sums(4)
       real(wp) :: scale, magnitude, alternative_scale, sizes(4), state(size(z), 4)
-      ! sums over the modes for all terms: real part, imaginary part, magnitude
+      ! sums over the modes for all terms: real part, imaginary part, magnitude, [padded count, 3, columns of `state`]
       real(wp) :: total(size(modes%decay), 3, 4)
       real(wp), dimension(size(height)) :: memory, viscous, elastic
       logical :: has_damper(size(height))
@@ -169,9 +171,9 @@ contains
          sizes = total(m, 3, :)
          inverse = 1.0_wp/modes%exponent(m)
          magnitude = abs(modes%decay(m)) + abs(modes%omega(m))
-         ! Laplace transform of the heights minus the free motion of the stop points, in two forms: as it stands, or by
-         ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, in which the parts that cancel for large s sum to the indentation,
-         ! and by (k + c s)/s - c = k/s
+         ! Laplace transform of the heights minus the free motion of the stop points, in two forms, of which the one
+         ! with the smaller magnitudes is used. `alternative` follows from `direct` by s (s + 2 zeta W^2 + alpha)/D = 1
+         ! - W^2/D and (k + c s)/s - c = k/s, so that the parts that cancel for large s appear as the indentation.
          direct = -(modes%exponent(m)*sums(displacements) + sums(mass_damping)) - modes%two_zeta*sums(forces)
          scale = magnitude*sizes(displacements) + sizes(mass_damping) + modes%two_zeta*sizes(forces)
          alternative = sums(forces)
@@ -193,14 +195,14 @@ contains
       end do
    end subroutine coupled_amplitudes
 
-   !> Sums over the modes for all terms.
+   !> Sums over the modes for all terms, for the first three columns W^2 z, z and v of the state.
    pure subroutine sum_over_modes(terms, modes, weight_parts, state, total)
       !> Number of terms in whole SIMD vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
       real(wp), intent(in) :: weight_parts(terms, modes, 3)
       real(wp), intent(in) :: state(modes, 3)
-      !> Sums of real parts, imaginary parts, magnitudes
+      !> Sums of real parts, imaginary parts, magnitudes, [terms, 3, columns of the state]
       real(wp), intent(out) :: total(terms, 3, 3)
 
       integer :: c, i, m
@@ -221,15 +223,15 @@ contains
    !> Values of the terms at one time.
    pure function terms_at(modes, amplitude, time) result(term)
       type(coupled_modes_t), intent(in) :: modes
-      !> Amplitudes with the weight, [count]
+      !> Amplitudes times the weights of the terms, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> Time since the start of the phase
       real(wp), intent(in) :: time
       complex(wp) :: term(modes%count)
 
-      real(wp), dimension(size(modes%decay)) :: decay_factor, imaginary_part, less_one
+      real(wp), dimension(size(modes%decay)) :: decay_factor, imaginary_part, change_factor
 
-      call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, less_one, decay_factor)
+      call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, change_factor, decay_factor)
    end function terms_at
 
 end module coupled_terms

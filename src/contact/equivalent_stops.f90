@@ -1,5 +1,6 @@
-!> Compliant stops of one relaxation rate whose columns of modal values are linearly dependent, because they stand at
-!> one point or are more than the modes. Fewer equivalent stops replace them.
+!> Equivalent stops for compliant stops of one relaxation rate nu whose columns of modal values are linearly dependent,
+!> because the stops are at one point or outnumber the modes. Such stops would give the characteristic equation roots at
+!> the pole -nu itself, so fewer equivalent stops replace them.
 !>
 !> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops, and their forces P act
 !> on the modes as the forces S P of the equivalent stops. The remaining branch forces P2 with S P2 = 0 act on no mode
@@ -28,12 +29,12 @@ module equivalent_stops
       real(wp), allocatable :: independent(:, :), memory_weight(:, :), rate(:)
    end type equivalent_stops_t
 
-   !> Relative tolerances for equal rates and for linear dependence.
-   real(wp), parameter :: same_rate = 1.0e-10_wp, dependent = 1.0e-12_wp
+   !> Relative tolerances: for equal relaxation rates, and for linear dependence of a column on those before it.
+   real(wp), parameter :: rate_tolerance = 1.0e-10_wp, dependence_tolerance = 1.0e-12_wp
 
 contains
 
-   !> Find the equivalent stops.
+   !> Find the equivalent stops of each group of stops with one relaxation rate.
    subroutine find_equivalent_stops(value, spring, equivalent)
       !> Modal values at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
@@ -70,7 +71,7 @@ contains
          places = [j]
          if (spring(j)%branch_stiffness <= 0.0_wp) return
          places = pack([(k, k=1, size(spring))], spring%branch_stiffness > 0.0_wp .and. .not. is_done .and. &
-            abs(spring%relaxation_rate - spring(j)%relaxation_rate) <= same_rate*spring(j)%relaxation_rate)
+            abs(spring%relaxation_rate - spring(j)%relaxation_rate) <= rate_tolerance*spring(j)%relaxation_rate)
       end function members
    end subroutine find_equivalent_stops
 
@@ -79,7 +80,7 @@ contains
       !> Modal values at the stops of the group, [modes, group]
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
-      !> Indices of the group among all stops
+      !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
 
@@ -106,6 +107,7 @@ contains
       share = matmul(transpose(branch), share)
       allocate (impedance(rank))
       do i = 1, rank
+         ! scale each row of S to unit length; the impedances change with the square of the length
          length = norm2(share(i, :))
          share(i, :) = share(i, :)/length
          basis(:, i) = basis(:, i)*length
@@ -116,7 +118,8 @@ contains
       call add_independent(share, impedance, spring, places, equivalent)
    end subroutine find_group_equivalents
 
-   !> Factorise value = basis share, with as many orthonormal columns in the basis as `value` has independent ones.
+   !> Factorise value = basis share by Gram-Schmidt orthogonalisation, with as many orthonormal columns in the basis as
+   !> `value` has independent ones.
    pure subroutine factorise(value, basis, share)
       real(wp), intent(in) :: value(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
@@ -136,7 +139,7 @@ contains
             residual = residual - matmul(basis, projection(:rank))
             coefficients(:rank, j) = coefficients(:rank, j) + projection(:rank)
          end do
-         if (norm2(residual) <= dependent*norm2(value(:, j))) cycle
+         if (norm2(residual) <= dependence_tolerance*norm2(value(:, j))) cycle
          basis = reshape([basis, residual/norm2(residual)], [size(residual), rank + 1])
          coefficients(rank + 1, j) = norm2(residual)
       end do
@@ -183,8 +186,9 @@ contains
       equivalent%value = reshape([equivalent%value, value], [size(value, 1), size(equivalent%spring)])
    end subroutine add_equivalents
 
-   !> Append the independently relaxing branch forces, the complement of P2 = A S' y: the projection 1 - A S' (S A
-   !> S')^-1 S as a sum of products of a column and a row.
+   !> Append the independently relaxing branch forces, the complement of those P2 = A S' y that the equivalent stops
+   !> represent: the projection 1 - A S' (S A S')^-1 S, with A the diagonal matrix of branch stiffnesses, as a sum of
+   !> products of a column and a row.
    pure subroutine add_independent(share, impedance, spring, places, equivalent)
       real(wp), intent(in) :: share(:, :)
       !> Equivalent stops, whose branch stiffnesses are S A S'
@@ -207,6 +211,7 @@ contains
          end do
       end do
       remainder = projection
+      ! Gram-Schmidt orthogonalisation of the projection's columns, the longest remaining column first
       do i = 1, size(places) - size(impedance)
          j = maxloc(norm2(remainder, 1), dim=1)
          column = 0.0_wp

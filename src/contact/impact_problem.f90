@@ -1,8 +1,8 @@
-!> Impacts at one instant, for every integration method: Newton's impact law with coefficients of restitution as one
+!> Impacts at one instant, for every integration method: Newton's impact law with coefficients of restitution eps as one
 !> linear complementarity problem over the rigid contacts that take part (docs/theory.md, sections 7, 10 and 17).
 !>
-!> The integration method supplies velocities and the mobility matrix, applies the impulses, and poses the next problem
-!> as long as impulses turn a separating contact back.
+!> The integration method supplies velocities and the mobility matrix, and applies the impulses. If these impulses make
+!> the beam approach a contact again from which it was separating, the method poses another problem at the same instant.
 module impact_problem
    use complementarity, only: solve_complementarity
    use kinds, only: wp
@@ -14,15 +14,16 @@ module impact_problem
    !> Maximum number of problems at one instant; in the last one every contact that the beam touches comes to rest.
    integer, parameter :: max_rounds = 100
 
-   !> Role of a contact in the problem: it rebounds by its coefficient of restitution and enters only if the beam
-   !> approaches it; it comes to rest without restitution, also if the beam separates from it; or it is closed already
-   !> and holds the beam.
+   !> Role of a contact in the problem. `rebounds`: the contact rebounds by its coefficient of restitution, and takes
+   !> part only if the beam approaches it. `comes_to_rest`: no restitution, also if the beam separates from the contact
+   !> (capture). `holds`: the contact is closed already.
    integer, parameter :: rebounds = 1
    integer, parameter :: comes_to_rest = 2
    integer, parameter :: holds = 3
 
    !> Outcome for a contact: unchanged; an impact; a capture; an impulse on a closed contact; or a release, without an
-   !> impulse of its own.
+   !> impulse of its own. If the contact has received an impulse, the outcome equals its role, so the constants are
+   !> equal.
    integer, parameter :: unchanged = 0
    integer, parameter :: is_hit = rebounds
    integer, parameter :: is_arrested = comes_to_rest
@@ -36,7 +37,7 @@ module impact_problem
       !> Role in the problem, one of the constants above
       integer :: part = rebounds
       real(wp) :: restitution = 0.0_wp
-      !> Velocity of the stop point away from the contact, before and after the impulse
+      !> Normal velocity of the beam, positive away from the contact, before and after the impulse
       real(wp) :: before = 0.0_wp
       real(wp) :: after = 0.0_wp
       !> Impulse on the beam, and the energy change of the beam by it
@@ -46,13 +47,14 @@ module impact_problem
 
 contains
 
-   !> Add a contact that the beam touches to the problem, unless it can rebound and the beam separates from it.
+   !> Add a contact that the beam touches to the problem, unless it would rebound and the beam separates from it. The
+   !> normal velocity at a closed contact is exactly zero.
    pure subroutine add_impact_contact(contact, part, velocity, restitution, struck, count)
       !> Index among all contacts
       integer, intent(in) :: contact
       !> Role in the problem, one of the constants above
       integer, intent(in) :: part
-      !> Velocity away from the contact
+      !> Normal velocity of the beam, positive away from the contact
       real(wp), intent(in) :: velocity
       real(wp), intent(in) :: restitution
       type(impact_contact_t), intent(inout) :: struck(:)
@@ -65,10 +67,10 @@ contains
          merge(0.0_wp, velocity, part == holds))
    end subroutine add_impact_contact
 
-   !> Solve for impulses Lambda >= 0 complementary to w+ = w- + W Lambda >= -eps w-. The energy of the beam does not
-   !> increase.
+   !> Solve for impulses Lambda >= 0 complementary to w+ + eps w- >= 0, with the normal velocities w- before and w+ = w-
+   !> + W Lambda after the impulses. The energy of the beam does not increase.
    pure subroutine find_impulses(mobility, struck)
-      !> W, velocity at one contact per unit impulse at another, symmetric, [struck, struck]
+      !> Mobility W: normal velocity at one contact per unit impulse at another, symmetric, [struck, struck]
       real(wp), intent(in) :: mobility(:, :)
       !> Contacts of the problem, which receive impulses and velocities after them
       type(impact_contact_t), intent(inout) :: struck(:)
@@ -85,7 +87,7 @@ contains
    !> Replacement of the nodal velocity: one node gets the velocity after the impact, all other nodes keep theirs. The
    !> energy may increase.
    pure subroutine find_nodal_impulse(mass, momentum, struck)
-      !> Entries of the node c: mass M_cc, and momentum (M v)_c before the impact
+      !> Entries of the degree of freedom c of the node: mass M_cc, and momentum (M v)_c before the impact
       real(wp), intent(in) :: mass
       real(wp), intent(in) :: momentum
       type(impact_contact_t), intent(inout) :: struck

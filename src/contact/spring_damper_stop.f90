@@ -1,8 +1,8 @@
-!> A stop of a spring k and a damper c in parallel: P = max(0, k u + c u').
+!> A stop of a spring k and a damper c in parallel: P = max(0, k u + c u'), with u the indentation and u' = du/dtau.
 !>
 !> The contact surface does not recover independently of the beam: P vanishes while the stop is still indented, and from
-!> then on the spring moves the damper without contact force, at the velocity of the beam. The branch force is that of
-!> the damper.
+!> then on spring and damper balance each other without contact force, and the surface moves with the beam. The branch
+!> force P2 = c u' is that of the damper.
 module spring_damper_stop
    use kinds, only: lambda1_power4, wp
    use compliant_stop, only: stop_step_t, compliant_stop_t
@@ -21,9 +21,9 @@ contains
 
    !> Make the stop from the dimensionless ratios of a scene.
    elemental function make_spring_damper(stiffness_ratio, damper_ratio) result(stop)
-      !> kappa
+      !> Stiffness ratio kappa = k/(3 E Ibar/L^3)
       real(wp), intent(in) :: stiffness_ratio
-      !> c*
+      !> Damping ratio c* = c omega1/(3 E Ibar/L^3)
       real(wp), intent(in) :: damper_ratio
       type(spring_damper_t) :: stop
 
@@ -31,23 +31,25 @@ contains
       stop%viscosity = 3.0_wp*damper_ratio/lambda1_power4
    end function make_spring_damper
 
-   !> A massless node between the beam and a rigid stop as a spring with a damper: the spring is the beam elements next
-   !> to the node, whose damping is proportional to their stiffness. After its release the node returns to the
-   !> displacement that the modes give it.
-   elemental function make_node_spring(flexibility, two_zeta) result(pad)
-      !> Displacement of the node per unit force on it, with all other degrees of freedom fixed
+   !> A massless node between the beam and a rigid stop as a spring with a damper: the spring is the stiffness of the
+   !> beam elements next to the node, whose damping is proportional to their stiffness. After its release the node
+   !> returns exponentially to the displacement that the modes give it.
+   elemental function make_node_spring(flexibility, two_zeta) result(stop)
+      !> Displacement of the node per unit force on it, with all other degrees of freedom fixed, in L^3/(lambda1^4 E
+      !> Ibar)
       real(wp), intent(in) :: flexibility
       !> 2 zeta of the beam; 0: the node returns instantly
       real(wp), intent(in) :: two_zeta
-      type(spring_damper_t) :: pad
+      type(spring_damper_t) :: stop
 
-      pad%stiffness = 1.0_wp/flexibility
-      pad%viscosity = two_zeta*pad%stiffness
-      pad%recovery_rate = huge(1.0_wp)
-      if (two_zeta > 0.0_wp) pad%recovery_rate = 1.0_wp/two_zeta
+      stop%stiffness = 1.0_wp/flexibility
+      stop%viscosity = two_zeta*stop%stiffness
+      stop%recovery_rate = huge(1.0_wp)
+      if (two_zeta > 0.0_wp) stop%recovery_rate = 1.0_wp/two_zeta
    end function make_node_spring
 
-   !> Coefficients of a time step in contact.
+   !> Coefficients of a time step in contact. The damper force is the viscosity times the mean velocity of the step; a
+   !> step of length zero has no damper force.
    pure function step(self, length)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(in) :: length

@@ -1,6 +1,6 @@
-!> Static states of beam and stops: the start of a run by release from a stop, and the final state of rest.
+!> Static states of beam and stops: the start of a run by release from a stop, and the equilibrium in which a run ends.
 !>
-!> Scales: displacement eta, forces Pbar / (hbar/L), as in the laws of the stops.
+!> Scales: displacements in D (eta), forces P in lambda1^4 E Ibar D/L^3, as in the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t
    use contact_starts, only: find_static_forces
@@ -39,6 +39,7 @@ contains
          return
       end if
       displacement = unit_shape(beam, dof)
+      ! a gap of 1 at the release contact is the displacement s (1 + h), with sign s and height h of the contact
       displacement = displacement*(contacts(release_contact)%sign*(1.0_wp &
          + contacts(release_contact)%height)/displacement(dof))
       do k = 1, size(contacts)
@@ -57,7 +58,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> All contacts
       type(contact_t), intent(in) :: contacts(:)
-      !> P of each contact
+      !> Force P of each contact
       real(wp), intent(out) :: forces(:)
       !> Strain energy of the beam and of all springs
       real(wp), intent(out) :: energy
@@ -66,7 +67,7 @@ contains
 
       type(supported_beam_t) :: beam
       type(contact_t), allocatable :: active(:)
-      real(wp), allocatable :: compliance(:, :), push(:), shape(:)
+      real(wp), allocatable :: compliance(:, :), active_forces(:), shape(:)
       integer, allocatable :: dofs(:)
       logical :: is_active(size(contacts))
       integer :: k
@@ -78,14 +79,15 @@ contains
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
       active = pack(contacts, is_active)
       dofs = model%stop_dofs(active%stop)
-      allocate (compliance(size(dofs), size(dofs)), push(size(dofs)))
+      allocate (compliance(size(dofs), size(dofs)), active_forces(size(dofs)))
       do k = 1, size(dofs)
          shape = unit_shape(beam, dofs(k))
+         ! `unit_shape` has E Ibar = L = 1: lambda1^4 converts it to the unit of forces
          compliance(:, k) = active%sign*(lambda1_power4*active(k)%sign)*shape(dofs)
       end do
-      call find_static_forces(active, -active%height, compliance, push)
-      energy = 0.5_wp*dot_product(push, matmul(compliance, push))
-      forces = unpack(push, is_active, forces)
+      call find_static_forces(active, -active%height, compliance, active_forces)
+      energy = 0.5_wp*dot_product(active_forces, matmul(compliance, active_forces))
+      forces = unpack(active_forces, is_active, forces)
    end subroutine find_static_rest
 
 end module static_states

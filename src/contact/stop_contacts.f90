@@ -1,4 +1,4 @@
-!> Unilateral contacts of the beam: one of a stop below or above it, two of a stop on both sides.
+!> Unilateral contacts of the beam. A stop below or above the beam has one contact, a stop on both sides has two.
 !>
 !> The sign s is 1 for a contact below the beam and -1 for one above: the gap of a contact at height d is s (y - d), and
 !> its force acts on the beam along s.
@@ -11,13 +11,14 @@ module stop_contacts
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
 
+   !> A unilateral contact: one side of a stop.
    type :: contact_t
       !> Index of its &stop in the scene, and index among all contacts in the order of the scene, below before above
       integer :: stop = 1
       integer :: number = 1
-      !> Sign s
+      !> Sign s: 1 for a contact below the beam, -1 for one above it
       real(wp) :: sign = 1.0_wp
-      !> s d in units of displacement: the `preload` of its stop
+      !> Height s d of the contact surface in units of displacement: the `preload` of its stop
       real(wp) :: height = 0.0_wp
       !> The beam is released from this contact
       logical :: is_release_contact = .false.
@@ -31,8 +32,8 @@ module stop_contacts
 
 contains
 
-   !> Maximum penetration at the start that counts as contact and is projected onto the contact surface; a start with a
-   !> larger penetration is refused.
+   !> Maximum penetration at the start that is treated as rounding error and projected onto the contact surface; a start
+   !> with a larger penetration is refused.
    elemental function penetration_tolerance(contact) result(tolerance)
       type(contact_t), intent(in) :: contact
       real(wp) :: tolerance
@@ -107,12 +108,14 @@ contains
          end if
          if (stops(i)%side /= side_below) then
             contact%sign = -1.0_wp
+            ! from a stop on both sides the beam is released at the lower contact
             contact%is_release_contact = i == settings%release_stop .and. stops(i)%side /= side_both
             total = total + 1
             contact%number = total
             contacts(total) = contact
          end if
       end do
+      ! insertion sort
       do i = 2, total
          contact = contacts(i)
          place = i
@@ -126,8 +129,8 @@ contains
       contacts = contacts(:total)
    end function contacts_of
 
-   !> Which contacts are active? Of rigid contacts at one point and on one side only the highest is active; of equally
-   !> high ones only that with the maximum coefficient of restitution.
+   !> Which contacts are active? Of rigid contacts at one point and on one side only the highest is active, and of
+   !> equally high ones only that with the maximum coefficient of restitution. All compliant contacts are active.
    pure function active_contacts(contacts, dofs) result(is_active)
       type(contact_t), intent(in) :: contacts(:)
       !> Degree of freedom of each contact

@@ -1,4 +1,4 @@
-!> Contact laws of the stops as the run settings select them.
+!> Contact laws of the stops as the run settings select them: rigid with a coefficient of restitution, or compliant.
 module stop_laws
    use kinds, only: lambda1_power4, wp
    use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
@@ -19,7 +19,8 @@ contains
       answer = settings%law == law_restitution
    end function is_rigid
 
-   !> Static stiffness k, the force per unit of constant indentation; 0: the stop is rigid.
+   !> Static stiffness k in lambda1^4 E Ibar/L^3, the force per unit of constant indentation; 0: the stop is rigid. The
+   !> ratio of the settings is in 3 E Ibar/L^3.
    elemental function static_stiffness(settings) result(stiffness)
       type(stop_settings_t), intent(in) :: settings
       real(wp) :: stiffness

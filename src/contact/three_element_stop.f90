@@ -1,7 +1,8 @@
-!> Model B of the stop (standard linear solid): a spring k parallel to a Maxwell branch, a spring beta k in series with
-!> a damper c (docs/theory.md, section 8).
+!> Model B of the stop (standard linear solid): a spring k in parallel with a Maxwell branch, which is a spring beta k
+!> in series with a damper c (docs/theory.md, section 8).
 !>
-!> The branch force P2 follows from dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
+!> The branch force P2 follows from dP2/dtau + nu P2 = beta k du/dtau, with u the indentation and nu = beta k/c the
+!> relaxation rate. The force of the stop is P = k u + P2.
 module three_element_stop
    use kinds, only: lambda1_power4, wp
    use compliant_stop, only: contact_force, stop_step_t, compliant_stop_t
@@ -18,13 +19,13 @@ module three_element_stop
 
 contains
 
-   !> Make model B from the dimensionless ratios of the paper of 1977.
+   !> Make model B from the dimensionless ratios of the paper (Irie, Yamada, Asano 1977).
    elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
-      !> kappa
+      !> Stiffness ratio kappa = k/(3 E Ibar/L^3)
       real(wp), intent(in) :: stiffness_ratio
-      !> beta
+      !> Stiffness beta of the branch spring over k
       real(wp), intent(in) :: branch_ratio
-      !> c*; 0: the branch bears no force
+      !> Damping ratio c* = c omega1/(3 E Ibar/L^3); 0: the branch bears no force
       real(wp), intent(in) :: damper_ratio
       type(three_element_t) :: stop
 
@@ -44,7 +45,8 @@ contains
       end if
    end function make_three_element
 
-   !> E in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), exact if u is linear in tau.
+   !> Decay factor E = exp(-nu step) in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), with phi = (1
+   !> - E)/(nu step), which is exact if u is linear in tau.
    elemental function branch_decay(stop, step) result(decay)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -54,8 +56,8 @@ contains
       decay = decay_over(stop%relaxation_rate, step)
    end function branch_decay
 
-   !> beta k phi in the formula of `branch_decay`, phi = (1 - E)/(rate step): beta k if the damper is rigid, 0 if the
-   !> damper has no resistance.
+   !> Gain beta k phi in the formula of `branch_decay`: beta k if the damper is rigid (nu = 0), 0 if the damper has no
+   !> resistance (nu infinite).
    elemental function branch_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -77,15 +79,15 @@ contains
       end if
    end function branch_gain
 
-   !> Coefficient g = beta k (1 - phi)/(rate step) in the mean of P2 over the step, phi P2(tau) + g (u(tau + step) -
-   !> u(tau)), with phi = (1 - exp(-rate step))/(rate step).
+   !> Coefficient g = beta k (1 - phi)/(nu step) in the mean of P2 over the step, phi P2(tau) + g (u(tau + step) -
+   !> u(tau)), with phi = (1 - exp(-nu step))/(nu step).
    elemental function branch_mean_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
       real(wp) :: gain
 
-      integer, parameter :: last = 20
+      integer, parameter :: last_factor = 20
       real(wp) :: x, term
       integer :: i
 
@@ -95,9 +97,9 @@ contains
       if (x > 1.0_wp) then
          gain = stop%branch_stiffness*(1.0_wp - (1.0_wp - exp(-x))/x)/x
       else
-         ! 1/2 - x/6 + x^2/24 - ...
+         ! power series (1 - phi)/x = 1/2 - x/6 + x^2/24 - ..., up to x^17/19!
          term = 0.5_wp*stop%branch_stiffness
-         do i = 3, last
+         do i = 3, last_factor
             gain = gain + term
             term = -term*x/real(i, wp)
          end do
@@ -116,7 +118,7 @@ contains
 
    !> exp(-rate step), including the limits of rate 0 and infinity.
    elemental function decay_over(rate, step) result(decay)
-      !> Rate; `huge` means infinity
+      !> Rate per tau; `huge` means infinity
       real(wp), intent(in) :: rate
       !> Time
       real(wp), intent(in) :: step
