@@ -1,4 +1,5 @@
-!> Settings of the boundary conditions at the root of the beam and of its point masses: &root and &mass of a scene file.
+!> Settings of the root of the beam (its end x = 0), and of point masses on the beam: &root and &mass of a scene file. E
+!> Ibar is the bending stiffness, rho Abar L the mass of the uniform beam of mean section with length L.
 module body_settings
    use kinds, only: wp
    use run_settings, only: name_length
@@ -7,7 +8,7 @@ module body_settings
    public :: root_settings_t, mass_settings_t
    public :: root_clamped, root_pinned, root_names
 
-   !> The root is clamped; if spring stiffnesses are given, springs restrain it instead.
+   !> The root is clamped, unless the stiffness of a spring is given, which then restrains this motion elastically.
    integer, parameter :: root_clamped = 1
    !> The root is pinned: it rotates freely and has no displacement.
    integer, parameter :: root_pinned = 2
@@ -18,8 +19,8 @@ module body_settings
    type :: root_settings_t
       !> One of the `root_` constants
       integer :: kind = root_clamped
-      !> Stiffness k / (3 E Ibar / L) of a rotational and k / (3 E Ibar / L^3) of a translational spring; 0: no spring,
-      !> the root is fixed in this motion
+      !> Stiffness k / (3 E Ibar / L) of a spring against rotation and k / (3 E Ibar / L^3) of a spring against
+      !> displacement; 0: no spring, the root is rigidly fixed in this motion
       real(wp) :: rotation_stiffness_ratio = 0.0_wp
       real(wp) :: translation_stiffness_ratio = 0.0_wp
    end type root_settings_t

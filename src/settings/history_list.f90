@@ -1,5 +1,5 @@
-!> Histories recorded at the sample times: one table entry for each history. The histories that a scene may request and
-!> the datasets of results files follow from this table; the recorders compute the values.
+!> Histories (functions of time) recorded at the sample times: one table entry for each history. The names that a scene
+!> may request and the datasets of results files follow from this table; recorders of other modules compute the values.
 module history_list
    implicit none (type, external)
    private
@@ -10,9 +10,10 @@ module history_list
       character(24) :: name
       !> Name of the dataset in results files
       character(24) :: dataset
-      !> Meaning; of each {this~that}, `this` is printed in dimensionless results and `that` in results with units
+      !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
+      !> results with units; without ~, `that` is empty
       character(60) :: meaning
-      !> Name of a quantity in `quantity_table`
+      !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
    end type history_t
 

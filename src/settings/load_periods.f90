@@ -1,4 +1,4 @@
-!> The period of one harmonic load on a beam, or the smallest common period of all harmonic loads.
+!> The period of one harmonic load on a beam, or the common period of all its harmonic loads, tau.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_step, time_course_t
@@ -16,8 +16,8 @@ contains
       integer, intent(in) :: which
       real(wp) :: period
 
-      ! maximum number of cycles of the slowest load in a common period; maximum relative error of frequencies that
-      ! users give as rounded decimals of ratios of whole numbers
+      ! maximum number of periods of the slowest load in a common period, and maximum relative rounding error of
+      ! frequencies whose ratios are meant as ratios of whole numbers, but which users give as decimals
       integer, parameter :: max_cycles = 64
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
@@ -38,7 +38,7 @@ contains
       end do
    end function period_of
 
-   !> Is a load harmonic or constant from tau = 0 on, without end?
+   !> Does a load continue unchanged from tau = 0 without end, either harmonic or constant?
    elemental function is_steady(course) result(is)
       type(time_course_t), intent(in) :: course
       logical :: is

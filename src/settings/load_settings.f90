@@ -1,8 +1,9 @@
-!> Settings of the loads on a beam, of the motion of its base and of its initial conditions.
+!> Settings of the loads on a beam, of the motion of its base (clamp, stops and supports together) and of its initial
+!> conditions.
 !>
-!> Scales: lengths and times as in `run_settings`. Forces in 3 E Ibar D/L^3, line loads in 3 E Ibar D/L^4, accelerations
-!> in D omega1^2, velocities in D omega1, with D the unit of displacement. E Ibar is the bending stiffness of the mean
-!> section.
+!> Dimensionless scales: lengths and times as in `run_settings`. Forces in 3 E Ibar D / L^3, line loads in 3 E Ibar D /
+!> L^4, accelerations in D omega1^2, velocities in D omega1, where D is the unit of displacement and E Ibar the bending
+!> stiffness of the mean section.
 module load_settings
    use kinds, only: wp
    implicit none (type, external)
@@ -15,28 +16,30 @@ module load_settings
    public :: start_release, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
-   !> Time function amplitude sin(frequency tau + phase)
+   !> Time functions of loads (courses): amplitude sin(frequency tau + phase), from the start to the end
    integer, parameter :: course_harmonic = 1
-   !> Time function with the constant value amplitude
+   !> Constant value amplitude, from the start to the end
    integer, parameter :: course_step = 2
-   !> Time function with the value amplitude, or amplitude times half a period of a sine, during a given duration
+   !> Value amplitude, or amplitude times half a period of a sine, during a given duration after the start
    integer, parameter :: course_pulse = 3
-   !> Time function amplitude times a table that is linear between its points and zero outside
+   !> Amplitude times a table of values, linear between its points and zero outside
    integer, parameter :: course_table = 4
 
    !> Shapes of a pulse
    integer, parameter :: pulse_rectangle = 1
    integer, parameter :: pulse_half_sine = 2
 
+   !> A base motion is given by its acceleration or its displacement. A table of base displacements is interpolated by
+   !> a cubic spline; the base is at rest before and after the table.
    integer, parameter :: base_acceleration = 1
-   !> A table of base displacements is interpolated by a cubic spline; the base is at rest before and after the table
    integer, parameter :: base_displacement = 2
 
-   !> Released from rest, deflected away from a stop by a static force at the stop
+   !> Released from rest, after a static force at a stop has deflected the beam away from this stop
    integer, parameter :: start_release = 1
    !> At rest and undeformed
    integer, parameter :: start_rest = 2
-   !> At rest in static equilibrium with the loads at tau = 0, taken as constant, and with the forces of closed contacts
+   !> At rest in static equilibrium with the loads at tau = 0, which are taken as constant, and with the forces of
+   !> closed contacts
    integer, parameter :: start_balance = 3
    !> Undeformed, with an initial velocity field
    integer, parameter :: start_velocity = 4
@@ -44,7 +47,7 @@ module load_settings
    integer, parameter :: start_mode = 5
    !> Displacements and velocities of a table, interpolated by cubic splines
    integer, parameter :: start_table = 6
-   !> Undeformed, with the velocity of a fall, at the instant at which the falling base stops
+   !> At tau = 0 the falling base stops: undeformed beam, with the velocity of the fall relative to the base
    integer, parameter :: start_drop = 7
 
    !> Initial velocity fields: uniform, rotation about the root, in the shape of a mode
@@ -60,7 +63,7 @@ module load_settings
       'table', 'drop']
    character(*), parameter :: field_names(3) = [character(8) :: 'uniform', 'rotation', 'mode']
 
-   !> Time function of a load or of the base motion: zero before its start and after its end.
+   !> Time function of a load or of a base motion: zero before its start and after its end.
    type :: time_course_t
       !> One of the `course_` constants
       integer :: kind = course_harmonic
@@ -90,7 +93,8 @@ module load_settings
       real(wp) :: stretch(2) = [0.0_wp, 1.0_wp]
    end type force_settings_t
 
-   !> &base: common motion of the clamp, the stops and the supports, positive upwards
+   !> &base: common motion of the clamp, the stops and the supports, positive upwards; the beam is described relative to
+   !> it
    type :: base_settings_t
       !> `base_acceleration` or `base_displacement`: the quantity that `course` gives
       integer :: quantity = base_acceleration
@@ -108,7 +112,7 @@ module load_settings
       real(wp) :: velocity = 0.0_wp
       !> Displacement of the tip, used with `start_mode`
       real(wp) :: displacement = 0.0_wp
-      !> Number of the mode of the beam with open contacts
+      !> Number of the mode of the beam with open contacts, for `start_mode` and `field_mode`
       integer :: mode = 1
       !> Table of `start_table`: x/L, ascending, and the displacements and velocities there
       real(wp), allocatable :: position(:), displacements(:), velocities(:)

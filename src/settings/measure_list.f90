@@ -1,5 +1,6 @@
-!> Measures of a run: one table entry for each measure. The columns of sweeps, the datasets of results files and the
-!> lines on the console follow from this table; `row_of` in `run_measures` gives the values.
+!> Measures, the scalar results of a run: one table entry for each measure. The columns of sweeps, the datasets of
+!> results files and the lines on the console follow from this table; `row_of` in `run_measures` computes the values of
+!> a run, in the order of the table (a row).
 module measure_list
    implicit none (type, external)
    private
@@ -8,18 +9,20 @@ module measure_list
    type :: measure_t
       !> Name of the column in a sweep
       character(24) :: name
-      !> Name of the dataset in the file of one run or of several cases; empty: there is no dataset
+      !> Name of the dataset in the results file of one run or of &cases; empty: there is no dataset
       character(24) :: run_name
-      !> Meaning; of each {this~that}, `this` is printed in dimensionless results and `that` in results with units
+      !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
+      !> results with units; without ~, `that` is empty
       character(160) :: meaning
-      !> Name of a quantity in `quantity_table`
+      !> Name of the physical quantity in `quantity_table`
       character(24) :: quantity
       !> The values are whole numbers
       logical :: is_whole
-      !> Label of the line on the console, empty: the measure is not printed; and the text before the number
+      !> Label of the line on the console, empty: the measure is not printed; and the text between the label and the
+      !> number
       character(24) :: label = ''
       character(16) :: lead = ''
-      !> Each of several contacts has a value of its own
+      !> Each contact of a run with several contacts has its own value
       logical :: is_of_contact = .false.
       !> Group that a scene must have for this measure; empty: every scene has the measure
       character(12) :: group = ''
@@ -120,9 +123,9 @@ module measure_list
    !> Indices of measures that the program itself uses
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_tau', dim=1)
-   !> Index of the first statistical measure; all measures after it are statistical too
+   !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
-   !> Number of rebounds whose peak displacements are measures
+   !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 
 contains

@@ -1,11 +1,12 @@
-!> Settings of the search for periodic motions and of their branches: &orbit of a scene file.
+!> Settings of the search for periodic motions (orbits), and of branches of orbits along which a load varies: &orbit.
 module orbit_settings
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: orbit_settings_t, vary_nothing, vary_amplitude, vary_frequency, varied_names
 
-   !> What varies along a branch of periodic motions: nothing (no branch), the amplitude or the frequency of a load
+   !> What varies along a branch of periodic motions: nothing (there is no branch), the amplitude or the frequency of a
+   !> load
    integer, parameter :: vary_nothing = 1
    integer, parameter :: vary_amplitude = 2
    integer, parameter :: vary_frequency = 3
@@ -13,22 +14,23 @@ module orbit_settings
 
    !> Settings of &orbit.
    type :: orbit_settings_t
-      !> Period of the motion in periods of the load; 0: the period is found from the motion
+      !> Maximum period for which the steady loads run before the search, in periods of the load
       integer :: periods = 0
       !> Periods of the load that are computed before the search
       integer :: skip = 100
-      !> Maximum distance between the states at start and end of the period, relative to the size of the motion, and
+      !> Maximum distance between the states at start and end of the period, relative to the size of the states, and
       !> maximum number of Newton steps
       real(wp) :: tolerance = 1.0e-10_wp
       integer :: max_steps = 30
-      !> One of the `vary_` constants, and the number of the harmonic load that varies; &force counts before &base
+      !> One of the `vary_` constants, and the number of the harmonic load that varies; the numbers count &force before
+      !> &base
       integer :: varied = vary_nothing
       integer :: load = 1
       !> Minimum and maximum of the varied amplitude or frequency over its value in the scene
       real(wp) :: min_ratio = 0.5_wp
       real(wp) :: max_ratio = 2.0_wp
-      !> First and maximum step along a branch, as fractions of the range and of the size of the motion, and maximum
-      !> number of points of a branch to either side
+      !> First and maximum step along a branch, as fractions of the range of the varied value and of the size of the
+      !> states; and maximum number of points of a branch in either direction
       real(wp) :: step = 0.005_wp
       real(wp) :: max_step = 0.02_wp
       integer :: max_points = 500

@@ -1,5 +1,6 @@
-!> Physical quantities: one table entry for each, with its units and the factor between dimensionless values and values
-!> in units. Datasets, tables, names in scene files that take units, and sweeps over these follow from this table.
+!> Physical quantities: one table entry for each, with its units and the factor that converts a dimensionless value
+!> ("ratio") to a value in units. Datasets, tables, names in scene files that take units, and sweeps over these names
+!> follow from this table.
 module quantities
    use kinds, only: lambda1_power4, pi, wp
    use scene_types, only: scales_t
@@ -8,12 +9,13 @@ module quantities
    public :: quantity_table, quantity_named, system_names, system_none
    public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in, words_in
 
-   !> Systems of units, as named in scene files; the last stands for any consistent units, of which only the dimensions
-   !> are known.
+   !> Systems of units, as named in scene files: SI; millimetre, tonne and second; 'none' stands for any consistent
+   !> units, of which only the dimensions are known.
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
    integer, parameter :: system_none = size(system_names)
 
-   ! Scales; the unit of each quantity is a product of powers of one or two scales
+   ! Scales (components of `scales_t`, or products of them); the unit of each quantity is a product of powers of one or
+   ! two scales
    integer, parameter :: none = 1
    integer, parameter :: length = 2
    integer, parameter :: omega1 = 3
@@ -21,9 +23,9 @@ module quantities
    integer, parameter :: velocity = 5
    integer, parameter :: slope = 6
    integer, parameter :: mass = 7
-   !> Scale of the contact force Pbar
+   !> Scale lambda1^4 E Ibar D / (hbar L^2) of the contact force Pbar
    integer, parameter :: force = 8
-   !> Scales 3 E Ibar / L^3 of stiffness, and 3 E Ibar D / L^3 of loads
+   !> Scales 3 E Ibar / L^3 of stiffnesses, and 3 E Ibar D / L^3 of loads
    integer, parameter :: stiffness = 9
    integer, parameter :: load = 10
    integer, parameter :: bending_stiffness = 11
@@ -31,11 +33,12 @@ module quantities
 
    type :: quantity_t
       character(24) :: name
-      !> Symbol of the dimensionless value
+      !> Symbol of the dimensionless value, printed as its unit
       character(8) :: symbol
-      !> Its unit in each of the systems
+      !> Unit in each of the systems of units
       character(18) :: unit(size(system_names))
-      !> One dimensionless unit is `first**power*second**second_power/constant`, where `first` and `second` are scales
+      !> One dimensionless unit is `first**power * second**second_power / constant`, where `first` and `second` are
+      !> scales
       integer :: first = none
       integer :: power = 1
       integer :: second = none
@@ -169,7 +172,7 @@ contains
 
    !> Value of a scale in the units of the scene; 0: not known.
    pure function scale_of(which, scales) result(scale)
-      !> One of the scales above
+      !> One of the scales above, such as `length`
       integer, intent(in) :: which
       type(scales_t), intent(in) :: scales
       real(wp) :: scale
@@ -220,6 +223,7 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: named
 
+      ! words of dimensionless names, and the words that replace them in results with units
       character(*), parameter :: greek(3) = [character(5) :: 'tau', 'eta', 'omega']
       character(*), parameter :: latin(3) = [character(12) :: 'time', 'displacement', 'frequency']
       integer :: i, place

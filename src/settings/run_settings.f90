@@ -1,9 +1,12 @@
 !> Settings of one run besides its beam: stops, loads, initial conditions, method of integration, requested results.
 !>
-!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements eta in D = y_c(0) - d, times tau =
-!> omega1 t, where omega1 is the first natural circular frequency of the uniform cantilever of mean section without tip
-!> mass, contact forces Pbar in lambda1^4 E Ibar D / (hbar L^2). A bar marks the mean section; y_c is the displacement
-!> at the stop, d the height of its surface, and eta_c the gap (y_c - d) / D.
+!> Dimensionless scales (docs/theory.md, section 2): lengths along the beam in its length L, displacements eta in D =
+!> |y_c(0) - d|, times tau = omega1 t, contact forces Pbar in lambda1^4 E Ibar D / (hbar L^2). Here y_c(0) is the
+!> initial displacement at the stop from which the beam is released, and d the height of the surface of this stop, both
+!> above the undeformed beam. omega1 is the first natural circular frequency of the uniform cantilever of mean section
+!> without tip mass; lambda1 = 1.875 is its frequency parameter, omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)). A bar
+!> marks the mean section: hbar is the mean height. eta_c is the gap, the distance of the beam from the surface of a
+!> stop.
 module run_settings
    use history_list, only: history_count
    use kinds, only: wp
@@ -22,11 +25,11 @@ module run_settings
    !> Maximum length of the name of a scene, a solver or a history.
    integer, parameter :: name_length = 64
 
-   !> Model A: coefficient of restitution.
+   !> Model A of the paper (Irie, Yamada, Asano 1977): rigid contact with a coefficient of restitution.
    integer, parameter :: law_restitution = 1
-   !> Model B: spring in parallel with a Maxwell branch.
+   !> Model B of the paper: compliant contact, a spring in parallel with a Maxwell branch (spring and damper in series).
    integer, parameter :: law_three_element = 2
-   !> Spring in parallel with a damper; the contact force is never tensile.
+   !> Compliant contact, a spring in parallel with a damper; the contact force is never tensile.
    integer, parameter :: law_spring_damper = 3
 
    !> The stop is below the beam, as in the paper, above the beam, or on both sides.
@@ -34,9 +37,9 @@ module run_settings
    integer, parameter :: side_above = 2
    integer, parameter :: side_both = 3
 
-   !> The impulse of an impact changes the velocities of the whole beam.
+   !> The impulse of an impact changes the velocities of the whole beam (balance of momentum).
    integer, parameter :: impulse_momentum = 1
-   !> An impact replaces only the velocity of the node at the stop.
+   !> An impact replaces only the velocity of the node at the stop, as in the paper.
    integer, parameter :: impulse_nodal = 2
 
    !> Exact solution in closed form between events.
@@ -57,8 +60,9 @@ module run_settings
       real(wp) :: position = 1.0_wp
       !> One of the `side_` constants
       integer :: side = side_below
-      !> delta = d / (y_c(0) - d); for a stop above the beam both signs are reversed; for a stop on both sides delta is
-      !> minus the clearance. y_c(0) is the initial displacement at the stop from which the beam is released
+      !> delta = d/D for a stop below the beam, -d/D for a stop above it, with d the height of its surface above the
+      !> undeformed beam. delta > 0: the undeformed beam would penetrate the surface, so that the stop is preloaded at
+      !> rest. A stop on both sides has delta = -(clearance to each side)/D
       real(wp) :: preload = 0.0_wp
       !> One of the `law_` constants
       integer :: law = law_restitution
@@ -66,7 +70,7 @@ module run_settings
       real(wp) :: restitution = 0.6_wp
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
-      !> Stiffness kappa = k / (3 E Ibar / L^3) of the spring
+      !> Stiffness kappa = k / (3 E Ibar / L^3) of the spring k of a compliant stop
       real(wp) :: stiffness_ratio = 1.0e4_wp
       !> beta, stiffness of the spring in the Maxwell branch over k
       real(wp) :: branch_ratio = 20.0_wp
@@ -75,7 +79,7 @@ module run_settings
       real(wp) :: damper_ratio = 0.3_wp
    end type stop_settings_t
 
-   !> Tolerance of modal truncation, in eta, for reference runs with which other runs are compared.
+   !> Tolerance of modal truncation, in eta, for reference runs with which the results of other runs are compared.
    real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
 
    !> Settings of &response.
@@ -96,15 +100,16 @@ module run_settings
       real(wp) :: contact_tolerance = 1.0e-4_wp
       !> Newmark: contact force Pbar below which a change of its sign opens the contact
       real(wp) :: release_tolerance = 1.0e-2_wp
-      !> A flight that never rises above this value (in eta) is replaced by a closed contact
+      !> A flight that never rises above this value (in eta) is a hop: it does not count and is replaced by a closed
+      !> contact
       real(wp) :: hop_tolerance = 1.0e-8_wp
       !> Maximum number of events; with more the run fails
       integer :: event_limit = 10000000
-      !> `exact`: maximum change of the displacements of stops and tip by modal truncation, relative to the maximum
+      !> `exact`: maximum change of the displacements of stops and tip due to modal truncation, relative to the maximum
       !> displacement
       real(wp) :: accuracy = 1.0e-4_wp
-      !> `exact`: maximum change of the displacements of stops and tip by modal truncation, in eta; huge: only
-      !> `accuracy` limits it
+      !> `exact`: maximum change of the displacements of stops and tip due to modal truncation, in eta; huge: not given,
+      !> only `accuracy` limits the change
       real(wp) :: mode_tolerance = huge(1.0_wp)
       !> `exact`: use all modes, whatever they contribute
       logical :: keep_all_modes = .false.
@@ -124,8 +129,8 @@ module run_settings
       integer :: mode_shapes = 0
       !> Store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Compute measures, among them the peaks of at most `max_peaks` rebounds; runs and sweeps set both, scene files
-      !> cannot
+      !> Compute the measures (scalar results of the run), among them the peaks of at most `max_peaks` rebounds; runs
+      !> and sweeps set both components, scene files cannot
       logical :: measures = .false.
       integer :: max_peaks = huge(1)
    end type output_settings_t
@@ -140,12 +145,13 @@ module run_settings
 
    !> Settings of &statistics.
    type :: statistics_settings_t
-      !> Interval of the run that is evaluated, tau; huge: to the end of the run
+      !> Interval of the run that is evaluated, tau; an end of `huge` means the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
       !> Number of blocks of equal length, from whose differences error bars follow
       integer :: blocks = 10
-      !> Two contacts belong to one impact if at most this time, tau, separates the end of the first from the second
+      !> Two contacts belong to one impact if at most this time, tau, separates the end of the first from the start of
+      !> the second
       real(wp) :: rest = 0.0_wp
       !> Contact force Pbar that a contact with a compliant stop must reach to count as an impact
       real(wp) :: threshold = 0.0_wp
@@ -153,24 +159,24 @@ module run_settings
       integer :: classes = 20
    end type statistics_settings_t
 
-   !> &poincare: Poincare sections, the state at one phase of each period of the load
+   !> &poincare: Poincare sections, states of the motion at one fixed phase of each period of the load
    type :: poincare_settings_t
       !> Phase of the Poincare sections, as a fraction of the period, from tau = 0
       real(wp) :: phase = 0.0_wp
-      !> Number of Poincare sections that are discarded at the start, and number of those recorded after them
+      !> Number of Poincare sections that are discarded at the start, and number of sections recorded after them
       integer :: skip = 100
       integer :: keep = 100
       !> Number of the harmonic load whose period is used, &force counts before &base; 0: the common period of all loads
       integer :: load = 0
-      !> Longest period of the motion that is tested, in periods of the load, and maximum distance of a returned state,
-      !> relative to the largest state
+      !> Maximum period of the motion that is tested, in periods of the load, and maximum distance between a state and
+      !> its return after this period, relative to the maximum of the recorded states
       integer :: max_periods = 16
       real(wp) :: tolerance = 1.0e-6_wp
       !> Record the states of all modes too
       logical :: records_modes = .false.
       !> Compute the largest Lyapunov exponent
       logical :: wants_exponent = .true.
-      !> The duration of the run is skip + keep periods of the load, because the scene gives no duration
+      !> The scene gives no duration, so that the run lasts skip + keep periods of the load
       logical :: sets_duration = .false.
       !> Period of the load, tau, from `period_of`
       real(wp) :: period = 0.0_wp
@@ -178,7 +184,7 @@ module run_settings
 
    !> Settings of one run.
    type :: run_settings_t
-      !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2
+      !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2, the damping ratio of a mode with omega1
       real(wp) :: zeta = 0.0_wp
       type(stop_settings_t) :: stop
       type(response_settings_t) :: response
@@ -196,10 +202,10 @@ module run_settings
       type(base_settings_t), allocatable :: bases(:)
       !> Initial conditions
       type(start_settings_t) :: start
-      !> Mass-proportional damping C = alpha M: alpha/(2 omega1)
+      !> Mass-proportional damping C = alpha M: zeta_mass = alpha / (2 omega1)
       real(wp) :: zeta_mass = 0.0_wp
-      !> Damping ratios of the modes instead of `zeta` and `zeta_mass`, the last for all higher modes; unallocated: not
-      !> given
+      !> Damping ratios of the modes, in place of `zeta` and `zeta_mass`; the last one holds for all higher modes too.
+      !> Unallocated: not given
       real(wp), allocatable :: mode_ratios(:)
       !> Unallocated: no stresses are computed
       type(stress_settings_t), allocatable :: stress
@@ -211,7 +217,8 @@ module run_settings
 
 contains
 
-   !> Number of samples after the start: whole steps within the duration, with an allowance for rounding.
+   !> Number of samples after the start: whole steps within the duration, with an allowance for rounding of the
+   !> quotient.
    pure function count_samples(duration, step) result(samples)
       !> Length of the run
       real(wp), intent(in) :: duration
@@ -231,38 +238,38 @@ contains
       if (response%method == method_newmark) tau = min(tau, real(count_samples(tau, response%step), wp)*response%step)
    end function end_of_run
 
-   !> Number of the stop from which the beam is released. If the scene does not choose it: the stop nearest the tip; of
-   !> several at one position, below goes before above and above before both sides, then the highest surface, then the
-   !> other settings. The order of the stops in the file has no effect, because stops with equal settings are
-   !> interchangeable.
-   pure function stop_released_from(stops, chosen) result(place)
+   !> Number of the stop from which the beam is released. If the scene does not choose one: the stop nearest to the tip.
+   !> Among stops at one position, a stop below the beam precedes a stop above, which precedes one on both sides; then
+   !> the largest preload decides, then the other settings. The order of the stops in the file has no effect, because
+   !> stops with equal settings are interchangeable.
+   pure function stop_released_from(stops, chosen) result(number)
       type(stop_settings_t), intent(in) :: stops(:)
       !> Number that the scene chooses; 0: none
       integer, intent(in) :: chosen
-      integer :: place
+      integer :: number
 
-      real(wp) :: first(9), other(9)
+      real(wp) :: best_keys(9), candidate_keys(9)
       integer :: i, key
 
-      place = chosen
-      if (place > 0) return
-      place = 1
+      number = chosen
+      if (number > 0) return
+      number = 1
       do i = 2, size(stops)
-         first = keys(stops(place))
-         other = keys(stops(i))
-         key = findloc(abs(first - other) > 0.0_wp, .true., dim=1)
+         best_keys = sort_keys(stops(number))
+         candidate_keys = sort_keys(stops(i))
+         key = findloc(abs(best_keys - candidate_keys) > 0.0_wp, .true., dim=1)
          if (key == 0) cycle
-         if (other(key) < first(key)) place = i
+         if (candidate_keys(key) < best_keys(key)) number = i
       end do
    end function stop_released_from
 
-   !> Sort keys of a stop for `stop_released_from`, in order of priority; the minimum is chosen.
-   pure function keys(stop) result(values)
+   !> Sort keys of a stop for `stop_released_from`, in order of priority; the stop with the smallest keys is chosen.
+   pure function sort_keys(stop) result(values)
       type(stop_settings_t), intent(in) :: stop
       real(wp) :: values(9)
 
       values = [-stop%position, real(stop%side, wp), -stop%preload, real(stop%law, wp), real(stop%impulse, wp), &
          -stop%restitution, stop%stiffness_ratio, stop%branch_ratio, stop%damper_ratio]
-   end function keys
+   end function sort_keys
 
 end module run_settings

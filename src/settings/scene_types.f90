@@ -1,8 +1,9 @@
 !> A scene: the contents of an input file (scene file), checked and dimensionless. `scene_reader` fills these types; all
-!> other code takes their components and knows nothing of namelists.
+!> other code takes their components and knows nothing of the file format (namelists: groups `&stop ... /` of `name =
+!> value`). The components of a group's type are the names of the group.
 !>
-!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in D = y_c(0) - d, times tau = omega1
-!> t, where omega1 is the first natural circular frequency of the uniform cantilever of mean section without tip mass.
+!> Dimensionless scales as in `run_settings`: lengths along the beam in L, displacements in D, times tau = omega1 t. A
+!> bar marks the mean section: Abar, Ibar, hbar are its area, second moment of area and height.
 module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
@@ -34,7 +35,8 @@ module scene_types
    !> Section of &section.
    integer, parameter :: shape_section = 4
 
-   !> LAPACK DSYGV on (K, M), the solver of the paper.
+   !> Solvers of the eigenvalue problem. LAPACK DSYGV on the stiffness and mass matrices (K, M), the solver of the
+   !> paper.
    integer, parameter :: solver_dsygv = 1
    !> Element curvatures as coordinates: singular values of the mass-weighted flexibility.
    integer, parameter :: solver_natural = 2
@@ -43,8 +45,8 @@ module scene_types
    !> `natural` or `lanczos`, whichever is faster.
    integer, parameter :: solver_auto = 4
 
-   !> Mass matrix of the motion: consistent, with the mass of the stop's node redistributed to its neighbours, or the
-   !> more accurate of both.
+   !> Mass matrix of the motion: consistent; with the mass of the node at the stop redistributed to its neighbours; or
+   !> the more accurate of these two.
    integer, parameter :: mass_consistent = 1
    integer, parameter :: mass_redistributed = 2
    integer, parameter :: mass_auto = 3
@@ -61,11 +63,12 @@ module scene_types
    !> Number of modes in a table of frequencies if the scene gives none.
    integer, parameter :: default_mode_count = 12
 
-   !> Results in the units of the scene, or dimensionless.
+   !> Units of results: those of the scene, or dimensionless.
    integer, parameter :: output_scene = 1
    integer, parameter :: output_dimensionless = 2
 
-   !> Methods that &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
+   !> Integration methods that &precision compares: `exact`, and Newmark's with beta = 1/4 (average acceleration), 1/6
+   !> (linear acceleration) and 0 (explicit).
    integer, parameter :: contender_exact = 1
    integer, parameter :: contender_average = 2
    integer, parameter :: contender_linear = 3
@@ -92,10 +95,11 @@ module scene_types
       real(wp) :: density = 1.0_wp
       !> One of the `shape_` constants
       integer :: shape = shape_taper
-      !> Height at the clamp and at the tip, for `shape_taper`; a tip height of 0 is a full wedge
+      !> Height at the clamp (root) and at the tip, for `shape_taper`; a tip height of 0 is a full wedge
       real(wp) :: height_root = 0.075_wp
       real(wp) :: height_tip = 0.075_wp
-      !> Alternative to the two heights: (h0 - h1) / L and (h0 + h1) / (2 L)
+      !> Alternative to the two heights: taper (h0 - h1) / L and mean height (h0 + h1) / (2 L) of a beam with the
+      !> heights h0 and h1
       real(wp) :: taper = 0.0_wp
       real(wp) :: mean_height_ratio = 0.075_wp
       !> Stations from 0 to L, ascending, for the tables
@@ -119,8 +123,8 @@ module scene_types
       real(wp), allocatable :: nodes(:)
       !> One of the `mass_` constants: the mass matrix of motion
       integer :: mass = mass_consistent
-      !> Tolerance of the motion, which determines the number of elements: the coarsest mesh within it is chosen; 0: not
-      !> used
+      !> Tolerance of the motion, in eta and tau; the coarsest mesh within this tolerance is then chosen instead of
+      !> `elements`. 0: not used
       real(wp) :: tolerance = 0.0_wp
       !> Estimate the errors of measures from two finer meshes
       logical :: estimate = .false.
@@ -149,13 +153,14 @@ module scene_types
       real(wp) :: height_ratio = 0.0_wp
    end type start_group_t
 
-   !> &frequencies: a table of the frequency parameters lambda_i by each solver on each mesh
+   !> &frequencies: a table of the frequency parameters lambda_i = sqrt(omega_i / omega1) lambda1, one column for each
+   !> solver on each mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
       !> One or more `solver_` constants; `scene_resolve` fills the lists that the file does not give
       integer, allocatable :: solver(:)
-      !> Meshes of the table: numbers of elements and ratios of lengths, pairwise
+      !> Meshes of the table, pairwise: number of elements and ratio of neighbouring element lengths
       integer, allocatable :: mesh_elements(:)
       real(wp), allocatable :: mesh_ratios(:)
       !> `reference_exact` or `reference_none`
@@ -172,35 +177,37 @@ module scene_types
       logical :: is_logarithmic = .false.
    end type frequency_response_settings_t
 
-   !> &precision: run time against error
+   !> &precision: benchmark of run time against error, for motions and for eigenvalue solvers
    type :: precision_settings_t
       !> Length of the runs, tau
       real(wp) :: duration = 20.0_wp
-      !> `contender_` constants; all of them if the file names none
+      !> Integration methods that are compared, `contender_` constants; all of them if the file names none
       integer, allocatable :: methods(:)
       !> Newmark's steps, d tau
       real(wp), allocatable :: steps(:)
-      !> `exact`: tolerances, each varied separately, and numbers of elements
+      !> For the exact method: values of `hop_tolerance` and of `mode_tolerance` of &response, and numbers of elements;
+      !> each of the three is varied separately
       real(wp), allocatable :: hop_tolerances(:)
       real(wp), allocatable :: mode_tolerances(:)
       integer, allocatable :: mesh_elements(:)
-      !> Compare all methods on these meshes with the limit of fine meshes
+      !> Compare all methods on the meshes of `mesh_elements` with the limit of infinitely fine meshes
       logical :: against_beam = .false.
-      !> Numbers of elements and durations of runs, tau, over which the growth of the cost is measured
+      !> Numbers of elements, and durations of runs in tau, over which the growth of run time and memory is measured
       integer, allocatable :: scaling_elements(:)
       real(wp), allocatable :: scaling_durations(:)
       !> Number of modes that are computed on large meshes
       integer :: scaling_modes = 6
-      !> Measure the time that is saved by omitting unnecessary computations
+      !> Measure the time that is saved by omitting unnecessary computations, and compare the results with and without
       logical :: skips = .false.
-      !> Number of timings of each entry, and minimum length of one timing in seconds
+      !> Number of timings of each entry, and minimum duration of one timing in seconds
       integer :: repetitions = 7
       real(wp) :: shortest_timing = 0.02_wp
    end type precision_settings_t
 
-   !> &statements: check of the statements of the paper
+   !> &statements: check of the statements about impacts in the paper (Irie, Yamada, Asano 1977)
    type :: statements_settings_t
-      !> Numbers of elements of equal length: of the paper's mesh, and of a mesh whose error is negligible
+      !> Numbers of elements of equal length: of the mesh of the paper, and of a mesh whose discretisation error is
+      !> negligible
       integer :: elements = 8
       integer :: fine_elements = 32
       !> Length of the runs, tau
@@ -220,8 +227,8 @@ module scene_types
       real(wp) :: beam_mass = 1.0_wp
       !> Mean height over length, hbar / L
       real(wp) :: height_ratio = 0.075_wp
-      !> D, the unit of displacement: y_c(0) - d of a beam released above a stop; 0: unknown, the scene gives only
-      !> ratios
+      !> D = |y_c(0) - d|, the unit of displacement: initial distance of a released beam from the surface of its stop;
+      !> 0: unknown, because the scene gives only dimensionless values
       real(wp) :: displacement = 0.0_wp
    end type scales_t
 
@@ -238,7 +245,7 @@ module scene_types
       logical :: is_list = .false.
    end type echo_t
 
-   !> One scene. The components `has_...` and `wants_...` tell which groups the file has.
+   !> One scene. The components `has_...` and `wants_...` report which groups the file has.
    type :: scene_t
       !> File from which the scene was read
       character(:), allocatable :: file
@@ -270,13 +277,13 @@ module scene_types
       !> The file has &root
       logical :: has_root = .false.
       type(root_settings_t) :: root
-      !> The file has &mass; unallocated: it has none
+      !> The file has &mass; without this group `masses` is unallocated
       logical :: has_masses = .false.
       type(mass_settings_t), allocatable :: masses(:)
-      !> The file has &support; unallocated: it has none
+      !> The file has &support; without this group `supports` is unallocated
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)
-      !> The file has &force, and &base; unallocated: it has none
+      !> The file has &force, and &base; without the group its list is unallocated
       logical :: has_forces = .false.
       type(force_settings_t), allocatable :: forces(:)
       logical :: has_bases = .false.
@@ -313,7 +320,8 @@ module scene_types
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
-      !> Some cases of the sweep may have inconsistent values; each case is then read and checked anew
+      !> Some cases of the sweep may have inconsistent values, so that each case is read and checked as a file of its
+      !> own
       logical :: has_inconsistent_cases = .false.
       !> The file has &cases
       logical :: wants_cases = .false.
@@ -323,7 +331,7 @@ module scene_types
       type(statements_settings_t) :: statements
       type(output_settings_t) :: output
       type(scales_t) :: scales
-      !> Units of the values in the file, as index in `system_names`; 0: not given
+      !> System of units of the values in the file, index in `system_names` of `quantities`; 0: not given
       integer :: unit_system = 0
       !> Units of the results, one of the `output_` constants; 0: not given
       integer :: output_units = 0
@@ -333,10 +341,10 @@ module scene_types
 
 contains
 
-   !> Does the scene have the group on which a measure or an analysis depends?
+   !> Does the scene have the group that a measure or an analysis requires?
    elemental function has_group(scene, group) result(has)
       class(scene_t), intent(in) :: scene
-      !> Name of the group; empty, or any group not listed below: .true.
+      !> Name of the group; empty, or any group that is not listed here: the result is true
       character(*), intent(in) :: group
       logical :: has
 

@@ -1,4 +1,5 @@
-!> Shapes of sections: area, second moment of area and outer fibre from two dimensions.
+!> Shapes of cross-sections: area, second moment of area and outer fibre from the two dimensions that define each shape,
+!> and the variation of the dimensions along the beam (profile).
 module section_shapes
    use cubic_splines, only: spline_curvature
    use kinds, only: pi, wp
@@ -9,16 +10,17 @@ module section_shapes
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
-   !> Rectangle; its two dimensions: width and height
+   !> Rectangle; its first dimension is the width, its second the height
    integer, parameter :: shape_rectangle = 1
-   !> Solid circle; its dimension: the diameter, given twice
+   !> Solid circle; both its first and its second dimension are the diameter
    integer, parameter :: shape_round = 2
-   !> Tube; its two dimensions: outer diameter and wall thickness
+   !> Tube; its first dimension is the outer diameter, its second the wall thickness
    integer, parameter :: shape_tube = 3
-   !> General section; its two dimensions: area and second moment of area
+   !> General section; its first dimension is the area, its second the second moment of area
    integer, parameter :: shape_general = 4
 
-   !> Dimensions between stations are linear, constant up to the next station, or a natural cubic spline.
+   !> Between stations, dimensions are linear, or constant up to the next station, or a natural cubic spline (curvature
+   !> 0 at its ends).
    integer, parameter :: profile_linear = 1
    integer, parameter :: profile_stepped = 2
    integer, parameter :: profile_cubic = 3
@@ -35,10 +37,10 @@ module section_shapes
       !> Stations from 0 to L, ascending; for a stepped profile, the beginnings of the steps. Unallocated: a uniform
       !> section
       real(wp), allocatable :: station(:)
-      !> Dimensions in the file, one value for each station, or one value
+      !> Dimensions as given in the file, one value for each station, or one value for the whole beam
       real(wp), allocatable :: width(:), height(:), diameter(:), outer_diameter(:), wall(:), inner_diameter(:)
       real(wp), allocatable :: area(:), inertia(:)
-      !> The two dimensions of the shape, one value for each station, or one value
+      !> First and second dimension of the shape, one value for each station, or one value for the whole beam
       real(wp), allocatable :: first(:)
       real(wp), allocatable :: second(:)
       !> Distance of the outer fibre from the neutral axis, for `shape_general`; unallocated: not known
@@ -105,7 +107,7 @@ contains
       if (shape == shape_general) fibre = 0.0_wp
    end function fibre_of_shape
 
-   !> Is the section constant along the beam?
+   !> Is the section constant along the beam, that is, has each dimension a single value?
    pure function is_uniform(section) result(uniform)
       type(section_settings_t), intent(in) :: section
       logical :: uniform
@@ -113,7 +115,7 @@ contains
       uniform = size(section%first) == 1 .and. size(section%second) == 1
    end function is_uniform
 
-   !> Mean of a dimension over the length of the beam.
+   !> Mean of a dimension over the length of the beam, exact for each profile.
    pure function mean_of_profile(section, length, values) result(mean)
       type(section_settings_t), intent(in) :: section
       real(wp), intent(in) :: length

@@ -1,4 +1,4 @@
-!> Checks for stops and supports at one point of the beam that are not compatible.
+!> Checks of stops and supports at one point of the beam: combinations that are mechanically impossible are refused.
 module stop_pairs
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -38,6 +38,7 @@ contains
          conflict = 'one is rigid, one yields, and both are on one side; keep one of them, or give each a position'
          return
       end if
+      ! the distance between the surfaces below and above the beam, in D; huge: no two surfaces face each other
       clearance = huge(1.0_wp)
       if (one%side /= side_above .and. other%side /= side_below) clearance = -one%preload - other%preload
       if (one%side /= side_below .and. other%side /= side_above) clearance = -one%preload - other%preload
@@ -51,10 +52,11 @@ contains
       end if
    end function conflict_of_stops
 
-   !> Check all pairs of stops at one node: on the mesh, stops near the tip can share the node at the tip.
+   !> Check all pairs of stops at one node of the mesh, because the mesh moves a stop that is close to the tip to the
+   !> node at the tip.
    pure subroutine check_nodes_of_stops(stops, nodes, error)
       type(stop_settings_t), intent(in) :: stops(:)
-      !> Nodes of the stops, or other numbers that are equal for stops at one point, [stops]
+      !> Node of each stop, or any other numbers that are equal for stops at one point, [stops]
       integer, intent(in) :: nodes(:)
       !> Set if two stops are not compatible
       type(failure_t), allocatable, intent(inout) :: error

@@ -1,4 +1,5 @@
-!> Settings of parameter studies: the parameters, and the groups &sweep, &best and &cases of a scene file.
+!> Settings of parameter studies: &sweep (many cases, of which only measures are stored), &best (the best cases of a
+!> sweep) and &cases (a few runs with their histories), and the parameters that these groups may vary.
 module sweep_settings
    use kinds, only: wp
    use measure_list, only: measure_settling
@@ -8,6 +9,7 @@ module sweep_settings
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
 
+   ! maximum lengths of texts
    integer, parameter :: name_room = 48
    integer, parameter :: meaning_room = 180
 
@@ -16,16 +18,16 @@ module sweep_settings
       !> Name and meaning in &sweep and &cases
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
-      !> Group of the parameter, its number among several groups of that name, and the name of the parameter in the
-      !> group
+      !> Group of the parameter, the number of this group among several groups of one name, and the name of the
+      !> parameter in the group
       character(name_room) :: group = ''
       integer :: occurrence = 1
       character(name_room) :: name_in_group = ''
-      !> Number of the parameter, which selects its sequence of random numbers
+      !> Number of the parameter in `sweep_t`, which selects its own sequence of random numbers
       integer :: order = 0
       !> A change of the value changes the beam or the mesh
       logical :: is_of_beam = .false.
-      !> The value may change during a motion
+      !> The value may change during a motion, so that a case can start from the final state of another case
       logical :: is_in_motion = .false.
       !> The values are whole numbers
       logical :: is_whole = .false.
@@ -44,9 +46,11 @@ module sweep_settings
    !> The best case has the minimum or the maximum of the measure.
    integer, parameter :: goal_minimum = 1
    integer, parameter :: goal_maximum = 2
+   ! words of scene files for the minimum and the maximum
    character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
 
-   !> A parameter and its values; it is not swept if none are given.
+   !> A parameter of a sweep and its values: `list`, `range` or `log_range`; if none of them is allocated, the parameter
+   !> is not varied.
    type :: swept_t
       type(parameter_t) :: parameter
       !> List of the values
@@ -68,11 +72,12 @@ module sweep_settings
       !> Latin hypercube: number of cases, and seed of the random numbers
       integer :: count = 0
       integer :: seed = 1
-      !> Number of cases in a chunk, the unit in which results are written to disk; 0: chosen from the number of cases
+      !> Number of cases in a chunk, which is written to disk as one file; 0: chosen from the number of cases
       integer :: chunk_cases = 0
-      !> Index of the parameter along which each case starts from the final state of the preceding case; 0: none
+      !> Index of the parameter along whose values each case starts from the final state of the preceding case; 0: each
+      !> case has its own start
       integer :: carry = 0
-      !> The cases go through the values of the parameter `carry` forwards, and then backwards
+      !> The cases run through the values of the parameter `carry` in increasing and then in reverse order of the list
       logical :: carries_back = .false.
    end type sweep_settings_t
 
@@ -84,12 +89,12 @@ module sweep_settings
       integer :: goal = goal_minimum
       !> Number of cases in the table
       integer :: count = 10
-      !> Search for better cases, from the best case, between the minimum and the maximum of the values of each
-      !> parameter
+      !> Search for better cases between the minimum and the maximum of the swept values of each parameter, starting
+      !> from the best case
       logical :: refine = .false.
       !> Refinement: maximum number of cases that are computed
       integer :: evaluations = 2000
-      !> Refinement: the search ends if its steps are shorter than this fraction of each range
+      !> Refinement: the search ends when its step is shorter than this fraction of the range of each parameter
       real(wp) :: precision = 1.0e-4_wp
    end type best_settings_t
 
@@ -122,7 +127,7 @@ contains
       is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
 
-   !> Values of a parameter in a sweep: the list, or the minimum and the maximum of the range.
+   !> Values given for a parameter in a sweep: the list, or only the minimum and the maximum of the range.
    pure function values_given(swept, otherwise) result(values)
       type(swept_t), intent(in) :: swept
       !> Value of the result if the parameter is not swept; absent: the result is then empty
