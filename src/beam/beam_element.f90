@@ -120,7 +120,7 @@ contains
    pure function tapered_mass(length, left, right) result(mass)
       !> Length in L
       real(wp), intent(in) :: length
-      !> Area at the left and at the right node
+      !> A/Abar at the left and at the right node
       real(wp), intent(in) :: left
       real(wp), intent(in) :: right
       real(wp) :: mass(4, 4)
@@ -146,7 +146,7 @@ contains
    pure function tapered_stiffness(length, left, right) result(stiffness)
       !> Length in L
       real(wp), intent(in) :: length
-      !> Height at the left and at the right node
+      !> h/hbar at the left and at the right node
       real(wp), intent(in) :: left
       real(wp), intent(in) :: right
       real(wp) :: stiffness(4, 4)
@@ -208,6 +208,7 @@ contains
          allocate (breakpoint, source=[0.0_wp, 1.0_wp])
          return
       end if
+      ! breakpoints within rounding of a node are left out
       allocate (xi, source=1.0_wp - (section%tip_distance - right_tip_distance)/length)
       allocate (breakpoint, source=[0.0_wp, pack(xi, xi > 1.0e-12_wp .and. xi < 1.0_wp - 1.0e-12_wp), 1.0_wp])
    end function section_breaks

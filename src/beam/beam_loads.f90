@@ -1,18 +1,17 @@
-!> Load vectors of the beam besides contact forces, and the bending moment in the beam, over the degrees of freedom of a
-!> model
-!> (docs/theory.md, section 3). Units: E Ibar = rho Abar = L = 1; forces and displacements are positive upwards, the
-!> moment
-!> E I y'' is positive if it bends the beam upwards.
+!> Consistent load vectors of external loads and of base motion, and the bending moment at any point of the beam as a
+!> linear functional of nodal displacements, nodal accelerations and loads (docs/theory.md, section 3). Units:
+!> E Ibar = rho Abar = L = 1; forces and displacements are positive upwards, the moment E I d^2y/dx^2 is positive if it
+!> bends the beam upwards.
 !>
 !> Loads are consistent: a force at x is multiplied by the shape functions at x, so that no node is needed there. The
-!> moment follows from equilibrium instead of the curvature of the shape functions: the forces at the end of an element
-!> follow from its stiffness, its inertia and its loads, and the moment at x from these forces and the loads up to x.
-!> For a mass matrix that is not redistributed the moment is exact under any static loads, and converges as
-!> displacements do, with the fourth power of the element length.
+!> moment follows from equilibrium instead of the curvature of the shape functions: the force and the moment at the left
+!> end of an element follow from its stiffness, its inertia and its loads; the moment at x follows from these two and
+!> from inertia and loads between the left end and x. With the consistent mass matrix the moment is exact under any
+!> static loads, and converges as displacements do, with the fourth power of the element length.
 !>
-!> If the inertia of the node at the stop is redistributed to its neighbours (`redistributed_mass`), so are the loads at
-!> this node, because a force on a node without mass would move it instantly. The moment between these nodes then has an
-!> error of the order of the square of the element length.
+!> If the inertia of the node at the stop is redistributed to its neighbours (`redistributed_mass`), the loads at this
+!> node are redistributed too, because a force on a node without mass would move the node instantly. The moment between
+!> the neighbours then has an error of the order of the square of the element length.
 module beam_loads
    use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_breaks
    use beam_model, only: beam_model_t, element_dofs, node_dofs
@@ -25,7 +24,7 @@ module beam_loads
    public :: piecewise_cubic_t, curve_value
    public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
 
-   !> A piecewise cubic curve, continued by straight lines beyond its end points.
+   !> A piecewise cubic curve y(x), extended by straight lines beyond its end points.
    type :: piecewise_cubic_t
       !> Positions x/L of the points, ascending, two or more
       real(wp), allocatable :: position(:)
@@ -34,8 +33,10 @@ module beam_loads
       real(wp), allocatable :: slope(:)
    end type piecewise_cubic_t
 
-   !> Weights of the moment at x, which is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + the moments of
-   !> the loads, with gamma and alpha of Rayleigh damping and the acceleration a_b of the base.
+   !> The linear functional that gives the moment at x: stiffness.(u + gamma v) + mass.(a + alpha v) + base a_b + the
+   !> contributions of the loads, with displacements u, velocities v and accelerations a over the degrees of freedom,
+   !> the
+   !> coefficients gamma and alpha of Rayleigh damping gamma K + alpha M, and the acceleration a_b of the base.
    type :: moment_weights_t
       !> Weights of the stiffness term and of the inertia term, [order of the model]
       real(wp), allocatable :: stiffness(:)
@@ -49,7 +50,9 @@ module beam_loads
 
 contains
 
-   !> Vector M_b: the full mass matrix, without the rows but with the columns of the clamp, times a unit translation.
+   !> Inertia forces under a base acceleration of -1, M_b in docs/theory.md: the mass matrix that also has the columns
+   !> of
+   !> the root, times a unit translation of all nodes.
    pure function base_mass_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -60,7 +63,9 @@ contains
       allocate (vector, source=inertia_of_motion(model, [(1.0_wp, i=0, model%mesh%elements)]))
    end function base_mass_vector
 
-   !> The full mass matrix, without the rows but with the columns of the clamp, times a unit rotation about the root.
+   !> The same for an angular acceleration of the base of -1: the mass matrix that also has the columns of the root,
+   !> times
+   !> a unit rotation of all nodes about the root.
    pure function base_rotation_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -69,14 +74,16 @@ contains
       allocate (vector, source=inertia_of_motion(model, model%mesh%position))
    end function base_rotation_vector
 
-   !> The full mass matrix times a motion that is linear between nodes. The rotation of a rotary inertia is the mean
-   !> slope of both sides.
+   !> The mass matrix, which here also has the columns of the root, times a motion that is linear between nodes. A
+   !> rotary
+   !> inertia at a node has the mean slope of both neighbouring elements.
    pure function inertia_of_motion(model, motion) result(vector)
       type(beam_model_t), intent(in) :: model
       !> Displacements y of the nodes, [0:n]
       real(wp), intent(in) :: motion(0:)
       real(wp) :: vector(model%mass%order)
 
+      ! slopes of the elements, and of fictitious elements before the root and beyond the tip, [0:n + 1]
       real(wp) :: slope(0:size(motion))
       integer :: dofs(2), element, i
 
@@ -141,12 +148,13 @@ contains
       allocate (breakpoint, source=breakpoints_of(model, element, curve))
       call gauss_rule((6 + area_degree(model%section))/2 + 1, point, weight)
       associate (left => model%mesh%position(element - 1), length => model%mesh%length(element), &
-         right => model%mesh%tip_distance(element))
+         right_tip_distance => model%mesh%tip_distance(element))
          do segment = 1, size(breakpoint) - 1
             width = breakpoint(segment + 1) - breakpoint(segment)
             do i = 1, size(point)
                xi = breakpoint(segment) + width*point(i)
-               inertia = inertia + weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
+               inertia = inertia + weight(i)*width*length &
+                  *area(model%section, right_tip_distance + (1.0_wp - xi)*length) &
                   *curve_value(curve, left + xi*length)*hermite_shape(xi, length)
             end do
          end do
@@ -256,8 +264,9 @@ contains
       call redistribute_load(model, vector)
    end function line_load
 
-   !> Weights of the bending moment at x. At a node the moment is that on the side of the clamp, at the root that within
-   !> the beam.
+   !> Weights of the bending moment at x, from the element that contains x; at a node from the element on the side of
+   !> the
+   !> clamp, at the root from the first element.
    pure function moment_weights(model, x) result(weights)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
@@ -265,6 +274,7 @@ contains
       type(moment_weights_t) :: weights
 
       real(wp), allocatable :: breakpoint(:), point(:), weight(:)
+      ! s: distance of x from the left end of the element
       real(wp) :: inertia(4), s, stiffness(4, 4), xi, width
       integer :: element, i, segment
 
@@ -272,15 +282,17 @@ contains
       s = offset_in(model, element, x)
       stiffness = element_stiffness(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
       inertia = end_moment(mass_of(model, element), s)
-      associate (length => model%mesh%length(element), right => model%mesh%tip_distance(element))
-         allocate (breakpoint, source=section_breaks(model%section, length, right))
+      associate (length => model%mesh%length(element), right_tip_distance => model%mesh%tip_distance(element))
+         allocate (breakpoint, source=section_breaks(model%section, length, right_tip_distance))
          call gauss_rule((4 + area_degree(model%section))/2 + 1, point, weight)
          do segment = 1, size(breakpoint) - 1
+            ! only the inertia between the left end and x contributes
             width = min(breakpoint(segment + 1), s/length) - breakpoint(segment)
             if (width <= 0.0_wp) exit
             do i = 1, size(point)
                xi = breakpoint(segment) + width*point(i)
-               inertia = inertia - weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
+               inertia = inertia - weight(i)*width*length &
+                  *area(model%section, right_tip_distance + (1.0_wp - xi)*length) &
                   *(s - xi*length)*hermite_shape(xi, length)
             end do
          end do
@@ -289,10 +301,11 @@ contains
       call assemble(element_dofs(model, element), end_moment(stiffness, s), weights%stiffness)
       call assemble(element_dofs(model, element), inertia, weights%mass)
       call redistribute_load(model, weights%mass)
+      ! a translation of the base displaces both nodes of the element by the same amount
       weights%base = inertia(1) + inertia(3)
    end function moment_weights
 
-   !> Contribution of a unit force to the moment at x, to be added to the weighted motion.
+   !> Contribution of a unit force to the moment at x, to be added to the terms of `moment_weights_t`.
    pure function moment_of_point_load(model, x, at) result(moment)
       type(beam_model_t), intent(in) :: model
       !> Position x/L of the moment, 0 to 1
@@ -301,20 +314,22 @@ contains
       real(wp), intent(in) :: at
       real(wp) :: moment
 
-      real(wp) :: ends(4), s
+      ! consistent load vector of the element
+      real(wp) :: load(4), s
       integer :: element
 
       moment = 0.0_wp
       element = element_at(model, x)
+      ! a force on another element acts on this moment only through the motion
       if (element_at(model, at) /= element) return
       s = offset_in(model, element, x)
       associate (length => model%mesh%length(element))
-         ends = hermite_shape(offset_in(model, element, at)/length, length)
+         load = hermite_shape(offset_in(model, element, at)/length, length)
       end associate
-      moment = ends(2) - s*ends(1) + max(x - at, 0.0_wp)
+      moment = load(2) - s*load(1) + max(x - at, 0.0_wp)
    end function moment_of_point_load
 
-   !> Contribution of a unit force per length to the moment at x, to be added to the weighted motion.
+   !> Contribution of a unit force per length to the moment at x, to be added to the terms of `moment_weights_t`.
    pure function moment_of_line_load(model, x, from, to) result(moment)
       type(beam_model_t), intent(in) :: model
       !> Position x/L of the moment, 0 to 1
@@ -324,30 +339,31 @@ contains
       real(wp), intent(in) :: to
       real(wp) :: moment
 
-      real(wp) :: ends(4), left, right
+      ! consistent load vector of the element, and ends x/L of the loaded interval between the left node and x
+      real(wp) :: load(4), left, right
       integer :: element
 
       element = element_at(model, x)
       associate (start => model%mesh%position(element - 1))
-         ends = load_on_element(model, element, from, to)
+         load = load_on_element(model, element, from, to)
          left = max(from, start)
          right = max(min(to, x), left)
-         moment = ends(2) - (x - start)*ends(1) + (right - left)*(x - 0.5_wp*(left + right))
+         moment = load(2) - (x - start)*load(1) + (right - left)*(x - 0.5_wp*(left + right))
       end associate
    end function moment_of_line_load
 
-   !> Weights of the moment at a distance from the left end of an element due to the end forces alone.
+   !> Weights of the moment at a distance s from the left end of an element due to the force and the moment at that end.
    pure function end_moment(matrix, s) result(weights)
-      !> Element matrix; its product with the degrees of freedom is the vector of end forces
+      !> Element matrix; its product with the degrees of freedom is the vector of forces and moments at both ends
       real(wp), intent(in) :: matrix(4, 4)
-      !> Distance from the left end in L
+      !> Distance s in L
       real(wp), intent(in) :: s
       real(wp) :: weights(4)
 
       weights = s*matrix(:, 1) - matrix(:, 2)
    end function end_moment
 
-   !> Consistent load vector of a unit force per length on an element.
+   !> Consistent load vector of a unit force per length on an element; 0 if the loaded interval does not reach it.
    pure function load_on_element(model, element, from, to) result(load)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
@@ -357,6 +373,7 @@ contains
       real(wp) :: load(4)
 
       real(wp), allocatable :: point(:), weight(:)
+      ! local coordinate of the left end, and local length, of the loaded interval within the element
       real(wp) :: left, width
       integer :: i
 

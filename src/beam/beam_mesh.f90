@@ -18,6 +18,7 @@ module beam_mesh
    !> the tip is at most 0.001.
    real(wp), parameter :: min_relative_length = 0.01_wp
 
+   !> The partition. Distances to the tip are stored besides positions because 1 - x would lose digits near the tip.
    type :: mesh_t
       !> Number of elements n, more than requested if elements were split
       integer :: elements = 0
@@ -83,6 +84,7 @@ contains
          end if
       end if
       mesh%stop_node = mesh%elements
+      ! the last element would have length 1 - stop_position, and the element before it would begin at node n - 2
       if (1.0_wp - stop_position >= min_relative_length*(stop_position - mesh%position(max(0, elements - 2)))) then
          call place_stop_node(mesh, stop_position, error)
       end if
@@ -179,14 +181,15 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: order(size(positions)), node
-      real(wp) :: last_but_one, position(size(positions))
+      ! start of the element before the last one after the last interior node has been moved to a position
+      real(wp) :: neighbour_start, position(size(positions))
       logical, allocatable :: is_fixed(:)
       integer :: i
 
       allocate (is_fixed(mesh%elements), source=.false.)
-      last_but_one = mesh%position(max(0, mesh%elements - 2))
+      neighbour_start = mesh%position(max(0, mesh%elements - 2))
       position = positions
-      where (1.0_wp - position < min_relative_length*(position - last_but_one)) position = 1.0_wp
+      where (1.0_wp - position < min_relative_length*(position - neighbour_start)) position = 1.0_wp
       do i = 1, size(position)
          node = node_at(mesh, position(i))
          if (node > 0) is_fixed(node) = .true.
@@ -232,6 +235,7 @@ contains
       left = x - mesh%position(element - 1)
       right = mesh%position(element) - x
       node = minloc(abs(mesh%position(1:mesh%elements - 1) - x), dim=1)
+      ! node is 0 if there are no interior nodes
       if (node > 0) then
          if (is_fixed(node)) node = 0
       end if

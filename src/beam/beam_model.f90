@@ -38,7 +38,8 @@ module beam_model
       real(wp) :: rotary_inertia = 0.0_wp
    end type point_mass_t
 
-   !> The degrees of freedom 2 i - 1 and 2 i are y and dy/dx of node i = 1 ... n. Free degrees of freedom of the root
+   !> The assembled beam. The degrees of freedom 2 i - 1 and 2 i are y and dy/dx of node i = 1 ... n. Free degrees of
+   !> freedom of the root
    !> come last.
    type :: beam_model_t
       type(section_t) :: section
@@ -63,7 +64,7 @@ module beam_model
       type(beam_support_t), allocatable :: supports(:)
       !> Whether the inertia of the node at the stop is redistributed to its neighbours
       logical :: is_redistributed = .false.
-      !> Continuation of the displacement of that node from its neighbours
+      !> Displacement of that node as a linear function of other degrees of freedom
       type(continuation_t) :: continuation
       !> Whether that node has no mass, not even a point mass
       logical :: has_massless_node = .false.

@@ -1,7 +1,8 @@
-!> The cross-section along the beam in units of the mean section: area A/Abar and second moment of area I/Ibar.
+!> The cross-section along the beam relative to the mean section: area A/Abar and second moment of area I/Ibar. A
+!> station is a position at which the section is given; hbar = sqrt(12 Ibar/Abar) is the mean height.
 !>
-!> All values are functions of the distance to the tip (in L) instead of 1 - x, so that the section of a wedge that ends
-!> in a point is exact to the last digit.
+!> All values are functions of the distance to the tip in L instead of x, because 1 - x would lose digits near the tip,
+!> where the section of a wedge vanishes.
 module beam_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
@@ -22,6 +23,7 @@ module beam_section
    integer, parameter :: kind_section_table = 3
    integer, parameter :: kind_shape = 4
 
+   !> A section along the beam. Components that its kind does not use have no meaning.
    type :: section_t
       !> One of the `kind_` constants
       integer :: kind = kind_uniform
@@ -38,14 +40,14 @@ module beam_section
       !> Shape, and its interpolation between stations, both constants of section_shapes
       integer :: shape = 0
       integer :: profile = profile_linear
-      !> Dimensions of the shape at the stations, in any unit, [stations]
+      !> First and second dimension of the shape, as `section_shapes` defines them, in any unit, [stations]
       real(wp), allocatable :: first(:), second(:)
       !> Second derivatives of the dimensions of a cubic spline, [stations]
       real(wp), allocatable :: first_curvature(:), second_curvature(:)
       !> Area and second moment of area of the mean dimensions, in the same unit
       real(wp) :: mean_area = 1.0_wp
       real(wp) :: mean_inertia = 1.0_wp
-      !> Distance of the outer fibre from the axis over hbar; 0: unknown
+      !> Distance of the outer fibre from the neutral axis over hbar, 1/2 for a rectangle; 0: unknown
       real(wp) :: fibre = 0.5_wp
       !> The same distance at the stations; unallocated: `fibre` holds everywhere
       real(wp), allocatable :: fibres(:)
@@ -69,6 +71,7 @@ contains
 
       real(wp) :: mean
 
+      ! equal heights: a uniform section, the default
       if (height_root >= height_tip .and. height_root <= height_tip) return
       mean = 0.5_wp*(height_root + height_tip)
       section%kind = kind_taper
@@ -139,6 +142,7 @@ contains
          section%second = [section%second, section%second(count)]
          if (allocated(section%fibres)) section%fibres = [section%fibres, section%fibres(count)]
       else if (settings%profile == profile_cubic) then
+         ! splines need ascending coordinates; their curvature is zero at both ends
          section%first_curvature = spline_curvature(-section%tip_distance, section%first, &
             [.false., .false.])
          section%second_curvature = spline_curvature(-section%tip_distance, section%second, &
@@ -146,7 +150,8 @@ contains
       end if
    end function shaped_section
 
-   !> Distance c of the outer fibre from the axis over hbar, for the stress M c/I; 0: unknown. The length hbar is
+   !> Distance c of the outer fibre from the neutral axis over hbar, for the stress M c/I; 0: unknown. The length hbar
+   !> is
    !> sqrt(12 Ibar/Abar), for a rectangle the mean height.
    pure function outer_fibre(section, tip_distance) result(fibre)
       type(section_t), intent(in) :: section

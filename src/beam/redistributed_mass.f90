@@ -1,9 +1,11 @@
 !> A mass matrix in which the inertia of the node at the stop is redistributed to its neighbours (docs/theory.md,
 !> section 14).
 !>
-!> The displacement y_c of that node has no inertia: in the kinetic energy it is replaced by its continuation t.y from
-!> the other coordinates, M' = T^T M T with T = 1 - e_c d^T, d = e_c - t. An impact then acts only on the point mass at
-!> the node. This agrees with the continuous beam, whose distributed mass takes part in no impact (mass redistribution
+!> The displacement y_c of that node has no inertia: in the kinetic energy y_c is replaced by t.y, an interpolation (at
+!> the tip an extrapolation) of neighbouring degrees of freedom, called its continuation. The new mass matrix is
+!> T^T M T with T = 1 - e_c d^T, d = e_c - t, and the unit vector e_c of the node. An impact then acts only on the point
+!> mass at the node. This agrees with the continuous beam, whose distributed mass takes part in no impact (mass
+!> redistribution
 !> method: Khenous, Laborde and Renard, Eur. J. Mech. A 27 (2008) 918).
 module redistributed_mass
    use beam_element, only: element_mass, hermite_shape
@@ -15,10 +17,9 @@ module redistributed_mass
    private
    public :: continuation_t, continuation_at_stop, redistribute
 
-   !> The continuation t with y_c = sum weight y_dof, exact for motions that are polynomials of low degree around the
-   !> node.
+   !> The continuation y_c = sum weight y_dof, exact for motions that are polynomials of low degree around the node.
    type :: continuation_t
-      !> Degrees of freedom; 0: constrained at the root
+      !> Degrees of freedom (0: constrained at the root) and their weights
       integer :: dof(4) = 0
       real(wp) :: weight(4) = 0.0_wp
    end type continuation_t
@@ -38,7 +39,7 @@ contains
       integer, intent(in) :: root_dofs(2)
       type(continuation_t) :: continuation
 
-      real(wp) :: cubic(2), divisor, square(2)
+      real(wp) :: a_weight(2), b_weight(2), divisor
       integer :: node
 
       node = mesh%struck_node
@@ -55,14 +56,14 @@ contains
          if (node == 1) return
          associate (m => mesh%length(node - 1))
             if (m < min_length_ratio*l) return
-            ! y = y1 + theta1 s + a s^2 + b s^3 with s from the last node but one; the slope at the tip and the
-            ! displacement at -m determine a and b
+            ! y = y1 + theta1 s + a s^2 + b s^3, with y1 and theta1 of the last node but one, at s = 0; the slope at the
+            ! tip, s = l, and the displacement of the node at s = -m determine a and b
             divisor = m**2*(2.0_wp*m + 3.0_wp*l)
-            ! coefficients of the difference of slopes, and of the deviation of the displacement at -m from the tangent
-            square = [m**3/l, 3.0_wp*l]/divisor
-            cubic = [m**2/l, -2.0_wp]/divisor
-            associate (w_slope => l**2*square(1) + l**3*cubic(1), w_fall => l**2*square(2) + l**3*cubic(2))
-               weight = [1.0_wp - w_fall, l - w_slope + w_fall*m, w_slope, w_fall]
+            ! weights in a and b of the slope at the tip minus theta1, and of the displacement at -m minus y1 - theta1 m
+            a_weight = [m**3/l, 3.0_wp*l]/divisor
+            b_weight = [m**2/l, -2.0_wp]/divisor
+            associate (slope => l**2*a_weight(1) + l**3*b_weight(1), deviation => l**2*a_weight(2) + l**3*b_weight(2))
+               weight = [1.0_wp - deviation, l - slope + deviation*m, slope, deviation]
             end associate
          end associate
       end associate
@@ -80,7 +81,7 @@ contains
       where (numbers == 0) dofs = root_dofs(2)
    end function with_root
 
-   !> Replace M by M'. The profile of M must couple the neighbours of the node with all degrees of freedom of the
+   !> Replace M by T^T M T. The profile of M must couple the neighbours of the node with all degrees of freedom of the
    !> continuation. Point masses at the node are added later.
    pure subroutine redistribute(section, mesh, continuation, root_dofs, mass)
       type(section_t), intent(in) :: section
@@ -93,6 +94,7 @@ contains
 
       ! index of y_c among the degrees of freedom of nodes c - 2 to c + 1
       integer, parameter :: yc = 5
+      ! column of M that belongs to y_c, the vector d, an element matrix, and T^T M T - M
       real(wp) :: column(8), difference(8), element(4, 4), change(8, 8)
       integer :: dofs(8), i, j
 

@@ -17,7 +17,7 @@ module bessel_functions
 
    !> Exponent below which terms are negligible in double precision: exp(-40) is below its rounding.
    real(wp), parameter :: negligible_double = -40.0_wp
-   !> Exponent below which terms are negligible in quadruple precision: exp(-80) is below its rounding.
+   !> Exponent below which terms are negligible in quadruple precision: exp(-85) is below its rounding.
    real(qp), parameter :: negligible_quad = -85.0_qp
 
 contains

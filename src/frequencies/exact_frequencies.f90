@@ -25,7 +25,7 @@ module exact_frequencies
    !> Number of search steps per asymptotic distance of two roots.
    integer, parameter :: steps_per_root = 6
 
-   !> The boundary value problem of a determinant.
+   !> The beam whose boundary conditions give the determinant.
    type :: characteristic_t
       !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
       real(wp) :: taper = 0.0_wp
@@ -119,7 +119,9 @@ contains
       step = distance/real(steps_per_root, qp)
       roots = 0.0_qp
       found = 0
-      ! The compliance is largest at the tip, so lambda_1^-4 is at most the compliance of the tip.
+      ! lambda_1^-4 is at most the integral of the compliance times the mass per length (Dunkerley), therefore at most
+      ! the
+      ! compliance of the tip. The compliance of a full wedge diverges, but its lambda_1 exceeds 1.
       left = 0.99_qp
       if (problem%taper < 1.0_wp) left = 0.99_qp/tip_compliance(problem%taper)**0.25_qp
       value_left = characteristic_value(problem, left)
@@ -161,6 +163,7 @@ contains
       roots = 0.0_qp
       do i = 1, size(roots)
          estimate = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%constrained_tip))
+         ! distance of the root from the estimate: at most 2 exp(-estimate)
          radius = max(2.2_qp*exp(-estimate), 1.0e-18_qp*estimate)
          call find_root(problem, estimate - radius, estimate + radius, roots(i), error)
          if (allocated(error)) return
@@ -210,7 +213,8 @@ contains
       end if
    end function characteristic_value
 
-   !> The determinant exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k)) of a uniform beam; with
+   !> With k = lambda and the tip mass mu, the determinant exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh
+   !> k)) of a uniform beam; with
    !> constrained tip the factor of mu k.
    pure function uniform_value(tip_mass_ratio, constrained_tip, lambda) result(value)
       !> Tip mass m/(rho Abar L)

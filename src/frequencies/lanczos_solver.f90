@@ -1,9 +1,12 @@
-!> The few lowest frequencies and modes of a large mesh in O(n), by Lanczos iteration on K^-1 M in element curvatures.
-!> In these coordinates q, with strain energy q.q/2 and kinetic energy |B q'|^2/2, K^-1 M is B^T B
-!> (`support_coordinates`): a step takes two sums along the beam, without factorisation and without cancellation.
+!> The few lowest frequencies and modes of a mesh of n elements in O(n) operations, by Lanczos iteration on K^-1 M in
+!> element curvatures. In these coordinates q (`support_coordinates`) the strain energy is q.q/2 and the kinetic energy
+!> |B dq/dt|^2/2, so that K^-1 M is B^T B: a step takes two sums along the beam, without factorisation and without
+!> cancellation.
 !>
-!> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
-!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore left to
+!> Every Lanczos vector is orthogonalised against all earlier ones. The eigenvectors eigenvalues of the tridiagonal
+!> matrix have
+!> the rounding error of the largest. Modes whose eigenvalue is too eigenvectors relative to the first are therefore
+!> left to
 !> another iteration, which is orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have
 !> been orthogonalised in the mass product in ascending order.
 !>
@@ -158,16 +161,17 @@ contains
       !> Set if no further vector converges
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: basis(:, :), deflection(:), diagonal(:), off_diagonal(:), small(:, :)
+      real(wp), allocatable :: basis(:, :), deflection(:), diagonal(:), off_diagonal(:), eigenvectors(:, :)
       real(wp) :: previous
       integer :: limit, next_test, order, column, ready, step, wanted
       logical :: finished, all_ready
 
       order = size(vectors, 1)
       wanted = size(vectors, 2) - found
+      ! ample by experience; the iteration ends when the modes have converged
       limit = min(beam%free - found, 6*wanted + 60)
       allocate (basis(order, found + limit + 1), deflection(beam%rows))
-      allocate (diagonal(limit), off_diagonal(limit), small(limit, wanted))
+      allocate (diagonal(limit), off_diagonal(limit), eigenvectors(limit, wanted))
       do column = 1, found
          basis(:, column) = vectors(:, column)/norm2(vectors(:, column))
       end do
@@ -185,7 +189,8 @@ contains
             previous = off_diagonal(step)
             finished = step == limit .or. off_diagonal(step) <= epsilon(1.0_wp)*maxval(diagonal(:step))
             if (step == next_test .or. finished) then
-               call test_convergence(diagonal(:step), off_diagonal(:step), small(:step, :), ready, all_ready, error)
+               call test_convergence(diagonal(:step), off_diagonal(:step), eigenvectors(:step, :), ready, all_ready, &
+                  error)
                if (allocated(error)) return
                if (all_ready .or. finished) exit
                next_test = step + max(4, step/16)
@@ -198,7 +203,7 @@ contains
          return
       end if
       step = column - found
-      call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:column), order, small, limit, &
+      call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:column), order, eigenvectors, limit, &
          0.0_wp, vectors(:, found + 1:found + ready), order)
       found = found + ready
    end subroutine find_more
@@ -258,16 +263,16 @@ contains
 
    !> Number of the largest eigenvalues of the tridiagonal matrix that have converged. The residual of a Ritz vector is
    !> the last off-diagonal entry times the last entry of the eigenvector of the tridiagonal matrix.
-   subroutine test_convergence(diagonal, off_diagonal, small, ready, finished, error)
+   subroutine test_convergence(diagonal, off_diagonal, eigenvectors, ready, finished, error)
       !> Diagonal, [m]
       real(wp), intent(in) :: diagonal(:)
       !> Off-diagonal, whose last entry belongs to the next step, [m]
       real(wp), intent(in) :: off_diagonal(:)
-      !> Eigenvectors of the largest eigenvalues, descending, [m, wanted]
-      real(wp), intent(inout) :: small(:, :)
+      !> Eigenvectors of the tridiagonal matrix for its largest eigenvalues, descending, [m, wanted]
+      real(wp), intent(inout) :: eigenvectors(:, :)
       !> Number of converged eigenvalues, counted from the largest without a gap
       integer, intent(out) :: ready
-      !> Whether all eigenvalues have converged or the next one is too small to be resolved
+      !> Whether all eigenvalues have converged or the next one is too eigenvectors to be resolved
       logical, intent(out) :: finished
       !> Set if DSTEVD fails
       type(failure_t), allocatable, intent(out) :: error
@@ -287,13 +292,13 @@ contains
          call fail(error, status_run_failed, lapack_message('DSTEVD', info, m))
          return
       end if
-      do while (ready < min(size(small, 2), m))
+      do while (ready < min(size(eigenvectors, 2), m))
          column = m - ready
          finished = value(column) < resolution*value(m)
          if (finished) return
          if (.not. abs(off_diagonal(m)*all_vectors(m, column)) <= convergence*value(column)) return
          ready = ready + 1
-         small(:, ready) = all_vectors(:, column)
+         eigenvectors(:, ready) = all_vectors(:, column)
       end do
       finished = .true.
    end subroutine test_convergence
@@ -362,7 +367,8 @@ contains
       total = sum(block_sum)
    end function sum_of_squares
 
-   !> Check that each mode satisfies its eigenvalue equation: |B^T B v - lambda^-4 v| is small relative to lambda^-4
+   !> Check that each mode satisfies its eigenvalue equation: |B^T B v - lambda^-4 v| is eigenvectors relative to
+   !> lambda^-4
    !> |v|.
    subroutine check_residuals(beam, lambda, vectors, deflection, error)
       type(supported_beam_t), intent(in) :: beam

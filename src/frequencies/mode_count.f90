@@ -24,6 +24,7 @@ contains
       integer :: below
 
       real(qp), allocatable :: values(:)
+      ! stiffness of the springs at the root against displacement and rotation
       real(qp) :: root(2)
       integer :: element, i
 
@@ -95,7 +96,7 @@ contains
    !> Number of negative pivots of L D L^T, computed like `factorise` of `skyline_matrix`, without constrained rows and
    !> columns.
    pure subroutine count_negative_pivots(model, is_constrained, values, negative)
-      !> Model whose mass matrix has the profile
+      !> Model whose mass matrix has the skyline profile of the matrix
       type(beam_model_t), intent(in) :: model
       logical, intent(in) :: is_constrained(:)
       !> Entries of the matrix; of the factors on return

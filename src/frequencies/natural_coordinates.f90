@@ -3,9 +3,9 @@
 !> A cantilever is statically determinate: the curvatures of its elements (linear in each element, two values) determine
 !> all displacements through sums along the beam whose terms have positive coefficients, without cancellation. The
 !> stiffness matrix is block diagonal with 2 x 2 blocks; each block S = L L^T gives coordinates q = L^T (curvatures) in
-!> which the strain energy is q.q/2. The kinetic energy is |B q'|^2/2, where the rows of B are sqrt(w rho A) y at the
+!> which the strain energy is q.q/2. The kinetic energy is |B dq/dt|^2/2, where the rows of B are sqrt(w rho A) y at the
 !> quadrature points of the mass matrix, sqrt(mu) y(L), and sqrt(m) y and sqrt(J) dy/dx at point masses. Therefore
-!> omega^-2 = lambda^-4 are the squared singular values of B.
+!> omega^-2 = lambda^-4 are the squared singular values of B. The matrix N converts q to y and dy/dx of the nodes.
 !>
 !> On springs at the root the beam is still statically determinate: each spring adds a coordinate, q = sqrt(k) times the
 !> displacement or the rotation of the root.
@@ -25,6 +25,7 @@ module natural_coordinates
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
    real(wp), parameter :: one_third = 1.0_wp/3.0_wp
 
+   !> A beam in its element curvatures, with what the products with B, N and their transposes need.
    type :: natural_beam_t
       !> Number of elements n
       integer :: elements = 0
@@ -99,14 +100,15 @@ contains
       end associate
    end subroutine make_natural_beam
 
-   !> Compute stiffness factors and quadrature points of the elements.
+   !> Compute the factors L^-T of the stiffness blocks and the quadrature points of the elements.
    pure subroutine make_elements(model, natural)
       type(beam_model_t), intent(in) :: model
       !> Beam whose number and lengths of elements are set
       type(natural_beam_t), intent(inout) :: natural
 
       real(wp), allocatable :: breakpoint(:), mass_point(:), mass_weight(:), stiffness_point(:), stiffness_weight(:)
-      real(wp) :: block(3), right, width, xi
+      ! entries 11, 12, 22 of a block S
+      real(wp) :: block(3), right_tip_distance, width, xi
       integer :: element, i, segment, row
       logical :: is_piecewise
 
@@ -126,15 +128,16 @@ contains
 
          row = 0
          do element = 1, mesh%elements
-            right = mesh%tip_distance(element)
+            right_tip_distance = mesh%tip_distance(element)
             associate (length => mesh%length(element))
-               if (is_piecewise) breakpoint = section_breaks(section, length, right)
+               if (is_piecewise) breakpoint = section_breaks(section, length, right_tip_distance)
                block = 0.0_wp
                do segment = 1, size(breakpoint) - 1
                   width = breakpoint(segment + 1) - breakpoint(segment)
                   do i = 1, size(stiffness_point)
                      xi = breakpoint(segment) + width*stiffness_point(i)
-                     block = block + stiffness_weight(i)*width*length*inertia(section, right + (1.0_wp - xi)*length) &
+                     block = block + stiffness_weight(i)*width*length &
+                        *inertia(section, right_tip_distance + (1.0_wp - xi)*length) &
                         *[(1.0_wp - xi)**2, (1.0_wp - xi)*xi, xi**2]
                   end do
                   do i = 1, size(mass_point)
@@ -142,7 +145,7 @@ contains
                      xi = breakpoint(segment) + width*mass_point(i)
                      natural%point(row) = xi
                      natural%sqrt_mass(row) = sqrt(mass_weight(i)*width*length &
-                        *area(section, right + (1.0_wp - xi)*length))
+                        *area(section, right_tip_distance + (1.0_wp - xi)*length))
                   end do
                end do
                natural%inverse(1, element) = 1.0_wp/sqrt(block(1))
@@ -163,6 +166,7 @@ contains
       !> y and dy/dx of nodes and root, as from `nodal_displacements` but by the same sums as B q, [dofs]
       real(wp), intent(out), optional :: nodal(:)
 
+      ! left, right: curvature at the left and the right node of an element, times the length of the element
       real(wp) :: displacement, displacement_error, left, right, rotation, rotation_error, xi
       integer :: element, mass, row
 
@@ -229,6 +233,7 @@ contains
       !> B^T f, [order]
       real(wp), intent(out) :: q(:)
 
+      ! left, right: generalised forces of the curvatures at the left and the right node of an element
       real(wp) :: first, force, force_sum, left, moment, moment_error, right, second, shear, shear_error, third, xi
       integer :: element, mass, row
 
@@ -281,6 +286,7 @@ contains
       real(wp), intent(in) :: forces(:)
       real(wp) :: q(natural%order)
 
+      ! left, right: generalised forces of the curvatures at the left and the right node of an element
       real(wp) :: force, force_error, left, moment, moment_error, right
       integer :: element
 
@@ -313,6 +319,7 @@ contains
       !> Displacements and rotations in the order of the degrees of freedom, [dofs]
       real(wp), intent(out) :: nodal(:)
 
+      ! left, right: curvature at the left and the right node of an element, times the length of the element
       real(wp) :: displacement, displacement_error, left, right, rotation, rotation_error
       integer :: element
 
@@ -389,7 +396,8 @@ contains
       real(wp), intent(in) :: nodal(:)
       real(wp) :: q(natural%order)
 
-      real(wp) :: ends(2), values(4)
+      ! curvature at the left and the right node, and degrees of freedom of an element
+      real(wp) :: curvature(2), values(4)
       integer :: element, i
 
       values = 0.0_wp
@@ -400,10 +408,10 @@ contains
       do element = 1, natural%elements
          values = [values(3:4), nodal(2*element - 1:2*element)]
          associate (length => natural%length(element), inverse => natural%inverse(:, element))
-            ends = [dot_product(hermite_curvature(0.0_wp, length), values), &
+            curvature = [dot_product(hermite_curvature(0.0_wp, length), values), &
                dot_product(hermite_curvature(1.0_wp, length), values)]
-            q(2*element) = ends(2)/inverse(3)
-            q(2*element - 1) = (ends(1) - inverse(2)*q(2*element))/inverse(1)
+            q(2*element) = curvature(2)/inverse(3)
+            q(2*element - 1) = (curvature(1) - inverse(2)*q(2*element))/inverse(1)
          end associate
       end do
    end function coordinates_of_shape

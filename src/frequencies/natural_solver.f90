@@ -1,9 +1,9 @@
-!> Frequencies and modes of a mesh to full double precision, from the singular values of the
-!> mass-weighted flexibility in element curvatures (`natural_coordinates`), by LAPACK's DGEJSV.
+!> Frequencies and modes of a mesh of n elements to full double precision, from the singular values of the mass-weighted
+!> flexibility matrix B in element curvatures (`natural_coordinates`), by LAPACK's DGEJSV.
 !>
 !> The Jacobi rotations of DGEJSV are insensitive to the scaling of columns. The usual DGESDD is four times as fast, but
 !> under a heavy tip mass or with short elements at the clamp loses digits of the highest modes (n = 16: relative error
-!> 2e-13 at mu = 1e6, 2e-12 at r = 0.7; with DGEJSV at most 1e-14).
+!> 2e-13 for a tip mass of 1e6 rho Abar L, 2e-12 for a length ratio of 0.7; with DGEJSV at most 1e-14).
 module natural_solver
    use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
@@ -40,6 +40,7 @@ contains
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), unit(:), vectors(:, :)
+      ! number of modes with strain energy, and of rigid-body modes
       integer :: strained, rigid
 
       call make_natural_beam(model, natural)
@@ -111,8 +112,8 @@ contains
       call fix_mode_signs(sign_dof, modes)
    end subroutine natural_pinned_modes
 
-   !> Change the rows of B so that the displacement of the node at the stop is continued from the other degrees of
-   !> freedom (`redistributed_mass`).
+   !> Change the rows of B so that the displacement of the node at the stop is replaced by its continuation
+   !> (`redistributed_mass`).
    pure subroutine continue_displacement(model, natural, nodal, flexibility)
       type(beam_model_t), intent(in) :: model
       !> The beam in its element curvatures

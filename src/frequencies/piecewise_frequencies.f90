@@ -27,6 +27,7 @@ module piecewise_frequencies
       logical :: is_constrained(2) = .false.
    end type joint_t
 
+   !> A beam of uniform segments between joints.
    type :: piecewise_t
       type(uniform_segment_t), allocatable :: segments(:)
       !> Joints and ends, [0:segments]
@@ -115,15 +116,15 @@ contains
       real(wp) :: lambda(count)
 
       !> Lower bound of all roots except those of rigid-body modes
-      real(qp), parameter :: min_ratio = 1.0e-5_qp
+      real(qp), parameter :: min_lambda = 1.0e-5_qp
       real(qp), parameter :: tolerance = 1.0e-19_qp
       real(qp) :: lower, upper, middle
       integer :: i
 
-      lower = min_ratio
+      lower = min_lambda
       do i = 1, count
          lambda(i) = 0.0_wp
-         if (roots_below(beam, min_ratio) >= i) cycle
+         if (roots_below(beam, min_lambda) >= i) cycle
          upper = max(2.0_qp*lower, 1.0_qp)
          do while (roots_below(beam, upper) < i)
             lower = upper
@@ -142,7 +143,7 @@ contains
    end function piecewise_lambda
 
    !> Number of roots below lambda: the roots of each segment with both ends clamped, plus the negative pivots of the
-   !> dynamic stiffness matrix.
+   !> dynamic stiffness matrix, which is eliminated joint by joint from the root to the tip.
    pure function roots_below(beam, lambda) result(count)
       type(piecewise_t), intent(in) :: beam
       !> Bound lambda > 0
@@ -150,8 +151,9 @@ contains
       integer :: count
 
       real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
+      ! blocks of the matrix for a joint, between this joint and the next, and for the next joint
       real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2), determinant
-      integer :: i, supported
+      integer :: i, clamped_roots
 
       count = 0
       diagonal = 0.0_qp
@@ -159,8 +161,8 @@ contains
          next = 0.0_qp
          coupling = 0.0_qp
          if (i < size(beam%segments)) then
-            call add_segment(beam%segments(i + 1), lambda, diagonal, coupling, next, supported)
-            count = count + supported
+            call add_segment(beam%segments(i + 1), lambda, diagonal, coupling, next, clamped_roots)
+            count = count + clamped_roots
          end if
          associate (joint => beam%joints(i))
             diagonal(1, 1) = diagonal(1, 1) + real(joint%stiffness(1), qp) - lambda**4*real(joint%inertia(1), qp)
@@ -202,7 +204,7 @@ contains
    end subroutine eliminate_constrained
 
    !> Add the dynamic stiffness of a segment.
-   pure subroutine add_segment(segment, lambda, near, coupling, far, supported)
+   pure subroutine add_segment(segment, lambda, near, coupling, far, clamped_roots)
       type(uniform_segment_t), intent(in) :: segment
       real(qp), intent(in) :: lambda
       !> Diagonal block at the end towards the root, to which the stiffness is added
@@ -211,13 +213,13 @@ contains
       real(qp), intent(out) :: coupling(2, 2)
       real(qp), intent(out) :: far(2, 2)
       !> Number of roots below lambda of the segment with both ends clamped
-      integer, intent(out) :: supported
+      integer, intent(out) :: clamped_roots
 
       real(qp) :: k, length, s(6), factor(0:2)
 
       length = real(segment%length, qp)
       k = lambda*length*sqrt(sqrt(real(segment%area, qp)/real(segment%inertia, qp)))
-      call find_coefficients(k, s, supported)
+      call find_coefficients(k, s, clamped_roots)
       ! E I/l^3, E I/l^2, E I/l
       factor = real(segment%inertia, qp)/[length**3, length**2, length]
       near = near + reshape([factor(0)*s(1), factor(1)*s(2), factor(1)*s(2), factor(2)*s(5)], [2, 2])
@@ -228,19 +230,20 @@ contains
    !> Coefficients that replace 12, 6, 12, 6, 4 and 2 of the static stiffness matrix: k^3 (c S + s C)/D, k^2 s S/D, k^3
    !> (s + S)/D, k^2 (C - c)/D, k (s C - c S)/D and k (S - s)/D with D = 1 - c C, c = cos k, C = cosh k, s = sin k, S =
    !> sinh k.
-   pure subroutine find_coefficients(k, s, supported)
-      !> Value k of the segment: lambda times its length, scaled by its section
+   pure subroutine find_coefficients(k, s, clamped_roots)
+      !> k = lambda l (A/I)^(1/4) of the segment, of length l
       real(qp), intent(in) :: k
       real(qp), intent(out) :: s(6)
       !> Number of roots of D below k
-      integer, intent(out) :: supported
+      integer, intent(out) :: clamped_roots
 
       real(qp), parameter :: small = 2.0_qp
+      ! t: k^4 in the series for small k, else sin k
       real(qp) :: c, d, decay, square, t
       integer :: half_waves
 
       if (k < small) then
-         supported = 0
+         clamped_roots = 0
          t = k**4
          d = series(-4.0_qp, 4)
          s = [0.5_qp*series(-4.0_qp, 1), 0.5_qp*series(-4.0_qp, 2), 0.5_qp*series(1.0_qp, 1), &
@@ -256,9 +259,10 @@ contains
       s = [k**3*(c*(1.0_qp - square) + t*(1.0_qp + square)), k**2*t*(1.0_qp - square), &
          k**3*(2.0_qp*decay*t + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
          k*(t*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*t)]/d
+      ! D has one root between j pi and (j + 1) pi for each j >= 1; the sign of D shows whether k exceeds this root
       half_waves = int(k/pi_quad)
-      supported = half_waves
-      if (d > 0.0_qp .eqv. modulo(half_waves, 2) == 1) supported = half_waves - 1
+      clamped_roots = half_waves
+      if (d > 0.0_qp .eqv. modulo(half_waves, 2) == 1) clamped_roots = half_waves - 1
 
    contains
 

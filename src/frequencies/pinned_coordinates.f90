@@ -1,6 +1,6 @@
 !> The beam in its element curvatures with a pinned root (docs/theory.md, section 5).
 !>
-!> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B q'|^2/2.
+!> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
 !>
 !> The curvatures do not determine the rigid-body rotation about the root, which has no strain energy. Each coordinate
 !> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
@@ -15,7 +15,8 @@ module pinned_coordinates
    private
    public :: pinned_flexibility, remove_rotation, rigid_rotation
 
-   !> Forms of the deflection of a bend: the part of the beam that is at rest.
+   !> Forms of the deflection of a bend, by the part of the beam that is at rest: the part before the element, the part
+   !> beyond it (without rotation), or the tip (without displacement)
    integer, parameter :: root_at_rest = 1
    integer, parameter :: end_at_rest = 2
    integer, parameter :: tip_at_rest = 3

@@ -1,7 +1,7 @@
 !> Residual modes: a few vectors that represent the flexibility of the truncated modes at some points (docs/theory.md,
 !> section 13).
 !>
-!> Vectors are given in coordinates q with strain energy q.q/2 and kinetic energy |B q'|^2/2 (`support_coordinates`).
+!> Vectors are given in coordinates q with strain energy q.q/2 and kinetic energy |B dq/dt|^2/2 (`support_coordinates`).
 !>
 !> The static shapes under forces at these points, minus their components along the retained modes, are orthogonal to
 !> the retained modes in strain energy and therefore in mass (MacNeal, Computers and Structures 1 (1971) 581; Rubin,
@@ -82,8 +82,8 @@ contains
       allocate (residual, source=found(:, :count))
    end function residual_vectors
 
-   !> Rotate vectors that are orthogonal in strain energy so that they become orthogonal in mass as well, in descending
-   !> order of mass.
+   !> Rotate vectors that are orthogonal in strain energy so that they become orthogonal in mass as well, in ascending
+   !> order of frequency, which is descending order of modal mass at unit strain energy.
    subroutine rotate(vectors, deflection, error)
       !> Orthonormal vectors, [order, count]
       real(wp), intent(inout) :: vectors(:, :)

@@ -1,9 +1,10 @@
 !> The beam in its element curvatures with any root and supports (docs/theory.md, section 5).
 !>
-!> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B q'|^2/2. The curvature coordinates of
+!> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2. The curvature coordinates of
 !> `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root, whose amount follows from a
 !> support or, without supports, from orthogonality in the mass product; coordinates of springs along the beam, sqrt(k)
-!> times the displacement; and a displacement that is continued from others (`redistributed_mass`). The constraints of
+!> times the displacement; and the continuation of the displacement of a node without inertia (`redistributed_mass`).
+!> The constraints of
 !> supports are imposed by projection. Every product with B or B^T then takes two sums along the beam, without the
 !> cancellation of a factorised stiffness matrix.
 !>
@@ -34,6 +35,8 @@ module support_coordinates
       real(wp) :: sqrt_compliance = 0.0_wp
    end type constraint_t
 
+   !> A beam on its supports. The motion of the beam is that of `natural` under the coordinates, plus additional motions
+   !> whose amounts are linear in the coordinates.
    type :: supported_beam_t
       !> Number of coordinates: those of `natural`, then one for each spring along the beam
       integer :: order = 0
@@ -48,12 +51,15 @@ module support_coordinates
       integer, allocatable :: sprung_dofs(:)
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
-      !> Additional motions: their rows of B, [rows, motions], and degrees of freedom, [dofs, motions]
+      !> Additional motions of unit amount: their rows of B, [rows, motions], and their displacements and rotations,
+      !> [dofs,
+      !> motions]. The first are weighted motions: the continuation of a node without inertia (rows of B only), then the
+      !> rigid-body rotation about a pinned root. The others remove rounding errors in excluded directions
       real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :)
-      !> Weights of the coordinates in the amounts of the first additional motions, [order, weighted motions]. The other
-      !> motions only remove rounding errors in excluded directions
+      !> Weights of the coordinates in the amounts of the weighted motions, [order, weighted motions]
       real(wp), allocatable :: weight(:, :)
-      !> Constraint that each motion violates by 1 and that all later motions satisfy, [motions]
+      !> Constraint that each motion violates by 1 and that all later motions satisfy; its degree of freedom is 0 if the
+      !> motion belongs to no support, [motions]
       type(constraint_t), allocatable :: constraint(:)
       !> Degrees of freedom that rigid supports constrain
       integer, allocatable :: supported(:)
@@ -89,7 +95,7 @@ contains
       beam%free = beam%order - size(beam%excluded, 2)
    end subroutine make_supported_beam
 
-   !> Add the motion by which the displacement of the node at the stop is continued from its neighbours in B.
+   !> Add the motion that replaces the displacement of the node at the stop by its continuation in B.
    pure subroutine continue_displacement(model, beam)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(inout) :: beam
@@ -293,7 +299,7 @@ contains
       end do
    end subroutine project
 
-   !> The product B q.
+   !> The product B q: mass-weighted displacements under the coordinates.
    pure subroutine bend(beam, q, deflection)
       type(supported_beam_t), intent(in) :: beam
       !> Coordinates, [order]
@@ -333,7 +339,7 @@ contains
       call project(beam, q)
    end subroutine bend_transposed
 
-   !> Displacements and rotations of the degrees of freedom.
+   !> Displacements and rotations of the degrees of freedom under the coordinates.
    pure subroutine displace(beam, q, nodal)
       type(supported_beam_t), intent(in) :: beam
       !> Coordinates, [order]
