@@ -1,5 +1,8 @@
-!> A phase of the motion of a beam among any number of contacts: the set of closed contacts is constant until the first
-!> of the signals that can end the phase falls to zero (docs/theory.md, section 17).
+!> A phase of exact motion with any number of contacts: the set of closed contacts is constant until the first of the
+!> signals that can end the phase (gaps of open contacts, forces of closed contacts) falls to zero (docs/theory.md,
+!> section 17). The module finds the end of the phase, records samples and energies, and lets the observers (measures,
+!> statistics, moments, Poincare sections) evaluate the phase. A flight is the motion of a stop point (the point of the
+!> beam at a stop) while its contact is open; a massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
    use contact_sets, only: find_end_terms, point_response, prepare_losses
@@ -35,14 +38,14 @@ module contact_phase
    !> A phase with any number of contacts, in closed form.
    type, extends(phase_t) :: contact_phase_t
       type(phase_state_t) :: now
-      !> Pbar per unit of force
+      !> hbar/L, the factor from contact forces to Pbar, the force in the results
       real(wp) :: force_scale = 0.0_wp
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp) :: hop_tolerance = 0.0_wp
       !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
       integer :: ended_at = 0
       integer :: ended_by = end_gap
-      !> The flight that contact `ended_at` ends began at rest on that contact
+      !> The flight that ends at contact `ended_at` began with zero velocity on that contact
       logical :: starts_at_rest = .false.
       !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
@@ -71,6 +74,7 @@ contains
       class(contact_phase_t), target, intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      ! the run uses this set of closed contacts for the first time
       logical :: is_new
 
       call start_phase(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
@@ -100,6 +104,7 @@ contains
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
+      ! it is known whether and when the contact ends the phase; an inactive contact never does
       logical :: is_decided(size(self%now%states))
       integer :: ended_by, k
 
@@ -118,6 +123,7 @@ contains
          if (is_decided(k)) cycle
          call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
+         ! a zero found by the simultaneous search is retained unless this search finds an earlier one
          if (self%ended_at /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
          if (search%outcome == found_none) cycle
          self%ended_at = k
@@ -128,6 +134,7 @@ contains
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
+            ! all evaluated gaps are below the tolerance; if their upper bound is not, a search decides
             state%is_low = state%is_low .and. search%max_value < state%hop_tolerance
             if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
@@ -140,24 +147,25 @@ contains
       end associate
    end subroutine find_end
 
-   !> Decide whether the gap of a flight is certain to stay below the hop tolerance during the phase, up to the rounding
-   !> error of the gap.
+   !> Set `is_low`: the gap of the flight of contact k stays below the hop tolerance during the phase, up to the
+   !> rounding error of the gap.
    subroutine check_hop_height(self, k)
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
+      ! hop tolerance less the gap, and the result of the search for its zero
       class(transformable_signal_t), allocatable :: margin
       class(transformable_signal_t), pointer :: gap
-      type(search_t) :: rise
+      type(search_t) :: crossing
       real(wp) :: noise
 
       associate (state => self%now%states(k), constrained => self%now%set%constrained)
          call signal_of(self%now, k, observed_gap, gap)
          noise = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, k)*self%now%z)))
          call gap%transform(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, margin)
-         call first_zero(margin, self%search%time, rise)
-         state%is_low = rise%outcome == found_none
-         self%search%evaluations = self%search%evaluations + rise%evaluations
+         call first_zero(margin, self%search%time, crossing)
+         state%is_low = crossing%outcome == found_none
+         self%search%evaluations = self%search%evaluations + crossing%evaluations
       end associate
    end subroutine check_hop_height
 
@@ -195,6 +203,7 @@ contains
       type(asked_t), intent(in) :: asked
       type(sample_t), intent(inout) :: sample
 
+      ! state of the constrained modes, with and without the load response, and values of the terms exp(s t)
       real(wp), dimension(size(self%now%z)) :: z, v, unforced, unforced_rate
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total, node(2)
@@ -245,6 +254,7 @@ contains
                      total = total + record%force(self%recorded)
                   end if
                end if
+               ! the histories of the run refer to the release contact: eta = 0 at its undeformed surface
                if (k /= now%release_contact) cycle
                sample%history(eta_stop) = sign*gap
                sample%history(velocity_stop) = sign*rate
@@ -255,7 +265,7 @@ contains
             end associate
          end do
          if (now%release_contact == 0) then
-            ! without a stop, the tip is the reference point
+            ! without a stop, all histories are those of the tip
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
@@ -265,16 +275,18 @@ contains
       end associate
    end subroutine take_sample
 
-   !> Energies at a sample.
+   !> Energies of beam and stops at a sample, and energies dissipated up to the sample.
    subroutine sample_energy(self, time, modes, term, sample)
       class(contact_phase_t), intent(inout) :: self
       real(wp), intent(in) :: time
       !> States z, v with and without the load response as in `find_losses`, [modes, 4]
       real(wp), intent(in) :: modes(:, :)
+      !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
 
       type(contact_state_t) :: state
+      ! energy dissipated since the start of the phase in the beam and in each compliant contact
       real(wp) :: lost(1 + size(self%now%set%compliant))
       integer :: k, place
 
@@ -329,7 +341,8 @@ contains
          motion%v)
    end subroutine finish
 
-   !> Advance the variations of the motion to the end of the phase.
+   !> Advance the variations of the motion (derivatives by its initial state or by a load parameter) to the end of the
+   !> phase, and record their sizes at the Poincare sections in the phase.
    subroutine end_variations(self, ended_at, motion)
       class(contact_phase_t), intent(inout) :: self
       !> Index of the contact that ends the phase; 0: none
@@ -347,6 +360,7 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      ! state z, v of the constrained modes with and without the load response; dissipated energies as in `find_losses`
       real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%compliant)), work
       complex(wp) :: term(self%now%set%coupled%count), phasor(size(self%now%forced%frequency))
       integer :: k, place
@@ -356,7 +370,7 @@ contains
          ledger => motion%recorder%ledger)
          phasor = phasor_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_end_terms(set, now%amplitude, time, term)
-         ! observers evaluate the state at the end of the phase again
+         ! cached because observers request the state at the end of the phase again
          call cache_state(now, time, term)
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
@@ -375,6 +389,7 @@ contains
             if (place > 0) then
                call update_indentation(self%now, place, time, term, now%states(k))
                if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
+               ! the force vanishes: the branch force follows from the indentation
                if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%depth)
             else
                call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), &
@@ -399,13 +414,15 @@ contains
          size(self%now%set%compliant) > 0)
    end function needs_losses
 
-   !> Project the gap of the contact that ends the phase: a rigid contact penetrated by rounding gets gap zero, a beam
-   !> that leaves a compliant contact gets the displacement of that contact. The static shape is used because it needs
-   !> the least energy; the work done at a rigid contact is charged to the ledger.
+   !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates
+   !> gets gap zero; a stop point that leaves a compliant contact gets the displacement of the contact surface. The
+   !> correction has the static shape of a force at the contact, which needs the minimum energy. The work of that force
+   !> at a rigid contact is charged to the ledger, the energy balance of the run.
    subroutine project_gap(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      ! smaller penetrations of a rigid contact are not corrected
       real(wp), parameter :: min_correction = 5.0e-12_wp
       real(wp) :: correction, force, displacement
 
@@ -426,9 +443,11 @@ contains
    !> Let the observers measure the phase.
    subroutine measure(self, is_last, motion)
       class(contact_phase_t), target, intent(inout) :: self
+      !> The run ends with this phase
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 
+      ! number of sections recorded before this phase
       integer :: recorded
 
       associate (interval => self%interval, observers => motion%observers)
@@ -441,7 +460,7 @@ contains
          interval%start = motion%tau
          interval%length = self%search%time
          interval%is_last = is_last
-         ! if only the nodal velocity is replaced at impacts
+         ! an impact that replaces the nodal velocity alone may increase the energy
          interval%may_gain = allocated(self%now%beam%nodal_shape)
          interval%contacts = size(self%now%states)
          interval%now => self%now

@@ -1,6 +1,7 @@
 !> Contact sets: the beam with a given set of closed contacts, and its motion in closed form. Closed rigid contacts are
-!> constraints, closed compliant contacts apply forces (docs/theory.md, section 17). If each mode has its own damping
-!> ratio, rigid contacts also apply forces, to the free modes (section 18). A set is made at first use and cached.
+!> constraints, closed compliant contacts apply forces (docs/theory.md, section 17): the motion is then a sum of terms
+!> exp(s t). If each mode has its own damping ratio, rigid contacts also apply forces, to the free modes (section 18). A
+!> set is made at first use and cached.
 module contact_sets
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
@@ -22,7 +23,7 @@ module contact_sets
 
    !> The beam with one combination of closed contacts.
    type :: contact_set_t
-      !> Run of the store for which the set is prepared
+      !> Number of the last run that used the set, as counted by the store
       integer :: run = 0
       !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
@@ -33,11 +34,11 @@ module contact_sets
       type(coupled_modes_t) :: coupled
       !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
-      !> In static equilibrium: constrained modes, forces of the contacts in `compliant`, gaps, reactions
+      !> Static equilibrium: modal displacements, forces of the contacts in `compliant`, gaps, reactions
       real(wp), allocatable :: rest(:), rest_force(:), rest_gap(:), rest_reaction(:)
       !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
-      !> Dissipation in the beam, if requested, and in each compliant contact, [1 + compliant]
+      !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
       type(power_form_t), allocatable :: losses(:)
       logical :: has_beam_losses = .false.
       logical :: has_stop_losses = .false.
@@ -47,11 +48,12 @@ module contact_sets
       type(unit_responses_t), allocatable :: forced
       !> Integrals of products of the terms, for integrals of squared signals
       type(squares_t) :: squares
-      !> Gaps and forces as output rows of terms and load harmonics; whether the rows are made and can be searched
+      !> Output rows (gaps, forces, tip) of terms and harmonics; whether made, and fit for the simultaneous search
       type(row_basis_t) :: rows
       logical :: has_rows = .false., can_search_rows = .false.
-      !> Row of each gap and its sign; row of each force that is not a multiple of gap and gap rate; 0: no row. Row of
-      !> the tip; contact whose gap (up to sign) each row is; number of terms without harmonics
+      !> Row of each gap and of each force that is no combination of gap and gap rate, 0: no row, [contacts]; contact
+      !> whose gap each row is, [rows]; sign of each gap in its row; row of the tip; number of terms other than load
+      !> harmonics
       integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
       integer :: tip_row = 0, motion_terms = 0
@@ -65,10 +67,10 @@ module contact_sets
    integer, parameter :: max_sets = 128
    real(wp), parameter :: max_bytes = 1.0e8_wp
 
-   !> Pointer to a contact set, as an element of an array.
-   type :: set_place_t
+   !> Element of an array of pointers to contact sets.
+   type :: set_pointer_t
       type(contact_set_t), pointer :: set => null()
-   end type set_place_t
+   end type set_pointer_t
 
    !> Contact sets, reused by later runs with the same beam, damping and stops. A full store drops its oldest sets.
    type :: set_store_t
@@ -79,7 +81,7 @@ module contact_sets
       type(impedance_t), allocatable :: spring(:)
       !> Number of runs so far
       integer :: run = 0
-      type(set_place_t) :: place(max_sets)
+      type(set_pointer_t) :: sets(max_sets)
       integer :: count = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
@@ -166,11 +168,11 @@ contains
 
       remaining = 0
       do i = 1, store%count
-         if (size(store%place(i)%set%compliant) > 0) then
-            deallocate (store%place(i)%set)
+         if (size(store%sets(i)%set%compliant) > 0) then
+            deallocate (store%sets(i)%set)
          else
             remaining = remaining + 1
-            store%place(remaining)%set => store%place(i)%set
+            store%sets(remaining)%set => store%sets(i)%set
          end if
       end do
       store%count = remaining
@@ -199,7 +201,7 @@ contains
       integer :: i
 
       do i = 1, store%count
-         set => store%place(i)%set
+         set => store%sets(i)%set
          if (.not. all(set%is_closed .eqv. is_closed)) cycle
          is_new = set%run /= store%run
          if (is_new) then
@@ -218,7 +220,7 @@ contains
       call make_room(store)
       allocate (set)
       store%count = store%count + 1
-      store%place(store%count)%set => set
+      store%sets(store%count)%set => set
       set%run = store%run
       call make_set(store%beam, store%is_rigid, store%spring, is_closed, set, error)
    end subroutine find_set
@@ -232,22 +234,22 @@ contains
 
       bytes = 0.0_wp
       do i = 1, store%count
-         bytes = bytes + bytes_of(store%place(i)%set)
+         bytes = bytes + bytes_of(store%sets(i)%set)
       end do
       first = 1
       do while (first <= store%count .and. (store%count == max_sets .or. bytes > max_bytes))
-         if (associated(store%place(first)%set, store%in_use)) then
+         if (associated(store%sets(first)%set, store%in_use)) then
             first = first + 1
             cycle
          end if
-         bytes = bytes - bytes_of(store%place(first)%set)
-         deallocate (store%place(first)%set)
-         store%place(first:store%count - 1) = store%place(first + 1:store%count)
+         bytes = bytes - bytes_of(store%sets(first)%set)
+         deallocate (store%sets(first)%set)
+         store%sets(first:store%count - 1) = store%sets(first + 1:store%count)
          store%count = store%count - 1
       end do
    end subroutine make_room
 
-   !> Memory of the large arrays of a set.
+   !> Memory of the large arrays of a set, in bytes; the factors count these arrays.
    pure function bytes_of(set) result(bytes)
       type(contact_set_t), intent(in) :: set
       real(wp) :: bytes
@@ -267,7 +269,7 @@ contains
       integer :: i
 
       do i = 1, store%count
-         deallocate (store%place(i)%set)
+         deallocate (store%sets(i)%set)
       end do
       store%count = 0
    end subroutine drop_all
@@ -325,8 +327,8 @@ contains
       end associate
    end subroutine find_equilibrium
 
-   !> Response of the set's modes to a unit force at contact k, divided by the divisor of each mode, [modes] (1:
-   !> velocity after a unit impulse, W^2: static displacement). Rigid contacts in `compliant` do not move.
+   !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (1: velocities
+   !> after a unit impulse, W^2: static displacements). Rigid contacts in `compliant` react so that they do not move.
    pure function point_response(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k
@@ -423,10 +425,10 @@ contains
       v(set%coupled%inactive) = uncoupled_rate(set%coupled%inactive)
    end subroutine state_of_terms
 
-   !> Prepare the power forms, over all pairs of terms, from which dissipation follows.
+   !> Prepare the dissipated powers as quadratic forms of the terms.
    pure subroutine prepare_losses(set, with_beam)
       type(contact_set_t), intent(inout) :: set
-      !> Also for the dissipation in the beam
+      !> Prepare the dissipation in the beam, too
       logical, intent(in) :: with_beam
 
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)

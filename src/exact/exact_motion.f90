@@ -1,4 +1,6 @@
-!> The response in closed form between events: free modes of the beam, and contacts whose stops follow model A or B.
+!> Exact motion: the response of a beam with stops, in closed form between events. The module chooses the number of
+!> modes by trial runs if the settings leave it open (docs/theory.md, section 13), and runs the motion phase by phase (a
+!> phase is the motion between two events).
 module exact_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
@@ -23,7 +25,7 @@ module exact_motion
    private
    public :: exact_response, choose_modes, unknown_modes
 
-   !> Value of `lowest_modes` for a run that continues no other run: the number of modes must be chosen.
+   !> Value of `lowest` in `choose_modes` for a run that continues no other run: the number of modes must be chosen.
    integer, parameter :: unknown_modes = -1
 
    !> A trial run, made to compare numbers of modes.
@@ -47,7 +49,7 @@ contains
       type(response_t), intent(out) :: response
       !> Set if the modes cannot be found or the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Modes from `find_base_modes`, shared by many runs; if absent or empty, the run finds its own
+      !> Modes from `find_base_modes`, shared by several runs; if absent or empty, the run computes its own
       type(free_modes_t), target, intent(in), optional :: shared
       !> Contact sets cached by earlier runs, for this run and later ones
       type(set_store_t), target, intent(inout), optional :: sets
@@ -89,13 +91,13 @@ contains
       if (associated(base, own_modes)) response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
-   !> Choose the modes of a run: the smallest number that a comparison with a larger number shows to suffice.
+   !> Choose the modes of a run: the smallest number of modes that a comparison with a larger number shows to suffice.
    !>
-   !> A reduced set holds some of the lowest modes and residual modes, which give stops and loads the full static
-   !> flexibility of the beam. Only the inertia of the other modes is neglected. The effect of this is not known before
-   !> the run, so the motion with few modes is compared with the motion with more modes. If both agree well within the
-   !> accuracy, the smaller number is used. If trials would cost more than they can save, or never agree, all modes are
-   !> used.
+   !> A reduced set of modes holds some of the lowest modes, and residual modes, which give stops and loads the full
+   !> static flexibility of the beam. Only the inertia of the other modes is neglected. The effect of this neglect is
+   !> not known before the run, so the motion with few modes is compared with the motion with more modes. If both
+   !> motions agree well within the requested accuracy, the smaller number is used. If trial runs would cost more than
+   !> they can save, or never agree, all modes are used.
    subroutine choose_modes(model, settings, base, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -147,6 +149,7 @@ contains
       type(free_modes_t), intent(in) :: modes
       logical :: answer
 
+      ! below this flexibility the energy (displacement)^2/(2 flexibility) of a rounding error is significant
       real(wp), parameter :: min_flexibility = 1.0e-20_wp
 
       answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < min_flexibility
@@ -187,8 +190,10 @@ contains
       !> Set if modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
+      ! last two trials, and the trial whose number of modes suffices
       type(trial_t), allocatable :: fewer, more, enough
       type(trials_t) :: trials
+      ! comparison that agrees up to the first contacts, and comparison of the trial `enough`
       type(mode_check_t) :: early, enough_check
       integer :: count
 
@@ -224,7 +229,7 @@ contains
       allocate (modes, source=enough%modes)
    end subroutine try_numbers
 
-   !> Make a trial run. The first trial is repeated with new lengths until its length is settled.
+   !> Make a trial run. The first trial run is repeated with new lengths until `settle_length` accepts the length.
    subroutine try_modes(model, trial, trials, check)
       type(beam_model_t), intent(in) :: model
       !> Receives its response
@@ -299,6 +304,7 @@ contains
 
       type(contact_phase_t), target :: phase
       type(motion_t) :: motion
+      ! number of samples, and of consecutive phases of length zero
       integer :: samples, standstill
       logical :: is_last
 
@@ -342,7 +348,7 @@ contains
    !> Compute displacements, slopes and velocities of the whole beam at the recorded instants.
    subroutine fill_shapes(modes, height, recorder, response)
       type(free_modes_t), intent(in) :: modes
-      !> delta, the height at which eta = 0
+      !> delta, the height of the release contact: eta = 0 there
       real(wp), intent(in) :: height
       type(recorder_t), intent(in) :: recorder
       type(response_t), intent(inout) :: response
@@ -350,12 +356,14 @@ contains
       integer :: i, mode_count
 
       mode_count = size(recorder%shape_z, 1)
+      ! rows 2 i - 1 and 2 i of a mode are displacement and slope of node i; node 0 is the root
       do i = 1, modes%elements
          response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_z) - height
          response%shape_slope(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_z)
          response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_v)
          response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_v)
       end do
+      ! a massless node at the stop is displaced relative to the modes
       associate (node => modes%stop_dof/2 + 1)
          response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
          response%shape_velocity(node, :) = response%shape_velocity(node, :) + recorder%shape_node(2, :)

@@ -1,4 +1,5 @@
-!> Start and end of a run with any number of contacts.
+!> Start and end of an exact run with any number of contacts: beam, loads and contacts in the free modes, initial state,
+!> opening of observers and records; at the end, records, measures and energy balance of the run.
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
@@ -52,6 +53,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
+      ! contact forces P and energy in static equilibrium, in which the motion may come to rest
       real(wp), allocatable :: static_force(:)
       logical, allocatable :: is_active(:)
       real(wp) :: static_energy
@@ -96,7 +98,8 @@ contains
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%ledger)
-            ! a contact that cannot be reached with the initial energy is inactive
+            ! a contact is inactive if the initial energy E cannot deflect the beam to its surface at the distance
+            ! -height: the maximum deflection is sqrt(2 E flexibility); 1.001 is a margin
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
@@ -141,7 +144,7 @@ contains
       if (allocated(phase%carried)) is_continued = allocated(phase%carried%q)
    end function is_continued
 
-   !> Set the initial state given in &start, with the contacts that support the beam.
+   !> Set the initial state given by the settings, with the contacts that support the beam.
    subroutine set_initial_state(model, modes, settings, is_active, now, motion, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
@@ -161,6 +164,7 @@ contains
       if (allocated(error)) return
       do k = 1, size(forces)
          associate (state => now%states(k))
+            ! also marks a rigid contact with a force, which `begin_contacts_at_start` closes
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
             ! a massless node is displaced by the static force that holds the beam before its release
@@ -172,7 +176,7 @@ contains
 
    !> Move an undamped massless node at once to the displacement of the modes, or onto the stop.
    pure subroutine release_node(gap, state, ledger)
-      !> Distance of the modal displacement from the stop
+      !> Distance of the modal displacement of the stop point from the stop, negative below it
       real(wp), intent(in) :: gap
       type(contact_state_t), intent(inout) :: state
       !> Charged with the energy released by the node
@@ -180,6 +184,7 @@ contains
 
       real(wp) :: before
 
+      ! a damped node relaxes at a finite rate
       if (state%spring%recovery_rate < huge(1.0_wp)) return
       before = energy_in(state)
       state%depth = max(0.0_wp, -gap)
@@ -187,7 +192,7 @@ contains
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
    end subroutine release_node
 
-   !> Start one variation of the state, whose growth is recorded at the sections.
+   !> Start one variation of the state, whose growth between the Poincare sections gives the Lyapunov exponent.
    subroutine start_variation(now, sections, tangent)
       type(phase_state_t), intent(in) :: now
       type(run_sections_t), intent(inout) :: sections
@@ -197,7 +202,7 @@ contains
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)
-         ! all modes take part, and slow modes have no larger energy than others
+         ! all modes take part, each with the same energy
          tangent%q(:, 1) = 1.0_wp/sqrt(square)
          tangent%v(:, 1) = 0.5_wp
       end associate

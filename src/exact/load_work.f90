@@ -1,5 +1,7 @@
-!> Work of loads on a beam during a phase, and dissipation in a stop under loads, in closed form (docs/theory.md,
-!> section 18).
+!> Work of loads on a beam during a phase (the motion between two events), and dissipation in a stop under loads, in
+!> closed form (docs/theory.md, section 18). The motion of a phase is the load response plus a homogeneous part: free
+!> vibration of the modes, or terms exp(s t) if compliant contacts are closed. The work is the sum of the works on both.
+!> W is the frequency of a mode, w that of a load harmonic, and ' is d/dtau.
 module load_work
    use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
    use coupled_modes, only: terms_at
@@ -18,7 +20,7 @@ contains
    function work_of_loads(self, time, phasor, z, v) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      !> exp(i W t), [harmonics]
+      !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
       !> Homogeneous part (without the load response) of the state of the constrained modes at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
@@ -39,15 +41,15 @@ contains
       call add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
    end function work_of_loads
 
-   !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
-   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If these forms would lose digits by cancellation, the
-   !> closed form of a mode driven from rest is used.
+   !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0. An antiderivative of z is -(z' + 2 a z)/W^2,
+   !> one of exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If these forms would lose digits by
+   !> cancellation, the closed form of a mode driven from rest is used.
    pure subroutine add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
       type(phase_state_t), intent(in) :: self
-      !> 1: free vibration of the mode, 0: coupling of the mode to compliant contacts, [modes]
+      !> 1: the mode vibrates freely, 0: the mode is coupled to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: uncoupled(:)
       real(wp), intent(in) :: time
-      !> exp(i W t), [harmonics]
+      !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
       !> Homogeneous part of the state at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
@@ -95,9 +97,9 @@ contains
    !> Work of a harmonic load on modes in free vibration.
    pure function work_of_harmonic(load, phasor, uncoupled, square, backward, z0, v0, z, v) result(work)
       type(load_segment_t), intent(in) :: load
-      !> exp(i W t) of the load
+      !> exp(i w t) of the load
       complex(wp), intent(in) :: phasor
-      !> 1: free vibration of the mode, 0: coupling of the mode to compliant contacts, [modes]
+      !> 1: the mode vibrates freely, 0: the mode is coupled to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: uncoupled(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)
@@ -131,25 +133,25 @@ contains
    end function work_of_harmonic
 
    !> Is the amplitude of a harmonic nonzero?
-   elemental function is_nonzero(harmonic) result(does)
+   elemental function is_nonzero(harmonic) result(answer)
       complex(wp), intent(in) :: harmonic
-      logical :: does
+      logical :: answer
 
-      does = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
+      answer = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
    end function is_nonzero
 
    !> Is a mode driven from rest by this part of a load?
-   pure function is_driven(self, mode, part, load) result(is)
+   pure function is_driven(self, mode, part, load) result(answer)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
       !> One of the `by_` constants
       integer, intent(in) :: part
       !> Index of the load; 0: all loads
       integer, intent(in) :: load
-      logical :: is
+      logical :: answer
 
       associate (driven => self%set%forced%driven)
-         is = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
+         answer = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
       end associate
    end function is_driven
 
@@ -186,16 +188,18 @@ contains
       end associate
    end function work_on_terms
 
-   !> Work of all loads on the load response itself.
+   !> Work of all loads on the load response: on modes driven from rest, and on the rows of the work-conjugate
+   !> displacements (constant + slope t + harmonics).
    pure function work_on_load_response(self, time, phasor) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      !> exp(i W t), [harmonics]
+      !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
       real(wp) :: work
 
       integer :: g, i, m
-      complex(wp) :: own_phasor, row
+      ! exp(i w t) of a load, and amplitude of its work-conjugate displacement at one of the load frequencies
+      complex(wp) :: load_phasor, row
 
       work = 0.0_wp
       associate (set => self%set%forced, forced => self%forced)
@@ -204,54 +208,56 @@ contains
                work = work + set%load(set%driven(forced%pair(i))%mode, g)*work_on(forced%mode(i), forced%segment(g), &
                   time)
             end do
-            own_phasor = (1.0_wp, 0.0_wp)
-            if (self%loads%harmonic(g) > 0) own_phasor = phasor(self%loads%harmonic(g))
+            load_phasor = (1.0_wp, 0.0_wp)
+            if (self%loads%harmonic(g) > 0) load_phasor = phasor(self%loads%harmonic(g))
             associate (segment => forced%segment(g))
                work = work + forced%slope(set%at%loads + g)*(segment%constant + 0.5_wp*segment%slope*time)*time
                if (is_nonzero(segment%harmonic) .and. abs(forced%slope(set%at%loads + g)) > 0.0_wp) then
                   associate (s => cmplx(0.0_wp, segment%frequency, wp))
-                     work = work + forced%slope(set%at%loads + g)*real(segment%harmonic*integral(s, time, own_phasor), &
-                        wp)
+                     work = work + forced%slope(set%at%loads + g)*real(segment%harmonic*integral(s, time, &
+                        load_phasor), wp)
                   end associate
                end if
                do m = 1, size(forced%frequency)
                   row = forced%harmonic(set%at%loads + g, m)
-                  if (is_nonzero(row)) work = work + work_on_harmonic(segment, own_phasor, row, forced%frequency(m), &
-                     phasor(m), time)
+                  if (is_nonzero(row)) work = work + work_on_harmonic(segment, load_phasor, row, &
+                     forced%frequency(m), phasor(m), time)
                end do
             end associate
          end do
       end associate
    end function work_on_load_response
 
-   !> Work of a load on a point whose displacement is Re(row exp(i w t)).
-   pure function work_on_harmonic(load, own_phasor, row, w, phasor, time) result(work)
+   !> Work of a load whose work-conjugate displacement is Re(row exp(i omega t)), with a frequency omega that may be
+   !> that of another load.
+   pure function work_on_harmonic(load, load_phasor, row, omega, phasor, time) result(work)
       type(load_segment_t), intent(in) :: load
-      !> exp(i W t) of the load's own harmonic
-      complex(wp), intent(in) :: own_phasor
-      !> Complex amplitude of the displacement
+      !> exp(i w t) of the harmonic of this load
+      complex(wp), intent(in) :: load_phasor
+      !> Complex amplitude and frequency omega of the displacement, and exp(i omega t)
       complex(wp), intent(in) :: row
-      real(wp), intent(in) :: w
-      !> exp(i w t)
+      real(wp), intent(in) :: omega
       complex(wp), intent(in) :: phasor
       real(wp), intent(in) :: time
       real(wp) :: work
 
       complex(wp) :: s
 
-      s = cmplx(0.0_wp, w, wp)
+      s = cmplx(0.0_wp, omega, wp)
       work = 0.0_wp
       if (abs(load%constant) > 0.0_wp) work = load%constant*real(row*(phasor - 1.0_wp), wp)
       if (abs(load%slope) > 0.0_wp) work = work + load%slope*real(row*(time*phasor - integral(s, time, phasor)), wp)
       if (.not. is_nonzero(load%harmonic)) return
-      associate (plus => cmplx(0.0_wp, w + load%frequency, wp), minus => cmplx(0.0_wp, w - load%frequency, wp))
-         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(plus, time, phasor*own_phasor) &
-            + conjg(load%harmonic)*integral(minus, time, phasor*conjg(own_phasor))), wp)
+      associate (plus => cmplx(0.0_wp, omega + load%frequency, wp), &
+         minus => cmplx(0.0_wp, omega - load%frequency, wp))
+         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(plus, time, phasor*load_phasor) &
+            + conjg(load%harmonic)*integral(minus, time, phasor*conjg(load_phasor))), wp)
       end associate
    end function work_on_harmonic
 
-   !> Energy dissipated in the damper of a closed compliant contact: the integral of the squared force or rate of the
-   !> damper, which is a sum of exponential terms.
+   !> Energy dissipated in the damper of a closed compliant contact. With a branch (damper and second spring in series)
+   !> the energy is the integral of the squared branch force, else of the squared indentation rate, times a factor.
+   !> Force and rate are sums of exponential terms.
    pure function loss_in_stop(self, place, time) result(loss)
       type(phase_state_t), intent(in) :: self
       !> Index among the compliant contacts of the set

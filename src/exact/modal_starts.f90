@@ -1,4 +1,6 @@
-!> Initial state of a motion in the free modes (docs/theory.md, section 18).
+!> Initial state of a motion in the free modes: release from rest, static equilibrium under the loads, or given
+!> displacements and velocities (docs/theory.md, section 18). The unit of displacement is the initial distance of the
+!> stop point from the contact from which the beam is released.
 module modal_starts
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
@@ -16,10 +18,11 @@ module modal_starts
    private
    public :: find_modal_start, node_flexibility
 
-   !> Relative violation of a contact condition that is regarded as rounding error.
+   !> Relative tension or penetration of a contact that is regarded as rounding error.
    real(wp), parameter :: tolerance = 1.0e-10_wp
 
-   !> Maximum number of contacts of which all subsets are tried as supports of a beam with a slow mode.
+   !> Maximum number of contacts of which all subsets are tried as supports of a beam with a mode of nearly zero
+   !> frequency.
    integer, parameter :: max_supports = 12
 
    !> The beam in its free modes, as a flexible body under static contact forces.
@@ -58,6 +61,7 @@ contains
       beam%square = phase%beam%oscillators%square
       select case (start%kind)
       case (start_release)
+         ! the static shape of a force at the release contact, with a gap of 1 there
          associate (b => phase%beam%value(:, phase%release_contact), square => phase%beam%oscillators%square)
             q(:) = (1.0_wp + phase%beam%height(phase%release_contact))*b &
                /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))
@@ -77,12 +81,13 @@ contains
             v(:) = matmul(momentum(:, 2), modes%mode)
          end if
       end select
-      ! for a release the start was checked before the modes were found
+      ! the static shape of a release was checked on the finite-element model before the modes were computed
       if (start%kind /= start_release) call check_start(beam, phase%states%contact, forces, q, error)
       if (.not. allocated(error)) call move_onto_contacts(beam, phase%states%contact, is_active, forces, q, error)
    end subroutine find_modal_start
 
-   !> Flexibility of a massless node at a stop; 0: there is none.
+   !> Flexibility of the beam at a massless node at the stop (of a redistributed mass matrix), in addition to that of
+   !> the modes; 0: no such node.
    pure function node_flexibility(state) result(flexibility)
       type(contact_state_t), intent(in) :: state
       real(wp) :: flexibility
@@ -134,7 +139,9 @@ contains
    !> Static displacements of the modes.
    pure subroutine bend(self, foundation, load, shape, error)
       class(modal_beam_t), intent(in) :: self
+      !> Stiffness added to each mode by an elastic foundation
       real(wp), intent(in) :: foundation
+      !> Modal loads and displacements, [modes, loads]
       real(wp), intent(in) :: load(:, :)
       real(wp), intent(out) :: shape(:, :)
       !> Never set
@@ -144,9 +151,10 @@ contains
       shape = load/spread(foundation + self%square, 2, size(load, 2))
    end subroutine bend
 
-   !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. Subsets of
-   !> contacts are tried until the violation is within rounding error: tension in a contact of the subset, or
-   !> penetration of another contact. The subset with the smallest violation is used.
+   !> Static equilibrium if the flexibility of a slow mode exceeds the flexibility of all other modes by orders of
+   !> magnitude. Subsets of contacts are tried as bilateral supports until the violation (tension in a contact of the
+   !> subset, or penetration of another contact) is within rounding error. The subset with the smallest violation is
+   !> used.
    subroutine find_slow_balance(phase, place, load, q, forces)
       type(phase_state_t), intent(in) :: phase
       !> Contacts that can support the beam
@@ -162,6 +170,7 @@ contains
       complex(wp) :: z(size(load))
       real(wp) :: gap(size(place)), min_violation, violation
       integer, allocatable :: subset(:)
+      ! the bits of `choice` tell which contacts the subset holds
       integer :: k, choice
 
       min_violation = huge(1.0_wp)

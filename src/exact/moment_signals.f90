@@ -1,10 +1,12 @@
-!> Bending moments of a beam with any number of contacts, in closed form in each phase: histories, and extremes that
-!> need not lie at a sample (docs/theory.md, section 19).
+!> Bending moments at places along a beam with any number of contacts, as closed-form signals of each phase (the motion
+!> between two events), for histories, and for extremes that need not lie at a sample (docs/theory.md, section 19).
 !>
-!> In the constrained modes of a contact set, z'' + alpha z' is the modal force minus W^2 (z + 2 zeta z'). So the moment
-!> is the sum of the static moment, (stiffness - W^2 mass) (z + 2 zeta z') over the modes, mass times the modal forces
-!> of compliant contacts and loads, and the direct contributions of loads at the place. Truncated modes respond
-!> statically to all forces.
+!> The moment at a place is k (z + 2 zeta z') + m (z'' + alpha z') summed over the modes z of the contact set (the beam
+!> with its closed rigid contacts as constraints), plus the direct contribution of loads. Here k and m are the
+!> components `stiffness` and `mass` of `moments_t`, and ' is d/dtau. The equation of motion replaces z'' + alpha z' by
+!> the modal force minus W^2 (z + 2 zeta z'). So the moment is the sum of the static moment, of (k - W^2 m) (z + 2 zeta
+!> z') over the modes, of m times the modal forces of compliant contacts and loads, and of the direct contribution of
+!> loads. Truncated modes respond statically to all forces.
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
@@ -24,7 +26,7 @@ module moment_signals
    private
    public :: moments_t, make_moments, begin_moments, sample_moments
 
-   !> Signal of the moment at one place.
+   !> Moment at one place of the beam as a function of time.
    type :: signal_place_t
       class(transformable_signal_t), allocatable :: signal
    end type signal_place_t
@@ -114,6 +116,7 @@ contains
 
       type(modal_signal_t), allocatable :: modal
       type(driven_terms_t) :: terms
+      ! k - W^2 m and m of each constrained mode, and static moment
       real(wp), allocatable :: weight(:), mass(:)
       real(wp) :: static
 
@@ -135,6 +138,7 @@ contains
          else
             allocate (modal)
             call make_modal_signal(constrained%oscillators, static, weight, modal)
+            ! a signal of z + 2 zeta z'
             modal%is_viscous = .true.
             call set_reaction_state(now%z, now%v, modal)
             call move_alloc(modal, signal)
@@ -150,9 +154,9 @@ contains
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
    pure function force_moments(now, mass, contact) result(moment)
       type(phase_state_t), intent(in) :: now
-      !> Moment per unit of force on the constrained modes, [modes]
+      !> Moment per unit of modal force on each constrained mode, m, [modes]
       real(wp), intent(in) :: mass(:)
-      !> Moment by the truncated modes per unit of contact force, [contacts]
+      !> Moment of the truncated modes per unit of contact force, [contacts]
       real(wp), intent(in) :: contact(:)
       real(wp) :: moment(size(now%set%compliant))
 
@@ -169,7 +173,7 @@ contains
    !> The moment with closed compliant contacts, without the load response.
    subroutine make_compliant_signal(now, static, weight, force_moment, signal)
       type(phase_state_t), intent(in) :: now
-      !> Static moment with rigid contacts alone
+      !> Moment in static equilibrium of the constrained beam, without compliant contacts
       real(wp), intent(in) :: static
       !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
@@ -215,7 +219,7 @@ contains
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: force_moment(:)
-      !> Moment per unit of each load, without that of the modes, [loads]
+      !> Moment per unit of each load, except by z + 2 zeta z', [loads]
       real(wp), intent(in) :: load_moment(:)
       type(driven_terms_t), intent(out) :: terms
 

@@ -1,5 +1,6 @@
-!> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the motion is linear
-!> and in closed form. The phase ends at the first zero of its signals; there is no time step.
+!> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the linear equations
+!> of motion are solved in closed form, without time steps. A phase ends with a load segment, or at the first zero of
+!> the signals that watch the contacts, such as gaps and contact forces.
 module motion_phases
    use certified_search, only: found_none, search_t
    use failures, only: fail, failure_t, status_run_failed
@@ -17,21 +18,23 @@ module motion_phases
    private
    public :: motion_t, phase_t, advance, found_cancelled, found_segment_end
 
-   !> A flight too low to resolve is cancelled: the phase has length zero, and the motion stays at its start.
+   !> Outcome: the phase is a flight (motion above an open contact) below the hop tolerance. The flight is cancelled:
+   !> the phase has length zero, and the motion stays at its start.
    integer, parameter :: found_cancelled = 4
-   !> The phase ends with a load segment.
+   !> Outcome: the phase ends with a load segment.
    integer, parameter :: found_segment_end = 5
 
    !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
       real(wp) :: tau = 0.0_wp
-      !> State of the free modes, [modes]
+      !> Displacements and velocities of the free modes, [modes]
       real(wp), allocatable :: q(:), v(:)
+      !> Samples recorded so far, and energy balance
       type(recorder_t) :: recorder
       type(observers_t) :: observers
       !> Number of eigenvalue problems solved so far
       integer :: factorisations = 0
-      !> Variations of the motion; unallocated: not requested
+      !> Variations of the motion (derivatives by its initial state or a load parameter); unallocated: not requested
       type(tangent_t), allocatable :: tangent
       !> Set if the run cannot continue
       type(failure_t), allocatable :: error
@@ -176,6 +179,7 @@ contains
       !> Set if the run cannot continue
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! maximum number of consecutive phases of length zero
       integer, parameter :: standstill_cap = 2000
       character(*), parameter :: remedy = '; damping or a more even mesh ends that'
 
@@ -188,7 +192,7 @@ contains
       end if
    end subroutine check_events
 
-   !> Record the samples and shapes of a phase.
+   !> Record the samples of a phase, and the shapes of the whole beam that are due in the phase.
    subroutine record_phase(phase, is_last, motion, response)
       class(phase_t), intent(inout) :: phase
       !> The run ends with this phase

@@ -1,5 +1,5 @@
-!> Displacements and forces as sums of exponentials, for their integrals and those of their squares over parts of a
-!> phase (docs/theory.md, section 20).
+!> Displacements and contact forces as sums of exponentials, for the integrals of these signals and of their squares
+!> over parts of a phase, the motion between two events (docs/theory.md, section 20).
 module phase_integrals
    use driven_modes, only: driven_mode_t
    use kinds, only: wp
@@ -23,6 +23,7 @@ contains
       integer, intent(in) :: closed(:)
       type(signals_t), intent(out) :: signals
 
+      ! number of displacements at contacts, and of all signals
       integer :: n, rows
 
       n = size(places)
@@ -68,10 +69,11 @@ contains
       end associate
    end subroutine add_terms
 
-   !> Add modes that vibrate freely, and their responses to loads from rest.
+   !> Add the free vibrations of uncoupled modes, and the responses of these modes to loads that drive them from rest.
    subroutine add_mode_terms(self, length, modes, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
+      !> Indices of the uncoupled modes
       integer, intent(in) :: modes(:)
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
@@ -79,8 +81,10 @@ contains
 
       type(mode_terms_t) :: terms(size(modes))
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
-      ! share of a mode in the signals: of its displacement, and of 2 zeta times its rate
+      ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
       real(wp) :: share(size(signals%offset), 2)
+      ! index of each contact in `constrained%closed`; number of terms so far; number of exponents around 0 that all
+      ! slow modes share
       integer :: of_constrained(size(closed)), j, last, n, shared
 
       if (size(modes) == 0) return
@@ -119,7 +123,7 @@ contains
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_mode_terms
 
-   !> Forced responses from rest in one mode.
+   !> Responses of one mode to loads that drive it from rest.
    pure function forced_motions_of(self, mode) result(driven_motions)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode

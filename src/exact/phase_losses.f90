@@ -1,5 +1,5 @@
-!> Energy dissipated in beam and stops during a phase, and indentations of compliant contacts (docs/theory.md, sections
-!> 17 and 18).
+!> Energy dissipated in beam and stops during a phase (the motion between two events), and forces and indentations of
+!> compliant contacts at a time in the phase (docs/theory.md, sections 17 and 18).
 module phase_losses
    use contact_sets, only: losses_in
    use damped_oscillators, only: elastic_and_viscous, modal_energy
@@ -15,17 +15,18 @@ module phase_losses
 
 contains
 
-   !> Load response of the force, the indentation and the branch force of a contact at a time in the phase.
-   pure function load_response_of(self, k, time) result(part)
+   !> Contributions of the load response to the force, the indentation and the branch force of a contact at a time in
+   !> the phase.
+   pure function load_response_of(self, k, time) result(driven)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: part(3)
+      real(wp) :: driven(3)
 
-      part = 0.0_wp
+      driven = 0.0_wp
       if (self%loads%count == 0) return
       associate (set => self%set%forced, forced => self%forced)
-         part = [forced_rows_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
+         driven = [forced_rows_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
             forced_rows_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
             forced_rows_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
@@ -44,12 +45,12 @@ contains
       complex(wp), intent(in) :: term(:)
       real(wp) :: force
 
-      real(wp) :: part(3)
+      real(wp) :: driven(3)
       integer :: place
 
       associate (set => now%set, constrained => now%set%constrained)
-         part = load_response_of(now, k, time)
-         force = part(1)
+         driven = load_response_of(now, k, time)
+         force = driven(1)
          place = findloc(set%compliant, k, dim=1)
          if (place > 0) then
             force = force + set%rest_force(place) + sum(real(set%coupled%force(place, :)*term, wp))
@@ -83,6 +84,7 @@ contains
       real(wp), intent(out) :: work
 
       type(contact_state_t) :: contact
+      ! index among the compliant contacts of the set
       integer :: place
 
       work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), state(:, 3), state(:, 4))
@@ -116,20 +118,21 @@ contains
       complex(wp), intent(in) :: term(:)
       type(contact_state_t), intent(inout) :: state
 
-      real(wp) :: part(3)
+      real(wp) :: driven(3)
 
       associate (set => self%set)
-         part = load_response_of(self, set%compliant(place), time)
+         driven = load_response_of(self, set%compliant(place), time)
          state%depth = set%rest_force(place)/state%spring%stiffness &
-            + sum(real(set%coupled%indentation(place, :)*term, wp)) + part(2)
-         state%branch_force = sum(real(set%coupled%branch(place, :)*term, wp)) + part(3)
+            + sum(real(set%coupled%indentation(place, :)*term, wp)) + driven(2)
+         state%branch_force = sum(real(set%coupled%branch(place, :)*term, wp)) + driven(3)
       end associate
    end subroutine update_indentation
 
-   !> Recovery of an open compliant contact for some time: free, or with the beam if the contact is `is_deformed`.
+   !> Recovery of the stop of an open compliant contact for some time: free, or with the beam if `is_deformed`.
    subroutine recover_contact(gap, time, state)
-      !> Distance of the stop point from the undeformed contact
+      !> Distance of the stop point from the undeformed contact surface at the end
       real(wp), intent(in) :: gap
+      !> Duration of the recovery
       real(wp), intent(in) :: time
       type(contact_state_t), intent(inout) :: state
 

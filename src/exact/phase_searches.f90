@@ -1,4 +1,5 @@
-!> Search of single contacts for the end of a phase (docs/theory.md, section 17).
+!> Search for the time at which a single contact ends a phase, the motion between two events: the first zero of a
+!> signal, such as the gap or the contact force (docs/theory.md, section 17).
 module phase_searches
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
    use driven_signal, only: find_short_driven, first_nonzero_order
@@ -23,6 +24,7 @@ contains
       integer, intent(out) :: ended_by
 
       class(transformable_signal_t), pointer :: signal
+      ! search for the end of the deformation of an open contact
       type(search_t) :: other
 
       associate (state => self%states(k), constrained => self%set%constrained)
@@ -67,8 +69,9 @@ contains
       end associate
    end subroutine search_contact
 
-   !> Find the time at which a contact force vanishes. A force that never exceeds its rounding error must become
-   !> negative by more than this error; otherwise the last digits would decide between opening and closing.
+   !> Find the time at which a contact force vanishes. If the force never exceeds its rounding error, the contact opens
+   !> only when the force is negative by more than this error; otherwise rounding errors would open and close the
+   !> contact.
    subroutine search_force(force, limit, search)
       class(transformable_signal_t), intent(in) :: force
       !> Time at which the search ends
@@ -80,6 +83,7 @@ contains
       real(wp) :: error
 
       call first_zero(force, limit, search)
+      ! 64: margin, because the rounding error is an estimate
       error = 64.0_wp*search%rounding
       if (search%outcome == found_none .or. search%max_value > error) return
       before = search%evaluations
@@ -111,6 +115,7 @@ contains
             call assign_history(self, k, search)
             return
          end if
+         ! a short flight after a rebound, such as those of chatter, is found with less work
          if (state%start_order == 1 .and. size(forced%pair) == 0) then
             associate (row => self%set%forced%at%gaps + k)
                call find_short_driven(gap, forced%slope(row), forced%harmonic(row, :), forced%frequency, limit, search)
@@ -130,8 +135,8 @@ contains
       end associate
    end subroutine search_gap
 
-   !> Attribute the search history to a contact if its search ends the phase. Any other search has overwritten the
-   !> history, which then belongs to no contact.
+   !> Attribute the search history, which the search has just written, to contact k if the contact is rigid and the
+   !> search found the zero of its gap; otherwise the history belongs to no contact.
    pure subroutine assign_history(self, k, search)
       type(phase_state_t), intent(inout) :: self
       !> The contact whose gap was searched

@@ -1,5 +1,5 @@
-!> The state of exact motion at an instant, its values at sections, and the continuation of a motion from a state
-!> (docs/theory.md, section 21).
+!> The complete state of exact motion at an instant, modal states at Poincare sections (instants one load period apart),
+!> and the continuation of a motion from a stored state (docs/theory.md, section 21).
 module section_states
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
@@ -17,6 +17,7 @@ contains
       type(phase_state_t), intent(in) :: self
       !> Start of the phase
       real(wp), intent(in) :: tau
+      !> Since the start of the phase
       real(wp), intent(in) :: time
       type(section_state_t), intent(out) :: state
 
@@ -55,7 +56,7 @@ contains
       end do
    end subroutine state_at
 
-   !> Set the contact states from a stored state. The state of the modes is set elsewhere.
+   !> Set the contact states from a stored state. The caller sets the state of the modes.
    pure subroutine restore_state(state, self)
       type(section_state_t), intent(in) :: state
       type(phase_state_t), intent(inout) :: self

@@ -1,5 +1,7 @@
-!> Variations of a motion across its events. Each column is shifted to the instant at which its own motion meets the
-!> event, mapped by the event, and shifted back to a common instant (docs/theory.md, section 22).
+!> Variations of a motion across its events (docs/theory.md, section 22). A variation is the derivative of the state by
+!> the initial state or by a load parameter, stored as a column of a matrix. A varied motion reaches an event (a change
+!> of the contacts) at a varied instant. So each column is shifted to that instant, mapped by the event,
+!> and shifted back to the instant of the unvaried motion.
 module tangent_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use certified_search, only: found_never_positive, search_t
@@ -18,27 +20,28 @@ module tangent_events
 
 contains
 
-   !> Start of a phase: shift each column from its own instant of the last event to the common instant.
+   !> Start of a phase: shift each column from its own instant of the last event to the instant of the unvaried motion.
    subroutine begin_columns(now, tangent)
       !> State of the phase, which has started
       type(phase_state_t), intent(in) :: now
       type(tangent_t), intent(inout) :: tangent
 
-      real(wp) :: length
+      real(wp) :: column_size
 
       call find_rates(now, 0.0_wp, tangent%rates_at_start)
       call shift_columns(tangent%rates_at_start, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
-      length = column_norm(tangent, 1, now%beam%oscillators)
-      if (length < max_size .and. length*max_size > 1.0_wp .or. length <= 0.0_wp) return
-      tangent%log_scale = tangent%log_scale + log(length)
-      tangent%q = tangent%q/length
-      tangent%v = tangent%v/length
-      tangent%memory = tangent%memory/length
-      tangent%delay = tangent%delay/length
+      column_size = column_norm(tangent, 1, now%beam%oscillators)
+      ! a single column belongs to a Lyapunov exponent, which needs the logarithm of its size alone
+      if (column_size < max_size .and. column_size*max_size > 1.0_wp .or. column_size <= 0.0_wp) return
+      tangent%log_scale = tangent%log_scale + log(column_size)
+      tangent%q = tangent%q/column_size
+      tangent%v = tangent%v/column_size
+      tangent%memory = tangent%memory/column_size
+      tangent%delay = tangent%delay/column_size
    end subroutine begin_columns
 
-   !> A phase is cancelled: shift each column back to its own instant of the event before.
+   !> A phase is cancelled: shift each column back to its own instant of the event at the start of the phase.
    pure subroutine revert_columns(tangent)
       !> Unallocated: there are no variations
       type(tangent_t), allocatable, intent(inout) :: tangent
@@ -56,7 +59,9 @@ contains
       type(tangent_t), intent(inout) :: tangent
 
       type(state_rates_t) :: rates
-      real(wp), dimension(now%loads%count) :: by_parameter, load_rate, nothing
+      ! derivatives of the loads by the load parameter and by time, and zeros for columns of the initial state
+      real(wp), dimension(now%loads%count) :: by_parameter, load_rate, no_change
+      ! rate of the signal that ends the phase
       real(wp) :: slope
       integer :: i
 
@@ -70,14 +75,15 @@ contains
       if (ended_at == 0) tangent%rates_at_start = rates
       if (ended_at == 0) return
       call find_load_changes(now, search%time, tangent, by_parameter, load_rate)
-      nothing = 0.0_wp
+      no_change = 0.0_wp
       slope = signal_change(now, ended_at, ended_by, rates%q, rates%v, rates%memory, load_rate)
       if (ended_by == end_gap .and. now%states(ended_at)%is_rigid) tangent%min_speed = &
          min(tangent%min_speed, abs(slope))
+      ! at a grazing event (zero rate) the derivative does not exist: a large finite delay stands for it
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
       do i = 1, size(tangent%delay)
          tangent%delay(i) = -signal_change(now, ended_at, ended_by, tangent%q(:, i), tangent%v(:, i), &
-            tangent%memory(:, i), merge(by_parameter, nothing, i == size(tangent%delay) .and. &
+            tangent%memory(:, i), merge(by_parameter, no_change, i == size(tangent%delay) .and. &
             tangent%parameter /= by_nothing))/slope
       end do
       call shift_columns(rates, 1.0_wp, tangent)
@@ -109,7 +115,7 @@ contains
       end do
    end subroutine record_sizes
 
-   !> Change of the signal that ends a phase by a change of state and loads.
+   !> Change of the signal that ends a phase by a small change of state and loads.
    function signal_change(now, k, ended_by, q, v, memory, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
@@ -186,7 +192,7 @@ contains
             end do
             return
          end if
-         ! all closed contacts apply forces to the free modes
+         ! modal damping ratios: rigid contacts are not constraints but apply forces to the free modes
          allocate (rigid, source=pack(set%compliant, now%states(set%compliant)%is_rigid))
          associate (oscillators => beam%oscillators, n => size(q))
             forces = oscillators%square*(q + oscillators%two_zeta*v) + oscillators%mass_rate(:n)*v

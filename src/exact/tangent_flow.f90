@@ -1,5 +1,7 @@
-!> Variations of a motion during a phase, which is linear: the closed form of the motion applies to each variation
-!> (docs/theory.md, section 22).
+!> Variations of a motion during a phase, the motion between two events (docs/theory.md, section 22). A variation is the
+!> derivative of the state by the initial state or by a load parameter, stored as a column of a matrix. The motion of a
+!> phase is linear, so its closed form applies to each variation. The state holds the displacements q and velocities v
+!> of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch (`memory`).
 module tangent_flow
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
@@ -17,7 +19,8 @@ module tangent_flow
    private
    public :: propagate_columns, find_rates, has_branch_force, find_load_changes
 
-   !> Derivative of a load by the parameter: constant + slope t + Re((harmonic + secular t) exp(i frequency t)).
+   !> Derivative of a load by the load parameter: the load segment (constant + slope t + Re(harmonic exp(i frequency
+   !> t))) plus Re(secular t exp(i frequency t)), with the frequency of the segment.
    type :: load_change_t
       type(load_segment_t) :: segment
       complex(wp) :: secular = (0.0_wp, 0.0_wp)
@@ -26,12 +29,12 @@ module tangent_flow
 contains
 
    !> Is the branch force P2 of a contact a state variable?
-   elemental function has_branch_force(state) result(keeps)
+   elemental function has_branch_force(state) result(answer)
       type(contact_state_t), intent(in) :: state
-      logical :: keeps
+      logical :: answer
 
-      keeps = .false.
-      if (allocated(state%spring)) keeps = state%spring%branch_stiffness > 0.0_wp
+      answer = .false.
+      if (allocated(state%spring)) answer = state%spring%branch_stiffness > 0.0_wp
    end function has_branch_force
 
    !> Rates of change of the state at a time in the phase.
@@ -144,7 +147,7 @@ contains
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The column is the derivative by a load parameter
+      !> The column is the derivative by a load parameter, so the change of the loads drives it
       logical, intent(in) :: is_driven
       !> One column, [free modes]
       real(wp), intent(inout) :: q(:)
@@ -191,8 +194,8 @@ contains
       end if
    end subroutine to_free_modes
 
-   !> Add the response of a mode from rest to the derivative of a load: divided differences of exp(s t) over the
-   !> exponents of mode and load.
+   !> Add the response of a mode, initially at rest, to the derivative of a load. The response is a sum of divided
+   !> differences of exp(s t) over the exponents of mode and load.
    pure subroutine add_mode_response(mode, change, share, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
@@ -203,6 +206,7 @@ contains
       real(wp), intent(inout) :: v
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
+      ! responses to an impulse, to the constant or exp(sigma t), and to t exp(sigma t)
       complex(wp) :: impulse_response, response, sigma, repeated
 
       associate (exponent => mode%exponent, segment => change%segment)
@@ -227,14 +231,16 @@ contains
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The column is the derivative by a load parameter
+      !> The column is the derivative by a load parameter, so the change of the loads drives it
       logical, intent(in) :: is_driven
       !> One column, [free modes], [free modes], [contacts]
       real(wp), intent(inout) :: q(:)
       real(wp), intent(inout) :: v(:)
       real(wp), intent(inout) :: memory(:)
 
+      ! state of the constrained modes at the start and at the time
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
+      ! terms exp(s t) of the column, and their amplitudes after an impulse of a load
       complex(wp), dimension(now%set%coupled%count) :: term, impulse_term
       real(wp), dimension(size(now%set%compliant)) :: zeros, depth
       integer :: g, i, m
@@ -294,7 +300,8 @@ contains
       end subroutine flow_inactive
    end subroutine flow_compliant
 
-   !> Response of a term to the derivative of a load, per unit of its response to an impulse of the load.
+   !> Response of a term exp(s t) to the derivative of a load, if the term has amplitude 1 after a unit impulse of the
+   !> load.
    pure function term_response(exponent, change, time) result(response)
       complex(wp), intent(in) :: exponent
       type(load_change_t), intent(in) :: change
@@ -316,7 +323,7 @@ contains
       end associate
    end function term_response
 
-   !> Derivative of a load by the parameter during the present phase.
+   !> Derivative of a load by the load parameter during the present phase.
    pure subroutine change_load(now, load, tangent, change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: load
@@ -331,6 +338,7 @@ contains
          change%segment%frequency = segment%frequency
          if (tangent%parameter == by_amplitude) then
             if (load /= tangent%load) return
+            ! the load per unit of amplitude; as in `gather_loads`, the power of the frequency is an acceleration
             course%amplitude = 1.0_wp
             if (power > 0) course%amplitude = -course%frequency**power
             change%segment = load_segment_at(course, now%forced%tau)
