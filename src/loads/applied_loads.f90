@@ -1,8 +1,8 @@
 !> Applied loads of a beam: forces, and the inertia forces of a moving base, each as a vector over the degrees of
-!> freedom times a time course.
+!> freedom times a time course. Displacements of the beam are relative to the base.
 !>
-!> Scales: displacement eta, time tau, mass in rho Abar L, so forces as in the laws of the stops: 3 E Ibar D/L^3 is
-!> 3/lambda1^4.
+!> Scales: displacements in D (eta), times in tau, masses in rho Abar L, so forces in lambda1^4 E Ibar D/L^3. The unit
+!> of forces in settings, 3 E Ibar D/L^3, is 3/lambda1^4 of this unit.
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
    use beam_model, only: beam_model_t
@@ -16,25 +16,29 @@ module applied_loads
    public :: applied_loads_t, gather_loads, has_loads, drop_balanced, count_forces, courses_of
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
-   !> table, exceeds `max_units` units, because gaps computed relative to such a response lose too many digits. The
-   !> limit frequency is at most `max_phases` over the length of the run, which limits the number of phases.
+   !> table, exceeds `max_units` units of displacement, because gaps computed relative to such a response lose too many
+   !> digits. The frequency below which modes are slow is at most `max_phases` over the length of the run, because slow
+   !> modes shorten phases.
    real(wp), parameter :: max_units = 1.0e2_wp
    real(wp), parameter :: max_phases = 1.0e4_wp
 
+   !> All loads of a run, the forces first and then the base motions.
    type :: applied_loads_t
       integer :: count = 0
       !> Time course of each load, [loads]
       type(time_course_t), allocatable :: course(:)
-      !> Vectors over the degrees of freedom per unit of the time course, [order, loads]
+      !> Load vectors over the degrees of freedom per unit of the time course, [order, loads]
       real(wp), allocatable :: vector(:, :)
-      !> The vectors in the free modes once these are known, [modes, loads]
+      !> Modal loads of the free modes per unit of the time course; unallocated: the modes are not known yet, [modes,
+      !> loads]
       real(wp), allocatable :: mode(:, :)
       !> Circular frequency of a harmonic or half-sine load, 0 for others, and its index in `frequencies`, [loads]
       real(wp), allocatable :: frequency(:)
       integer, allocatable :: harmonic(:)
-      !> The amplitude of the load is proportional to this power of its frequency, [loads]
+      !> The amplitude of the load is proportional to this power of its frequency: 2 for the acceleration of a base
+      !> whose displacement is harmonic, else 0, [loads]
       integer, allocatable :: power(:)
-      !> All distinct frequencies
+      !> All distinct frequencies of harmonic and half-sine loads
       real(wp), allocatable :: frequencies(:)
       !> Modes below this frequency are treated as slow: such a mode does not reach its static displacement, or that
       !> displacement is too large for the precision of the gaps
@@ -77,7 +81,7 @@ contains
       if (bases > 0) courses(forces + 1:) = settings%bases%course
    end function courses_of
 
-   !> Vectors and time courses of all loads.
+   !> Load vectors and time courses of all loads. The time course of a base motion is the acceleration of the base.
    pure subroutine gather_loads(model, settings, loads)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -118,7 +122,7 @@ contains
          min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
-   !> Maximum magnitude of all time courses and of the slopes of tables.
+   !> Maximum magnitude of all time courses and of the slopes of tables, a measure of the modal forces.
    pure function max_amplitude(loads) result(maximum)
       type(applied_loads_t), intent(in) :: loads
       real(wp) :: maximum

@@ -1,6 +1,8 @@
-!> A mode driven by a load from rest, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t (docs/theory.md, section
-!> 18). This form serves modes in resonance with a load and slow modes, whose steady response would be much larger than
-!> the motion.
+!> A mode driven from rest by a load, in closed form: the response E of E'' + 2 a E' + W^2 E = exp(sigma t), or = t,
+!> with E = E' = 0 at the start, where primes are derivatives by the time t since the start of the phase and 2 a = 2
+!> zeta W^2 + alpha (docs/theory.md, section 18). E is a divided difference of exp(s t) over sigma and the two exponents
+!> of the mode. This form serves modes in resonance with a load and slow modes, whose steady-state response would be
+!> much larger than the motion.
 module driven_modes
    use damped_oscillators, only: oscillators_t
    use exponential_differences, only: exponential_difference, find_differences, square_of
@@ -12,12 +14,13 @@ module driven_modes
       work_on_free_motion, &
       integral_of_free_motion
 
+   !> A mode and the load that drives it from rest.
    type :: driven_mode_t
-      !> The motion is Re(force E)
+      !> The motion is Re(force E), with the complex amplitude of the modal load as force
       complex(wp) :: force = (0.0_wp, 0.0_wp)
-      !> sigma = i frequency
+      !> Circular frequency of the load: sigma = i frequency; 0: the load is constant or a ramp
       real(wp) :: frequency = 0.0_wp
-      !> The load is t, sigma = 0
+      !> The load is the ramp t instead of exp(sigma t), and sigma = 0
       logical :: is_ramp = .false.
       !> 2 a, W^2 and the exponents of the free motion of the mode
       real(wp) :: damping = 0.0_wp
@@ -30,7 +33,7 @@ module driven_modes
 
 contains
 
-   !> A mode of a set of oscillators, without load.
+   !> A mode of a set of oscillators, with the load still zero.
    pure function make_driven_mode(oscillators, place) result(mode)
       type(oscillators_t), intent(in) :: oscillators
       integer, intent(in) :: place
@@ -71,8 +74,8 @@ contains
       end do
    end function driven_mode_at
 
-   !> Points of the divided differences of exp(s t): E has the points 1 to last, E' - sigma E the points from 2 on, and
-   !> the integral of E has the point 0 besides.
+   !> Points of the divided differences of exp(s t). E has the points 1 to last, i.e. sigma (a ramp: 0 twice) and the
+   !> exponents of the mode; E' - sigma E has the points from 2 on; the integral of E has the point 0 in addition.
    pure subroutine find_points(mode, points, last)
       type(driven_mode_t), intent(in) :: mode
       complex(wp), intent(out) :: points(0:max_points)
@@ -118,7 +121,7 @@ contains
 
    contains
 
-      !> Integral of exp(theta t) E'.
+      !> Integral of exp(theta t) E' from the start. The factor exp(theta t) shifts all points by theta.
       pure function integral_with(theta) result(value)
          complex(wp), intent(in) :: theta
          complex(wp) :: value
@@ -180,16 +183,16 @@ contains
    !> Bounds on the motion and its derivatives between two instants. After a unit impulse neither the velocity of the
    !> mode nor W times its displacement exceeds 1; the load is a superposition of impulses, and the equation of motion
    !> gives the bound on each further derivative. The derivatives of the response to a constant load are a free motion
-   !> after any instant, so each is bounded by its value and that of the next derivative at that instant. Finally,
-   !> nothing exceeds the sum of the magnitudes of its exponentials, none of which grows.
+   !> after any instant, so each is bounded by its value and that of the next derivative at that instant. Finally, no
+   !> derivative exceeds the sum of the magnitudes of its exponentials, none of which grows.
    pure subroutine bound_driven_mode(mode, until, bounds, from, derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
-      !> Bounds, starting with that on the motion itself
+      !> Bounds on the motion (index 0) and its derivatives, [0 : highest derivative]
       real(wp), intent(out) :: bounds(0:)
       !> Instant from which the bounds hold; default: the start
       real(wp), intent(in), optional :: from
-      !> Motion and derivatives at that instant, one derivative more than is bounded
+      !> Motion and derivatives at that instant, up to one order higher than the bounds
       real(wp), intent(in), optional :: derivative(0:)
 
       ! the square of the time must not overflow

@@ -1,4 +1,5 @@
-!> A signal that is the sum of a free motion and of the load response (docs/theory.md, section 18).
+!> A signal that is the sum of a free motion and of the load response, for certified searches (docs/theory.md, section
+!> 18). A signal is a scalar function of the time t since the start of the phase, such as a gap or a contact force.
 module driven_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, bounds_t, search_t, term_columns, &
       term_curvature, term_rate, term_value, transformable_signal_t
@@ -10,7 +11,7 @@ module driven_signal
    private
    public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, first_nonzero_order, phasor_of
 
-   !> Load response: constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
+   !> Load response in a signal: constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
@@ -23,10 +24,11 @@ module driven_signal
       real(wp), allocatable :: share(:), share_of_rate(:)
    end type driven_terms_t
 
+   !> Sum of a free motion and a transformed load response.
    type, extends(transformable_signal_t) :: driven_signal_t
       class(transformable_signal_t), allocatable :: free
-      !> Load response added to the free motion: `factor` times the derivative of order `order` of the terms at the time
-      !> from + t
+      !> Load response added to the signal `free`: `factor` times the derivative of order `order` of the terms at the
+      !> time from + t
       type(driven_terms_t) :: terms
       real(wp) :: factor = 1.0_wp
       real(wp) :: from = 0.0_wp
@@ -41,7 +43,8 @@ module driven_signal
       procedure :: starts_positive
    end type driven_signal_t
 
-   !> Columns for a derivative and its two successors, and columns for their bounds
+   !> Columns of `certified_search` for a derivative and its two successors, and for the bounds on it and on its second
+   !> and third derivative.
    integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
    integer, parameter :: bound_columns(3) = [bound_value, bound_curvature, bound_jerk]
 
@@ -112,7 +115,7 @@ contains
          call free%find_bounds_of_sum(t, order, bounds, underdamped, floor, needs_step)
       class default
          call free%find_bounds(t, order, bounds)
-         ! its certified step does not include the load response
+         ! the step that the free motion certifies does not include the load response
          bounds%zero_free_step = 0.0_wp
          call add_to_bounds(underdamped, floor, bounds)
       end select
@@ -157,7 +160,7 @@ contains
    subroutine terms_at(self, t, phasor, value, slope)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> exp(i W t), [harmonics]
+      !> Phasors exp(i W (from + t)) of the harmonics with frequencies W, [harmonics]
       complex(wp), intent(in) :: phasor(:)
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
@@ -209,7 +212,7 @@ contains
    subroutine sum_oscillating_terms(self, t, phasor, order, columns, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> exp(i W t), [harmonics]
+      !> Phasors exp(i W (from + t)) of the harmonics with frequencies W, [harmonics]
       complex(wp), intent(in) :: phasor(:)
       integer, intent(in) :: order
       !> Columns as in `certified_search`
@@ -255,7 +258,7 @@ contains
       end do
    end subroutine sum_oscillating_terms
 
-   !> Magnitude of a complex amplitude, without protection against overflow.
+   !> Magnitude of a complex amplitude, without the protection of `abs` against overflow, which costs time.
    elemental function abs1(harmonic) result(magnitude)
       complex(wp), intent(in) :: harmonic
       real(wp) :: magnitude
@@ -288,8 +291,9 @@ contains
       end do
    end function differentiate
 
-   !> Find the end of a short flight whose gap is a sum of modes and load response that rises from zero.
+   !> Find the end of a short flight whose gap is a sum of modes and load response and rises from zero.
    subroutine find_short_driven(modes, slope, harmonic, frequency, limit, search)
+      !> Free motion of the gap
       type(modal_signal_t), intent(in) :: modes
       !> Load response as in `driven_terms_t`
       real(wp), intent(in) :: slope
@@ -368,11 +372,12 @@ contains
       if (size(self%terms%frequency) > 0) frequency = maxval(self%terms%frequency)
    end function highest_frequency
 
-   !> Add the load response to a signal, for a phase of limited length.
-   subroutine add_terms(terms, longest, signal)
+   !> Add the load response to the signal of a free motion.
+   subroutine add_terms(terms, max_length, signal)
       !> Load response, moved into the signal
       type(driven_terms_t), intent(inout) :: terms
-      real(wp), intent(in) :: longest
+      !> Maximum length of the phase
+      real(wp), intent(in) :: max_length
       class(transformable_signal_t), allocatable, intent(inout) :: signal
 
       type(driven_signal_t), allocatable :: driven
@@ -393,12 +398,13 @@ contains
       call move_alloc(terms%mode, driven%terms%mode)
       call move_alloc(terms%share, driven%terms%share)
       call move_alloc(terms%share_of_rate, driven%terms%share_of_rate)
-      driven%until = longest
+      driven%until = max_length
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
    end subroutine add_terms
 
-   !> Add the harmonics as further exponential terms, in order of the magnitudes of the exponents.
+   !> Add the constant, and the harmonics as further exponential terms, in order of increasing magnitude of the
+   !> exponents.
    pure subroutine add_harmonics(terms, sum)
       type(driven_terms_t), intent(in) :: terms
       type(exponential_signal_t), intent(inout) :: sum

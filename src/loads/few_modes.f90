@@ -1,5 +1,6 @@
-!> Reduced basis of a large mesh for one run: some of the lowest modes, and residual modes at the points of forces
-!> (docs/theory.md, section 13).
+!> Reduced basis of a large mesh for one run: some of the lowest modes, and residual modes, which add the static
+!> response of all other modes at the points of forces (docs/theory.md, section 13). Mode shapes are also given in the
+!> coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
 module few_modes
    use applied_loads, only: applied_loads_t, gather_loads, has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
@@ -23,9 +24,9 @@ module few_modes
    public :: find_base_modes, find_modes_of_run, find_few_modes
 
    !> Up to this number of elements all modes are found at once, in about 0.05 s.
-   integer, parameter :: largest_dense = 100
-   !> Number of the lowest modes that are found of a larger mesh; runs choose theirs among these, or take all of these
-   !> if runs cannot be compared.
+   integer, parameter :: max_elements_for_all_modes = 100
+   !> Number of the lowest modes that are found of a larger mesh. If the number of modes can be chosen by trial runs,
+   !> runs choose among these modes, else they use all of these.
    integer, parameter :: base_count = 64
 
 contains
@@ -36,7 +37,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
-      answer = elements > largest_dense .and. .not. needs_all_modes(settings)
+      answer = elements > max_elements_for_all_modes .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
    !> Does a run need all modes? The replacement of the nodal velocity needs a column of the full mass matrix.
@@ -55,7 +56,8 @@ contains
       number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
    end function number_of_modes
 
-   !> Modes that several runs of a beam can share and choose from: all modes, or the lowest modes of a large mesh.
+   !> Base modes, which several runs of a beam can share and choose from: all modes, or the lowest modes of a large
+   !> mesh, without residual modes.
    subroutine find_base_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs
@@ -108,8 +110,8 @@ contains
       !> Modes from `find_base_modes`, which are reused
       type(free_modes_t), intent(in), optional :: base
 
-      !> Maximum number of elements for a solution of all modes, which takes minutes
-      integer, parameter :: last_resort = 2048
+      !> Maximum number of elements for a solution of all modes, which takes minutes then
+      integer, parameter :: max_elements_for_fallback = 2048
       type(supported_beam_t) :: beam
       real(wp), allocatable :: deflection(:, :), residuals(:, :), shapes(:, :), vectors(:, :)
       integer :: lowest
@@ -124,7 +126,7 @@ contains
       else
          if (lowest <= model%mesh%elements/2) call find_lowest(model, beam, lowest, modes, vectors, error)
          if (.not. allocated(vectors) .or. allocated(error)) then
-            if (allocated(error) .and. model%mesh%elements > last_resort) then
+            if (allocated(error) .and. model%mesh%elements > max_elements_for_fallback) then
                error%message = error%message//'; take fewer elements, a mesh ratio nearer to 1, or fewer modes (modes)'
                return
             end if
@@ -150,24 +152,25 @@ contains
       type(free_modes_t), intent(in) :: base
       !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
-      !> Coordinates of the modes with strain, [order, modes]
+      !> Coordinates q of the modes other than the rigid-body rotation, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
 
       real(wp) :: deflection(beam%rows)
-      integer :: j, rigid
+      integer :: j, rigid_modes
 
-      rigid = merge(1, 0, is_mechanism(model))
+      rigid_modes = merge(1, 0, is_mechanism(model))
       allocate (modes%lambda, source=base%lambda(:lowest))
       allocate (modes%mode, source=base%mode(:, :lowest))
-      allocate (vectors(beam%order, lowest - rigid))
+      allocate (vectors(beam%order, lowest - rigid_modes))
       do j = 1, size(vectors, 2)
-         ! rounding errors of displacements cause strains of high modes, which the product with B^T B suppresses
-         call bend(beam, strain_of_shape(beam, modes%mode(:, rigid + j)), deflection)
+         ! rounding errors of displacements cause strains of high modes, which the product with B^T B suppresses: `bend`
+         ! multiplies by B, `bend_transposed` by B^T
+         call bend(beam, strain_of_shape(beam, modes%mode(:, rigid_modes + j)), deflection)
          call bend_transposed(beam, deflection, vectors(:, j))
       end do
    end subroutine take_lowest
 
-   !> Find the lowest modes, with the rigid-body rotation about the root first if nothing prevents it.
+   !> Find the lowest modes, the first of which is the rigid-body rotation about the root if nothing prevents it.
    subroutine find_lowest(model, beam, lowest, modes, vectors, error)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
@@ -175,32 +178,32 @@ contains
       integer, intent(in) :: lowest
       !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
-      !> Coordinates of the modes with strain, [order, modes]
+      !> Coordinates q of the modes other than the rigid-body rotation, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
       !> Set when the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: deflection(:, :)
       real(wp) :: direction(beam%rows), motion(beam%dofs)
-      integer :: rigid
+      integer :: rigid_modes
 
-      rigid = merge(1, 0, is_mechanism(model))
-      call lanczos_vectors(model, beam, lowest - rigid, vectors, deflection, error)
+      rigid_modes = merge(1, 0, is_mechanism(model))
+      call lanczos_vectors(model, beam, lowest - rigid_modes, vectors, deflection, error)
       if (allocated(error)) return
-      allocate (modes%lambda(rigid), source=0.0_wp)
-      allocate (modes%mode(beam%dofs, rigid))
-      if (rigid > 0) then
+      allocate (modes%lambda(rigid_modes), source=0.0_wp)
+      allocate (modes%mode(beam%dofs, rigid_modes))
+      if (rigid_modes > 0) then
          call rigid_rotation(beam%natural, direction, motion)
          modes%mode(:, 1) = motion
       end if
       call append(model, beam, vectors, deflection, modes)
    end subroutine find_lowest
 
-   !> Append modes.
+   !> Append modes, given in the coordinates q.
    subroutine append(model, beam, vectors, deflection, modes)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
-      !> Coordinates of the appended modes, of unit modal mass, [order, appended]
+      !> Coordinates q of the appended modes, of unit modal mass, [order, appended]
       real(wp), intent(in) :: vectors(:, :)
       !> B times these coordinates, [rows, appended]
       real(wp), intent(in) :: deflection(:, :)
@@ -221,13 +224,13 @@ contains
       modes%lambda = [modes%lambda, lambda_of(vectors, deflection)]
    end subroutine append
 
-   !> Static shapes of unit forces at the stops and of the loads, and for each rigid stop the velocity field of a unit
-   !> impulse at the stop.
+   !> Shapes from which residual modes are made: static shapes of unit forces at the stops and of the loads, and for
+   !> each rigid stop the velocity field of a unit impulse at the stop.
    subroutine gather_shapes(model, settings, beam, shapes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(supported_beam_t), intent(in) :: beam
-      !> Shapes in the coordinates of the beam, [order, shapes]
+      !> Shapes in the coordinates q, [order, shapes]
       real(wp), allocatable, intent(out) :: shapes(:, :)
       !> Set when the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
@@ -249,6 +252,7 @@ contains
          forces(model%stop_dofs(j), j) = 1.0_wp
       end do
       if (loads%count > 0) forces(:, stops + 1:) = loads%vector
+      ! a force at a rigid support has no effect on the beam
       forces(beam%supported, :) = 0.0_wp
       allocate (shapes(beam%order, size(forces, 2) + count(has_impulses)))
       do j = 1, size(forces, 2)

@@ -1,11 +1,11 @@
 !> Load response of a beam with one set of closed contacts, in closed form on each load segment (docs/theory.md, section
-!> 18). The motion is the sum of the load response and a free motion.
+!> 18). The motion is the load response plus a free motion; t is the time since the start of the phase.
 !>
-!> Each output quantity is a row: modes of the set, gaps, contact forces, indentations and branch forces of the
-!> contacts, tip displacement, and work-conjugate displacements of the loads. A row is constant + slope t + Re sum
-!> harmonic exp(i W t), plus modes driven from rest. Modes are driven from rest if they are in resonance with a harmonic
-!> load, or so slow that their stiffness hardly acts during a phase, because the sum of their steady response and free
-!> motion, both large, loses its digits.
+!> Each output quantity is a row (a linear functional of the motion): modes of the set, gaps, contact forces,
+!> indentations and branch forces of the contacts, tip displacement, and work-conjugate displacements of the loads. The
+!> load response of a row is constant + slope t + Re sum harmonic exp(i W t), plus modes driven from rest. These are
+!> modes in resonance with a harmonic load, or so slow that their stiffness hardly acts during a phase: the sum of their
+!> steady-state response and their free motion, both large, would lose digits.
 module forced_responses
    use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
@@ -24,7 +24,7 @@ module forced_responses
       forced_rows_at, find_rows_at
    public :: response_at, by_constant, by_harmonic
 
-   !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this share of w.
+   !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
    real(wp), parameter :: resonant = 0.02_wp
 
    !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest: bounds grow with the
@@ -59,18 +59,18 @@ module forced_responses
       real(wp), allocatable :: row(:), row_of_rate(:)
    end type mode_from_rest_t
 
-   !> Responses of a set to unit loads.
+   !> Responses of a set of closed contacts to unit loads.
    type :: unit_responses_t
       type(row_places_t) :: at
-      !> Response to 1, and the response to t minus t times that, [rows, loads]
+      !> Response to the load 1, and the response to the load t minus t times the response to 1, [rows, loads]
       real(wp), allocatable :: constant(:, :), ramp(:, :)
       !> Response to exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
-      !> Response of each independent mode to exp(i W t) with the damping of reversed time, [modes, loads]
+      !> Response of each uncoupled mode to exp(i W t) with negative damping, for the work of the load, [modes, loads]
       complex(wp), allocatable :: backward(:, :)
       !> Modal loads of the set, [modes, loads]
       real(wp), allocatable :: load(:, :)
-      !> Parts of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
+      !> Shares of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
       real(wp), allocatable :: share(:, :)
       type(mode_from_rest_t), allocatable :: driven(:)
       !> With closed compliant contacts: modal loads of the terms of the motion, [count, loads], and integrals of the
@@ -93,14 +93,14 @@ module forced_responses
       complex(wp), allocatable :: harmonic(:, :)
       !> Circular frequencies, [harmonics]
       real(wp), allocatable :: frequency(:)
-      !> Modes driven from rest, and the indices of their entries in `driven`
+      !> Modes driven from rest, and the indices of their entries in `unit_responses_t%driven`
       type(driven_mode_t), allocatable :: mode(:)
       integer, allocatable :: pair(:)
    end type forced_response_t
 
 contains
 
-   !> Responses of a set to unit loads.
+   !> Responses of a set of closed contacts to unit loads.
    subroutine make_unit_responses(beam, constrained, compliant, spring, loads, forced)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: constrained
@@ -110,7 +110,7 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(out) :: forced
 
-      ! step of the complex-step derivative by s, which needs no difference and so no larger step
+      ! step of the complex-step derivative by s, which has no cancellation error
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       complex(wp), allocatable :: response(:)
       logical, dimension(constrained%count) :: is_slow, is_driven
@@ -176,7 +176,7 @@ contains
       end do
    end subroutine make_unit_responses
 
-   !> Response of independent modes to a harmonic load, with negative damping.
+   !> Response of uncoupled modes to a harmonic load, with negative damping.
    pure function backward_of(oscillators, load, frequency, left_out) result(response)
       type(oscillators_t), intent(in) :: oscillators
       !> Modal loads, [modes]

@@ -10,8 +10,8 @@ module load_courses
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
-   !> A load segment: constant + slope t + Re(harmonic exp(i frequency t)), with t from the instant for which the
-   !> segment was requested.
+   !> A load segment: constant + slope t + Re(harmonic exp(i frequency t)), with the time t from the instant for which
+   !> the segment was requested. The default is a segment without load.
    type :: load_segment_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
@@ -57,6 +57,7 @@ contains
       case (course_table)
          k = last_point_before(course, tau)
          if (k < size(course%time)) segment%until = min(last, course%start + course%time(k + 1))
+         ! outside its table a load is zero
          if (k == 0 .or. k == size(course%time)) return
          associate (t => course%time, v => course%value)
             segment%slope = course%amplitude*((v(k + 1) - v(k))/(t(k + 1) - t(k)))
@@ -127,6 +128,7 @@ contains
       course = base%course
       if (base%quantity /= base_displacement) return
       if (course%kind == course_harmonic) course%amplitude = -course%frequency**2*course%amplitude
+      ! the course becomes the second derivative of the spline at the points
       if (course%kind == course_table) course%value(:) = &
          spline_curvature(course%time, course%value, [.true., .true.])
    end function acceleration_of

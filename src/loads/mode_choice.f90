@@ -1,4 +1,5 @@
-!> Choice of the number of modes of a run, and selection of the modes (docs/theory.md, section 13).
+!> Choice of the number of modes of a run by trial runs with more and more of the lowest modes, and selection of these
+!> modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
    use damped_oscillators, only: damping_order
@@ -13,7 +14,7 @@ module mode_choice
 
    !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
    integer, parameter :: max_all_modes = 32
-   !> Numbers of lowest modes in successive trial runs.
+   !> Numbers of lowest modes in successive trial runs; beyond the last number each run doubles it.
    integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
    integer, parameter :: max_count = counts(size(counts))
    !> Modes up to this multiple of the highest load frequency are always included, up to a maximum number of modes,
@@ -27,7 +28,7 @@ contains
    !> Number of lowest modes of the first trial run.
    pure function first_count(settings, base) result(count_of_first)
       type(run_settings_t), intent(in) :: settings
-      !> All modes, or the lowest
+      !> Modes among which the run chooses: all modes, or the lowest
       type(free_modes_t), intent(in) :: base
       integer :: count_of_first
 
@@ -45,7 +46,7 @@ contains
       count_of_first = max(count_of_first, settings%start%mode)
    end function first_count
 
-   !> Frequency of a load; for a table the maximum frequency of its reversals.
+   !> Frequency of a load; for a table pi over the minimum time between two reversals. 0: the load has none.
    pure function highest_frequency(course) result(frequency)
       type(time_course_t), intent(in) :: course
       !> Circular frequency over omega1
@@ -95,8 +96,8 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> Coefficient alpha of mass-proportional damping for each mode, from the settings or equivalent to the damping ratio
-   !> given for the mode.
+   !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
+   !> ratio zeta_i of mode i. The last ratio given holds for all further modes.
    pure function rates_of_modes(settings, square) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
@@ -112,7 +113,8 @@ contains
       end associate
    end function rates_of_modes
 
-   !> Select the lowest modes, ordered by their damping, and reorder the settings of single modes alike.
+   !> Select the lowest modes, order them as `damping_order` requires, and reorder the settings of single modes in the
+   !> same way. Stresses need the truncated modes, too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
       !> Number of modes
       integer, intent(in) :: mode_count

@@ -1,9 +1,10 @@
-!> Motion of an independent mode, free and driven by loads from rest, as a sum of amplitude exp(exponent t) with
-!> amplitudes of about the magnitude of the motion (docs/theory.md, section 20).
+!> Motion of a mode that is not coupled to other modes, free and driven by loads from rest, as a sum of terms amplitude
+!> exp(exponent t), with t the time since the start of the phase and amplitudes of about the magnitude of the motion
+!> (docs/theory.md, section 20).
 !>
 !> The Laplace transform of the motion is rational. A pole whose distance from the other poles is large relative to the
 !> inverse of the time span of the sum gives a term; a group of close poles gives the points of a circle around the
-!> group (Cauchy's formula).
+!> group, which approximate Cauchy's integral formula.
 module mode_terms
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_t, make_driven_mode
@@ -41,8 +42,8 @@ module mode_terms
    complex(wp), parameter :: direction(2*half_circle) = [(exp(cmplx(0.0_wp, pi*(real(k, wp) - 0.5_wp) &
       /real(half_circle, wp), wp)), k=1, 2*half_circle)]
 
-   !> offset + slope t + Re sum amplitude exp(exponent t): component 1 is the modal displacement, component 2 the modal
-   !> displacement plus 2 zeta times the modal velocity, which gives contact reactions.
+   !> The sum offset + slope t + Re sum amplitude exp(exponent t), for two quantities: component 1 is the modal
+   !> displacement z, component 2 is z + 2 zeta z', with z' the modal velocity, which gives contact reactions.
    type :: mode_terms_t
       real(wp) :: offset(2) = 0.0_wp
       real(wp) :: slope(2) = 0.0_wp
@@ -52,8 +53,8 @@ module mode_terms
       complex(wp), allocatable :: exponent(:), amplitude(:, :)
    end type mode_terms_t
 
-   !> The mode: exponents -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread, and
-   !> further components as in `oscillators_t`.
+   !> The mode: exponents -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread; W^2, 2
+   !> zeta and alpha are `square`, `two_zeta` and `mass_rate`, as in `oscillators_t`.
    type :: single_mode_t
       logical :: oscillates = .true.
       real(wp) :: decay = 0.0_wp
@@ -61,7 +62,7 @@ module mode_terms
       real(wp) :: square = 1.0_wp
       real(wp) :: two_zeta = 0.0_wp
       real(wp) :: mass_rate = 0.0_wp
-      !> Exponents of the mode, and 2 a = -their sum
+      !> Exponents of the mode, the slow one first, and minus their sum (2 a)
       complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
       real(wp) :: damping = 0.0_wp
       !> Maximum time at which the sum is evaluated
@@ -75,7 +76,7 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Index of the mode
       integer, intent(in) :: place
-      !> z and z' at the start
+      !> Modal displacement z and velocity z' at the start
       real(wp), intent(in) :: start(2)
       !> Motions driven from rest by loads, added to the free motion
       type(driven_mode_t), intent(in) :: driven_motions(:)
@@ -103,7 +104,7 @@ contains
       call add_other_terms(mode, free_start, pack(driven_motions, .not. separate), terms)
    end subroutine find_mode_terms
 
-   !> Is the pole of a load far from those of the mode, and from 0 if those are slow?
+   !> Is the pole of a load far from those of the mode and, if those are slow, from 0?
    pure function is_separate(mode, forced) result(answer)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
@@ -117,7 +118,8 @@ contains
       end if
    end function is_separate
 
-   !> Add all terms except those of separate harmonics.
+   !> Add all terms except those of separate harmonics. A fast exponent of a mode whose other exponent is slow gets a
+   !> term of its own.
    pure subroutine add_other_terms(mode, start, driven_motions, terms)
       type(single_mode_t), intent(in) :: mode
       real(wp), intent(in) :: start(2)
@@ -186,7 +188,7 @@ contains
       type(single_mode_t), intent(in) :: mode
       real(wp), intent(in) :: start(2)
       type(driven_mode_t), intent(in) :: driven_motions(:)
-      !> Amplitude of its fast exponent, which is left out
+      !> Amplitude of the fast exponent of the mode, which is left out
       real(wp), intent(in) :: fast
       type(mode_terms_t), intent(inout) :: terms
 
@@ -205,7 +207,7 @@ contains
             forced = transform_of(driven_motions, s)
             transfer = 1.0_wp/((s - mode%exponent(1))*(s - mode%exponent(2)))
             z = transfer*forced - fast/(s - mode%exponent(2))
-            ! equal to z + 2 zeta z' except for parts without poles inside the circle
+            ! both forms equal z + 2 zeta z' except for parts without poles inside the circle
             if (is_stiff) then
                reaction = (forced - s*(s + alpha)*z)/mode%square
             else
@@ -278,7 +280,7 @@ contains
    !> Add the free motion.
    pure subroutine add_free_motion(mode, start, terms)
       type(single_mode_t), intent(in) :: mode
-      !> z and z' at the start
+      !> Modal displacement z and velocity z' at the start
       real(wp), intent(in) :: start(2)
       type(mode_terms_t), intent(inout) :: terms
 

@@ -14,12 +14,13 @@ module surrogate_loads
    private
    public :: forced_terms, surrogate_count, surrogate_frequencies, surrogate_amplitudes
 
-   !> A term is slow if its exponent times the length of the run is less than this.
+   !> A term is slow if the magnitude of its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
 
    !> Number of surrogate harmonics. Their frequencies times the length of the phase lie between `lowest` and `highest`,
-   !> and the squares are Chebyshev points: the harmonics interpolate exp(i w t) to rounding for w times the length up
-   !> to `lowest`. The length is stretched by one of several factors to keep all frequencies away from the exponents.
+   !> and the squares of these products are Chebyshev points (`square`): the harmonics interpolate exp(i w t) to
+   !> rounding for w times the length up to `lowest`. The length is stretched by one of several factors to keep all
+   !> frequencies away from the exponents.
    integer, parameter :: surrogate_count = 12
    real(wp), parameter :: stretches(4) = [1.0_wp, 1.05_wp, 1.11_wp, 1.18_wp]
    real(wp), parameter :: lowest = 0.5_wp
@@ -31,7 +32,7 @@ module surrogate_loads
 
 contains
 
-   !> Load response of a set with closed compliant contacts at the start of a phase.
+   !> Load response of a set of closed contacts, some of them compliant, at the start of a phase.
    subroutine forced_terms(constrained, coupled, compliant, spring, loads, is_new, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
@@ -108,7 +109,7 @@ contains
       frequency = sqrt(square)/length
    end function surrogate_frequencies
 
-   !> Minimum distance of the frequencies from all exponents, relative to the frequency.
+   !> Minimum distance of i times the frequencies from all exponents, relative to the frequency.
    pure function min_clearance(exponent, frequency) result(clearance)
       complex(wp), intent(in) :: exponent(:)
       real(wp), intent(in) :: frequency(:)
@@ -132,9 +133,9 @@ contains
    !> w^2.
    pure subroutine surrogate_amplitudes(segment, length, share)
       type(load_segment_t), intent(in) :: segment
-      !> Maximum time at which the sum is evaluated
+      !> Length of the phase, stretched
       real(wp), intent(in) :: length
-      !> Re sum share exp(i w t) equals constant + slope t, plus the harmonic if that is slow
+      !> Re sum share exp(i w t) equals constant + slope t, plus the harmonic if the harmonic is slow
       complex(wp), intent(out) :: share(surrogate_count)
 
       associate (w => surrogate_frequencies(length))
@@ -144,7 +145,7 @@ contains
       end associate
    end subroutine surrogate_amplitudes
 
-   !> Lagrange polynomials at x, the squared frequency times the squared length.
+   !> Lagrange polynomials through the points `square`, at x: the squared frequency times the squared length.
    pure function shares_at(x) result(share)
       real(wp), intent(in) :: x
       real(wp) :: share(surrogate_count)
