@@ -1,5 +1,6 @@
-!> Runs of several cases of one scene, one after the other: the beam of the case, its motion, and the analyses of the
-!> motion. The cases of &cases store their responses, for figures with several curves; a sweep stores rows of measures.
+!> Runs of several cases of one scene, one after the other: the beam of the case, its response, and the analyses of the
+!> response. The cases of &cases store their responses, for figures with several curves; a sweep stores rows of
+!> measures.
 module case_runs
    use analyses, only: analyse, analysed_t
    use failures, only: fail, failure_t, status_run_failed
@@ -23,15 +24,15 @@ module case_runs
       !> The scene with the parameters of the current case
       type(scene_t) :: scene
       type(case_beam_t) :: beam
-      !> Final state of the preceding case, from which the next case starts; unallocated: cases are independent
+      !> Final state of the preceding case, from which the next case starts; unallocated: the cases are independent
       type(section_state_t), allocatable :: carried
       type(draft_t), private :: draft
-      !> Parameters that differ from case to case, and the minimum and maximum of each
+      !> Parameters that differ from case to case, and the minimum and maximum of each over all cases
       type(parameter_t), allocatable, private :: parameter(:)
       real(wp), allocatable, private :: minimum(:)
       real(wp), allocatable, private :: maximum(:)
-      !> Cases with the minimum and with the maximum values of all parameters that do not change the beam, [2], from
-      !> which the mesh is found; unallocated: the mesh is given
+      !> The two cases from which the mesh is found: with the minimum and with the maximum values of all parameters that
+      !> do not change the beam, [2]; unallocated: the mesh is given
       type(scene_t), allocatable, private :: extremes(:)
    end type runner_t
 
@@ -90,6 +91,7 @@ contains
       call set_parameters(runner%scene, runner%parameter, values, problem, runner%draft)
       if (allocated(runner%extremes)) then
          do i = 1, 2
+            ! the parameters that change the beam have the values of this case in both extreme cases
             if (.not. allocated(problem)) call set_parameters(runner%extremes(i), runner%parameter, merge(values, &
                merge(runner%minimum, runner%maximum, i == 1), runner%parameter%is_of_beam), problem, runner%draft)
          end do
@@ -111,6 +113,7 @@ contains
          if (allocated(runner%carried%tangent)) deallocate (runner%carried%tangent)
       end if
       if (allocated(error)) return
+      ! only a mesh that was found within a tolerance has a check
       if (runner%beam%check%compared > 0) response%mesh_check = runner%beam%check
       call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, selection)
    end subroutine run_next

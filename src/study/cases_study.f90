@@ -29,7 +29,7 @@ module cases_study
    public :: run_cases_of_scene, write_cases
 
    !> Measures in the table that compares the cases
-   type(measure_column_t), parameter :: compared(*) = [ &
+   type(measure_column_t), parameter :: compared_measures(*) = [ &
       measure_column_t('impacts'), &
       measure_column_t('first_impact_tau'), &
       measure_column_t('first_impact_velocity'), &
@@ -75,6 +75,7 @@ contains
       !> Estimated errors of the mesh for some of the cases
       type(mesh_errors_t), intent(in), optional :: errors
 
+      ! size of the file that is built in memory, bytes; a larger file grows
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
       type(quantity_group_t) :: root, group, case_group
       character(:), allocatable :: name
@@ -117,6 +118,7 @@ contains
       character(:), allocatable :: heading
       integer :: i
 
+      ! rows in which all measures equal the highest rebound; only the column `peak_1`, a displacement, is printed
       units = units_in(scene)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
@@ -133,7 +135,7 @@ contains
          if (parameter%quantity /= '') heading = heading//', '//scene_unit_of(units, parameter%quantity)
          call add_numbers(table, heading, cases%value, all_digits)
       end associate
-      call add_measures(table, compared, rows, units)
+      call add_measures(table, compared_measures, rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
       call print_table(unit, table)
    end subroutine print_cases

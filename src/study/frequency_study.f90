@@ -30,7 +30,7 @@ contains
       !> Set if a mesh cannot be made, or if no solver finds a mode
       type(failure_t), allocatable, intent(out) :: error
 
-      type(failure_t), allocatable :: trouble
+      type(failure_t), allocatable :: solver_error
       type(beam_model_t) :: model
       integer :: i, j, column, rows
 
@@ -44,7 +44,7 @@ contains
             do j = 1, size(group%solver)
                column = column + 1
                call fill_column(model, group%solver(j), merge(group%count, default_mode_count, group%count > 0), &
-                  merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), trouble)
+                  merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), solver_error)
                rows = max(rows, size(table%columns(column)%lambda))
             end do
             if (i == 1 .and. scene%output%mode_shapes > 0) then
@@ -52,8 +52,8 @@ contains
                if (allocated(error)) return
             end if
          end do
-         if (rows == 0 .and. allocated(trouble)) then
-            call move_alloc(trouble, error)
+         if (rows == 0 .and. allocated(solver_error)) then
+            call move_alloc(solver_error, error)
          else if (group%reference == reference_exact) then
             call find_exact(scene, rows, table%exact, error)
          end if
@@ -76,6 +76,7 @@ contains
 
       if (is_piecewise(scene)) then
          associate (group => scene%frequencies)
+            ! its segments between stations, supports and masses are taken from the finest mesh
             finest = maxloc(group%mesh_elements, 1)
             call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error)
          end associate
@@ -86,8 +87,8 @@ contains
       end if
    end subroutine find_exact
 
-   !> Is the beam anything other than a uniform or tapered cantilever with a tip mass, so that its segments are
-   !> combined?
+   !> Is the beam anything other than a uniform or tapered cantilever with a tip mass? Its exact frequencies then follow
+   !> from combined uniform segments.
    pure function is_piecewise(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer
@@ -125,6 +126,7 @@ contains
             call natural_modes(model, number, lambda, error, modes)
          end if
       case (solver_lanczos)
+         ! the Lanczos solver finds at most one mode for each element
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
          if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, number)) then
@@ -160,24 +162,24 @@ contains
    end subroutine supported_modes
 
    !> Fill the column of one solver on one mesh. If the solver fails, the column is empty and has the error message.
-   subroutine fill_column(model, solver, count, ratio, column, trouble)
+   subroutine fill_column(model, solver, count, ratio, column, solver_error)
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver
       !> Number of requested modes
       integer, intent(in) :: count
-      !> Ratio of neighbouring element lengths, for the heading
+      !> Ratio of neighbouring element lengths, for the heading; 0: the nodes are given
       real(wp), intent(in) :: ratio
       type(frequency_column_t), intent(out) :: column
       !> Set if the solver fails
-      type(failure_t), allocatable, intent(out) :: trouble
+      type(failure_t), allocatable, intent(out) :: solver_error
 
       column%solver = trim(solver_names(solver))
       column%elements = model%mesh%elements
       column%ratio = ratio
-      call solve_modes(model, solver, count, column%lambda, trouble)
-      if (allocated(trouble)) then
-         column%failure = trouble%message
+      call solve_modes(model, solver, count, column%lambda, solver_error)
+      if (allocated(solver_error)) then
+         column%failure = solver_error%message
          if (allocated(column%lambda)) deallocate (column%lambda)
          allocate (column%lambda(0))
       end if

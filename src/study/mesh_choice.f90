@@ -1,5 +1,7 @@
-!> The mesh of a run: the given mesh, or the coarsest mesh within a tolerance (docs/theory.md, section 15). Also the
-!> beam on this mesh, cached for further cases with the same beam, and estimates of the mesh's error from finer meshes.
+!> The mesh of a run: the given mesh, or the coarsest of several meshes whose motion agrees with that of the next finer
+!> mesh within a tolerance (docs/theory.md, section 15). Also the beam on this mesh, cached for further cases with the
+!> same beam, and estimates of the mesh's error from finer meshes. The grading of a mesh is the ratio of its longest to
+!> its shortest element.
 module mesh_choice
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use beam_model, only: beam_model_t
@@ -28,18 +30,18 @@ module mesh_choice
    !> Maximum number of elements of a mesh that the search finds.
    integer, parameter :: max_elements_found = meshes(size(meshes))
    !> The coarser of two meshes is chosen if the difference of their runs is at most this fraction of the tolerance. An
-   !> error of fourth order is 1.25 times the difference from a mesh with 1.5 times as many elements.
+   !> error of fourth order is 1.25 times the difference from a mesh with 1.5 times as many elements, so the error is
+   !> then about half the tolerance.
    real(wp), parameter :: agreement = 0.4_wp
-   !> The search ends if none of `max_stalled` successive meshes has a difference below the fraction `progress` of the
-   !> smallest previous difference, because the motion is then chaotic. Both values only determine how soon a search
-   !> that does not converge is ended; a mesh within the tolerance is chosen before.
+   !> The search ends if none of `max_stalled` successive meshes has a difference below the fraction
+   !> `required_reduction` of the smallest previous difference, because the motion is then chaotic. Both values only
+   !> determine how soon a search that does not converge is ended; a mesh within the tolerance is chosen before.
    integer, parameter :: max_stalled = 4
-   real(wp), parameter :: progress = 0.7_wp
-   !> Number of elements of the mesh on which gradings are compared.
+   real(wp), parameter :: required_reduction = 0.7_wp
+   !> Number of elements of the mesh on which a uniform and a graded mesh are compared.
    integer, parameter :: graded_elements = 8
-   !> Maximum ratio of the longest to the shortest element for a taper with a thin tip, a value suitable for a full
-   !> wedge. The exact value is not critical, because a graded mesh is chosen only if it differs less from the next
-   !> finer mesh.
+   !> Maximum grading for a taper with a thin tip, a value suitable for a full wedge. The exact value is not critical,
+   !> because a graded mesh is chosen only if it differs less from the next finer mesh.
    real(wp), parameter :: max_grading = 4.0_wp
 
    !> Maximum number of cases whose errors are estimated.
@@ -51,7 +53,7 @@ module mesh_choice
       type(free_modes_t) :: modes
       !> Result of the search for the mesh, if the scene has a tolerance
       type(mesh_check_t) :: check
-      !> Error; unallocated: the beam could be made
+      !> Set if the beam could not be made
       type(failure_t), allocatable :: trouble
       !> Values of the parameters for which the beam was made; unallocated: there is no beam yet
       real(wp), allocatable :: values(:)
@@ -62,7 +64,7 @@ module mesh_choice
       integer :: elements = 0
       type(case_beam_t) :: beam
       type(response_t) :: response
-      !> Error; unallocated: the run succeeded
+      !> Set if the run failed
       type(failure_t), allocatable :: error
    end type trial_t
 
@@ -87,7 +89,7 @@ contains
       end if
    end subroutine make_case_beam
 
-   !> Make the beam of a case, unless the beam of the preceding case is the same.
+   !> Make the beam of a case on its mesh, unless the beam of the preceding case is the same.
    subroutine find_case_beam(scene, values, is_of_beam, beam, extremes)
       !> The scene with the values of the case
       type(scene_t), intent(in) :: scene
@@ -142,7 +144,7 @@ contains
       beam = other
    end subroutine update_mass
 
-   !> Make the beam of a scene on the given mesh, or find the mesh within a tolerance.
+   !> Make the beam of a scene on the given mesh, or on the mesh found within the tolerance of the scene.
    subroutine find_beam(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
@@ -163,7 +165,8 @@ contains
          end if
          settings = trial_settings(settings, first%modes%lambda(1))
          settings%output%measures = .true.
-         call converge(scene, settings, beam)
+         call refine_mesh(scene, settings, beam)
+         ! Newmark's method does not use the modes
          if (scene%response%method /= method_exact) beam%modes = free_modes_t()
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
@@ -172,8 +175,8 @@ contains
 
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
-   !> mesh differs less from the next finer one.
-   subroutine converge(scene, settings, beam)
+   !> graded mesh differs less from the next finer uniform one.
+   subroutine refine_mesh(scene, settings, beam)
       type(scene_t), intent(in) :: scene
       !> Settings of the runs that are compared
       type(run_settings_t), intent(in) :: settings
@@ -188,10 +191,10 @@ contains
       call gradings_of(scene, grading, other_grading)
       minimum = huge(1.0_wp)
       stalled = 0
-      call try(scene, settings, meshes(1), grading, coarse)
+      call run_on_mesh(scene, settings, meshes(1), grading, coarse)
       i = 1
       do while (i < size(meshes))
-         call try(scene, settings, meshes(i + 1), grading, fine)
+         call run_on_mesh(scene, settings, meshes(i + 1), grading, fine)
          check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=scene%mesh%tolerance, &
             ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed)
          call compare(settings%response%duration, coarse, fine, check(i))
@@ -202,16 +205,17 @@ contains
             return
          end if
          if (coarse%elements == graded_elements .and. other_grading > grading) then
-            call try(scene, settings, graded_elements, other_grading, graded)
+            call run_on_mesh(scene, settings, graded_elements, other_grading, graded)
             call compare(settings%response%duration, graded, fine, of_graded)
             if (of_graded%difference < check(i)%difference) then
                grading = other_grading
                coarse = graded
+               ! the graded mesh is now compared with a finer graded one
                cycle
             end if
          end if
          stalled = stalled + 1
-         if (check(i)%difference < progress*minimum) stalled = 0
+         if (check(i)%difference < required_reduction*minimum) stalled = 0
          minimum = min(minimum, check(i)%difference)
          last = i
          if (stalled == max_stalled .or. is_costly(fine)) exit
@@ -221,7 +225,7 @@ contains
       i = coarsest_near_minimum(check(:last)%difference)
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
-   end subroutine converge
+   end subroutine refine_mesh
 
    !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
    !> difference.
@@ -233,7 +237,8 @@ contains
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
    end function coarsest_near_minimum
 
-   !> Does a run take seconds? Without damping, the number of impacts grows without limit as the mesh is refined.
+   !> Would the run on a finer mesh take seconds, because this run has evaluated more than `max_terms` terms of modes?
+   !> Without damping, the number of impacts grows without limit as the mesh is refined.
    pure function is_costly(trial) result(answer)
       type(trial_t), intent(in) :: trial
       logical :: answer
@@ -244,18 +249,18 @@ contains
    end function is_costly
 
    !> Run a scene on a mesh, for the interval in which meshes are compared.
-   subroutine try(scene, settings, elements, grading, trial)
+   subroutine run_on_mesh(scene, settings, elements, grading, trial)
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(in) :: settings
       integer, intent(in) :: elements
-      !> Ratio of the longest to the shortest element
+      !> Grading of the mesh, the ratio of its longest to its shortest element
       real(wp), intent(in) :: grading
       type(trial_t), intent(out) :: trial
 
       trial%elements = elements
       call make_case_beam(scene, elements, ratio_of(grading, elements), trial%beam, settings)
       call run_trial(settings, trial)
-   end subroutine try
+   end subroutine run_on_mesh
 
    !> Run a trial whose beam has been made.
    subroutine run_trial(settings, trial)
@@ -269,9 +274,9 @@ contains
       call run_motion(trial%beam%model, settings, trial%response, trial%error, trial%beam%modes)
    end subroutine run_trial
 
-   !> Ratio of neighbouring element lengths.
+   !> Ratio of neighbouring element lengths of a mesh with a given grading.
    elemental function ratio_of(grading, elements) result(ratio)
-      !> Ratio of the longest to the shortest element
+      !> Grading, the ratio of the longest to the shortest element
       real(wp), intent(in) :: grading
       integer, intent(in) :: elements
       real(wp) :: ratio
@@ -279,14 +284,13 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The maximum difference of two runs: in eta of stop and tip, and in the instants of the first impact and of
-   !> settling.
+   !> The maximum difference of two runs: in eta of stop and tip, and in tau of the first impact and of settling.
    pure subroutine compare(duration, coarse, fine, check)
       !> Duration of both runs, tau
       real(wp), intent(in) :: duration
       type(trial_t), intent(in) :: coarse
       type(trial_t), intent(in) :: fine
-      !> Out: with the difference and the horizon of the comparison
+      !> In: without, out: with the difference and the horizon (end) of the comparison
       type(mesh_check_t), intent(inout) :: check
 
       type(mode_check_t) :: found
@@ -313,23 +317,26 @@ contains
       if (measures%has_settled) tau = min(measures%settling_tau, horizon)
    end function settled
 
-   !> Ratios of the longest to the shortest element: the one that the scene gives, and for a beam that is thinner at the
-   !> tip the one that follows the local wavelength.
+   !> Gradings of the meshes that are compared: the grading of the scene's mesh, and for a beam that is thinner at the
+   !> tip the grading that follows the local wavelength.
    pure subroutine gradings_of(scene, grading, other)
       type(scene_t), intent(in) :: scene
       real(wp), intent(out) :: grading
-      !> Second ratio; equal to `grading` if there is only one
+      !> Second grading; equal to `grading` if there is only one
       real(wp), intent(out) :: other
 
       type(section_t) :: section
       real(wp) :: thickest, thinnest
 
+      ! the ratio of neighbouring elements is understood as that of a mesh with `graded_elements` elements
       grading = scene%mesh%ratio**(graded_elements - 1)
       other = grading
       if (abs(scene%mesh%ratio - 1.0_wp) > 0.0_wp) return
       section = section_of(scene%beam)
+      ! sections are functions of the distance to the tip: 1 at the clamp, and the middle of the element at the tip
       thickest = area(section, 1.0_wp)
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
+      ! the wavelength of bending waves varies as the square root of the height; a slight taper needs no grading
       if (thinnest < 0.7_wp*thickest) other = min(max_grading, sqrt(thickest/thinnest))
    end subroutine gradings_of
 
@@ -346,8 +353,8 @@ contains
       sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
    end function sample_of
 
-   !> Estimate the errors of measures from runs on the mesh of each scene and on meshes with two and four times as many
-   !> elements.
+   !> Estimate the errors of measures by extrapolation from runs on the mesh of each scene and on meshes with two and
+   !> four times as many elements.
    subroutine estimate_cases(scenes, numbers, errors)
       !> Scenes with the parameters of their cases, [cases]
       type(scene_t), intent(in) :: scenes(:)
@@ -358,6 +365,7 @@ contains
       ! allocated, because the type is large and stacks of threads are small
       type(trial_t), allocatable :: trial
       type(run_settings_t) :: settings
+      !> Measures on the three meshes; and grading of all three
       real(wp) :: rows(measure_count, 3), grading
       integer :: i, refinement
 
@@ -380,10 +388,10 @@ contains
             grading = trial%beam%check%ratio**(trial%beam%check%elements - 1)
          end if
          call run_trial(settings, trial)
-         call take_row(1)
+         call record_row(1)
          do refinement = 1, 2
-            call try(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
-            call take_row(refinement + 1)
+            call run_on_mesh(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
+            call record_row(refinement + 1)
          end do
          deallocate (trial)
          errors%row(:, i) = rows(:, 1)
@@ -395,13 +403,13 @@ contains
 
    contains
 
-      !> Store the measures of the trial; NaN if it failed.
-      subroutine take_row(place)
+      !> Store the measures of the trial in a column of `rows`; NaN if the run failed.
+      subroutine record_row(place)
          integer, intent(in) :: place
 
          rows(:, place) = ieee_value(1.0_wp, ieee_quiet_nan)
          if (.not. allocated(trial%error)) rows(:, place) = row_of(trial%response%measures)
-      end subroutine take_row
+      end subroutine record_row
 
    end subroutine estimate_cases
 

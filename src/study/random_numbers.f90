@@ -9,6 +9,7 @@ module random_numbers
    !> State of a generator.
    type :: random_t
       private
+      !> States of the two congruential generators
       integer(i8) :: first = 1_i8
       integer(i8) :: second = 1_i8
    end type random_t
@@ -30,6 +31,7 @@ contains
       integer :: i
 
       random%first = modulo(int(seed, i8), first_modulus - 1_i8) + 1_i8
+      ! 104729 is a prime, which gives each sequence of a seed another state
       random%second = modulo(int(stream, i8)*104729_i8 + int(seed, i8), second_modulus - 1_i8) + 1_i8
       ! the first numbers are discarded, because those of neighbouring seeds are similar
       do i = 1, 32

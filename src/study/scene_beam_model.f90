@@ -1,4 +1,4 @@
-!> Conversion of a resolved scene to the assembled beam and the settings of its run.
+!> Conversion of a resolved scene to the assembled beam (section, mesh, matrices) and to the settings of its run.
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, beam_root_t, beam_support_t, make_beam_model, point_mass_t
@@ -93,11 +93,12 @@ contains
       allocate (masses, source=masses_of(scene, mesh))
       tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
       answer = is_redistribution_more_accurate(section_of(scene%beam), mesh, tip_mass, run_of(scene))
-      ! on a beam with supports, only a node at the tip with a point mass can be redistributed
+      ! with supports, only the node at the tip can be redistributed, and only if it has a point mass
       if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
 
-   !> Make a mesh with nodes at the stops, supports, masses and steps of the section, in this order.
+   !> Make a mesh with nodes at the stops, supports, masses and steps of the section; `more_nodes` has them in this
+   !> order.
    pure subroutine mesh_of(scene, elements, ratio, mesh, error)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: elements
@@ -143,17 +144,18 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: conflict
-      integer :: i, k, before
+      integer :: i, k, supports_offset
 
-      before = mesh%more_stops
+      ! stops come before supports in `more_nodes`
+      supports_offset = mesh%more_stops
       do k = 1, size(scene%supports)
          conflict = ''
-         associate (node => mesh%more_nodes(before + k), support => scene%supports(k))
-            if (scene%has_stop .and. (mesh%stop_node == node .or. any(mesh%more_nodes(:before) == node))) then
+         associate (node => mesh%more_nodes(supports_offset + k), support => scene%supports(k))
+            if (scene%has_stop .and. (mesh%stop_node == node .or. any(mesh%more_nodes(:supports_offset) == node))) then
                conflict = conflict_with_support(support)
             end if
             do i = 1, k - 1
-               if (mesh%more_nodes(before + i) == node .and. conflict == '') then
+               if (mesh%more_nodes(supports_offset + i) == node .and. conflict == '') then
                   conflict = conflict_of_supports(scene%supports(i), support)
                end if
             end do
@@ -164,27 +166,28 @@ contains
       end do
    end subroutine check_supports
 
-   !> The supports of a scene on its mesh.
+   !> The supports of a scene as constraints or springs of degrees of freedom: node k has the displacement 2 k - 1 and
+   !> the rotation 2 k.
    pure function supports_of(scene, mesh) result(supports)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
       type(beam_support_t), allocatable :: supports(:)
 
-      integer :: k, before
+      integer :: k, supports_offset
 
       allocate (supports(0))
       if (.not. allocated(scene%supports)) return
       deallocate (supports)
       allocate (supports(size(scene%supports)))
-      before = mesh%more_stops
+      supports_offset = mesh%more_stops
       do k = 1, size(supports)
-         supports(k)%dof = 2*mesh%more_nodes(before + k)
+         supports(k)%dof = 2*mesh%more_nodes(supports_offset + k)
          if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
          supports(k)%stiffness = spring_unit*scene%supports(k)%stiffness_ratio
       end do
    end function supports_of
 
-   !> The boundary conditions at the root.
+   !> The boundary conditions at the root (the end x = 0).
    pure function root_of(scene) result(root)
       type(scene_t), intent(in) :: scene
       type(beam_root_t) :: root
@@ -195,22 +198,22 @@ contains
       root%translation_stiffness = spring_unit*scene%root%translation_stiffness_ratio
    end function root_of
 
-   !> The masses of a scene on its mesh.
+   !> The point masses of a scene at the nodes of its mesh.
    pure function masses_of(scene, mesh) result(masses)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
       type(point_mass_t), allocatable :: masses(:)
 
-      integer :: k, before
+      integer :: k, masses_offset
 
       allocate (masses(0))
       if (.not. allocated(scene%masses)) return
-      before = mesh%more_stops
-      if (allocated(scene%supports)) before = before + size(scene%supports)
+      masses_offset = mesh%more_stops
+      if (allocated(scene%supports)) masses_offset = masses_offset + size(scene%supports)
       deallocate (masses)
       allocate (masses(size(scene%masses)))
       do k = 1, size(masses)
-         masses(k) = point_mass_t(node=mesh%more_nodes(before + k), mass=scene%masses(k)%mass_ratio, &
+         masses(k) = point_mass_t(node=mesh%more_nodes(masses_offset + k), mass=scene%masses(k)%mass_ratio, &
             rotary_inertia=scene%masses(k)%rotary_inertia_ratio)
       end do
    end function masses_of
@@ -223,7 +226,7 @@ contains
       settings%zeta = scene%zeta
       settings%zeta_mass = scene%zeta_mass
       if (allocated(scene%mode_ratios)) settings%mode_ratios = scene%mode_ratios
-      call take_loads(scene, settings)
+      call set_loads(scene, settings)
       settings%has_stop = scene%has_stop
       settings%stop = scene%stop
       settings%response = scene%response
@@ -237,40 +240,44 @@ contains
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
       if (scene%wants_stress) settings%stress = scene%stress
+      ! the number of the stop from which the beam is released is 1 by default
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
       settings%release_stop = stop_released_from([scene%stop, scene%more_stops], scene%release_stop)
    end function run_of
 
    !> Set the loads on the beam and the initial conditions.
-   pure subroutine take_loads(scene, settings)
+   pure subroutine set_loads(scene, settings)
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(inout) :: settings
 
+      !> Sum of the gravity ratios of all &base groups, a constant acceleration
       real(wp) :: gravity
-      integer :: k, moving
+      !> Number of &base groups with a motion, not only with gravity
+      integer :: k, moving_bases
 
       if (allocated(scene%forces)) settings%forces = scene%forces
       gravity = 0.0_wp
       if (allocated(scene%bases)) then
          gravity = sum(scene%bases%gravity_ratio)
-         moving = count(abs(scene%bases%course%amplitude) > 0.0_wp)
-         allocate (settings%bases(moving + merge(1, 0, gravity > 0.0_wp)))
-         moving = 0
+         moving_bases = count(abs(scene%bases%course%amplitude) > 0.0_wp)
+         allocate (settings%bases(moving_bases + merge(1, 0, gravity > 0.0_wp)))
+         moving_bases = 0
          do k = 1, size(scene%bases)
             if (.not. abs(scene%bases(k)%course%amplitude) > 0.0_wp) cycle
-            moving = moving + 1
-            settings%bases(moving) = scene%bases(k)%base_settings_t
+            moving_bases = moving_bases + 1
+            settings%bases(moving_bases) = scene%bases(k)%base_settings_t
          end do
          if (gravity > 0.0_wp) then
             ! gravity downwards is equivalent to an acceleration of the base upwards
-            settings%bases(moving + 1)%course%kind = course_step
-            settings%bases(moving + 1)%course%amplitude = gravity
+            settings%bases(moving_bases + 1)%course%kind = course_step
+            settings%bases(moving_bases + 1)%course%amplitude = gravity
          end if
       end if
       settings%start = scene%start%start_settings_t
+      ! a fall over a height, instead of a given velocity: v = sqrt(2 g h), with all values dimensionless
       if (scene%start%kind /= start_drop .or. scene%start%height_ratio <= 0.0_wp) return
       settings%start%velocity = sqrt(2.0_wp*gravity*scene%start%height_ratio)
-   end subroutine take_loads
+   end subroutine set_loads
 
 end module scene_beam_model

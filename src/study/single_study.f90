@@ -1,4 +1,4 @@
-!> The study of one scene without sweep or cases: table of frequencies and one run.
+!> The study of one scene without &sweep and &cases: its table of frequencies, one run, and the analyses of the run.
 module single_study
    use analyses, only: analyse, analysed_t, print_analyses, write_analyses
    use beam_model, only: beam_model_t
@@ -46,6 +46,7 @@ contains
       call compute_scene(scene, model, table, response, analysed, error)
       if (scene%mesh%estimate .and. allocated(response) .and. .not. allocated(error)) then
          allocate (errors)
+         ! the run counts as case 1
          call estimate_cases([scene], [1], errors)
       end if
       call stop_progress()
@@ -66,6 +67,7 @@ contains
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response) .and. scene%has_stop) then
+         ! with several stops, the measures printed are those of the stop from which the beam is released
          call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
          if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
          if (allocated(response%statistics)) then
@@ -76,15 +78,17 @@ contains
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
-   !> Compute the results of a scene.
+   !> Compute the results of a scene. From `enable_progress` to `disable_progress`, the run reports the time that it has
+   !> reached to the progress line of `run_single`.
    subroutine compute_scene(scene, model, table, response, analysed, error)
       type(scene_t), intent(in) :: scene
       !> The beam; empty if only a table of frequencies is requested
       type(beam_model_t), intent(out) :: model
       !> Table of frequencies, if requested
       type(frequency_table_t), allocatable, intent(out) :: table
-      !> Motion, if requested
+      !> Response, if requested
       type(response_t), allocatable, intent(out) :: response
+      !> Analyses of the run or of the beam with their results; empty if none is requested
       type(analysed_t), allocatable, intent(out) :: analysed(:)
       !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Options of the command line for the study of a scene.
+!> Options of the command line that concern the study of a scene, whichever its kind.
 module study_job
    implicit none (type, external)
    private
@@ -12,7 +12,7 @@ module study_job
       integer :: threads = 0
       !> Print neither tables nor progress
       logical :: quiet = .false.
-      !> Unit to which tables are printed
+      !> Fortran unit to which tables are printed
       integer :: unit = 0
       !> Label of the progress line
       character(:), allocatable :: label

@@ -1,4 +1,4 @@
-!> The best cases of a sweep, and their refinement by a search between the values of the sweep.
+!> The best cases of a sweep, and their refinement: a search for better cases between the values of the sweep.
 module sweep_best
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
@@ -14,11 +14,12 @@ module sweep_best
 
    !> The best of the cases that have been considered, in order, the best first.
    type :: best_t
-      !> Column of the measure by which cases are compared, and the sign with which the best value is the minimum
+      !> Column (index in the table of measures) by which cases are compared; factor 1 or -1 of its values, so that the
+      !> best value becomes the minimum
       integer :: column = 0
       real(wp) :: sign = 1.0_wp
       integer :: count = 0
-      !> Numbers of the cases, their parameters [axes, max. count] and measures [measure_count, max. count]
+      !> Numbers of the cases, their parameters [axes, maximum count] and measures [measure_count, maximum count]
       integer, allocatable :: case(:)
       real(wp), allocatable :: values(:, :)
       real(wp), allocatable :: rows(:, :)
@@ -96,9 +97,9 @@ contains
       best%rows(:, place) = row
    end subroutine insert_case
 
-   !> Search for better cases between the minimum and the maximum of each parameter, from the best case.
+   !> Search for better cases between the minimum and the maximum of each parameter, starting from the best case.
    !>
-   !> Whole-number parameters are not varied: more elements increase the cost but do not change the physical beam.
+   !> Whole-number parameters are not varied, because more elements increase the run time but do not change the beam.
    subroutine refine(scene, plan, best, threads, refined)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -110,13 +111,13 @@ contains
 
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), values(:, :), rows(:, :), costs(:), start(:)
-      logical :: free(size(plan%axes))
+      logical :: is_varied(size(plan%axes))
       integer, allocatable :: varied(:)
       integer :: i, k, limit, winner
 
       if (best%count == 0) return
-      free = .not. plan%axes%parameter%is_whole .and. plan%axes%maximum > plan%axes%minimum
-      varied = pack([(k, k=1, size(free))], free)
+      is_varied = .not. plan%axes%parameter%is_whole .and. plan%axes%maximum > plan%axes%minimum
+      varied = pack([(k, k=1, size(is_varied))], is_varied)
       allocate (start(size(varied)))
       do i = 1, size(varied)
          start(i) = share_of(plan%axes(varied(i)), best%values(varied(i), 1))
@@ -124,6 +125,7 @@ contains
       limit = scene%best%evaluations + 1
       allocate (refined%evaluations(limit), refined%values(size(plan%axes), limit), refined%rows(measure_count, limit))
       call add(0, best%values(:, 1), best%rows(:, 1))
+      ! the first step is an eighth of the range of each parameter
       call start_search(start, cost_of(best, best%rows(:, 1)), 0.125_wp, scene%best%precision, scene%best%evaluations, &
          scene%sweep%seed, state)
       do while (.not. state%is_over)
@@ -165,7 +167,7 @@ contains
 
    end subroutine refine
 
-   !> Position of a value between the bounds of its axis, 0 to 1.
+   !> Position of a value between the minimum (0) and the maximum (1) of its axis.
    pure function share_of(axis, value) result(share)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: value
@@ -179,7 +181,7 @@ contains
       share = min(max(share, 0.0_wp), 1.0_wp)
    end function share_of
 
-   !> Value at a position between the bounds of an axis.
+   !> Value at a position between the minimum (0) and the maximum (1) of an axis.
    pure function value_at(axis, share) result(value)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: share

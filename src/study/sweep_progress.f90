@@ -12,21 +12,21 @@ module sweep_progress
 
    !> State of the progress output.
    type :: progress_t
-      !> Progress is printed
+      !> Lines are printed at all
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
       !> Unit for output, and minimum interval between two lines, seconds
       integer :: unit = error_unit
       real(wp) :: pause = 0.0_wp
       character(:), allocatable :: label
-      !> Number of all cases, and number of those done by previous runs
+      !> Number of all cases, and number of cases that previous runs have completed
       integer :: cases = 0
       integer :: before = 0
       !> Clock at the start and at the last line, and clock ticks per second
       integer(i8) :: start = 0_i8
       integer(i8) :: last = 0_i8
       integer(i8) :: rate = 1_i8
-      !> A line has been printed
+      !> A line is on the terminal
       logical :: has_line = .false.
    end type progress_t
 
@@ -38,7 +38,7 @@ contains
       logical, intent(in) :: is_wanted
       !> Name of the sweep
       character(*), intent(in) :: label
-      !> Number of all cases, and number of those done by previous runs
+      !> Number of all cases, and number of cases that previous runs have completed
       integer, intent(in) :: cases
       integer, intent(in) :: before
       !> Initialised state
@@ -83,6 +83,7 @@ contains
       if (progress%on_terminal) then
          ! a line that wraps around could not be overwritten
          width = min(len(words), terminal_width(standard_error_descriptor) - 1)
+         ! carriage return before, and the terminal's command to erase the rest of the line after the text
          write (progress%unit, '(a)', advance='no', iostat=status) achar(13)//words(:width)//achar(27)//'[K'
          flush (progress%unit, iostat=status)
       else

@@ -1,5 +1,6 @@
-!> The MPI processes that share a sweep; without MPI there is one process. The first process assigns the chunks, between
-!> the cases that it runs itself; the others request chunks from it.
+!> The MPI processes (ranks) that share a sweep; without MPI there is one process. The first process assigns the numbers
+!> of the chunks to all processes from a queue, between the cases that it runs itself; the other processes request
+!> numbers from it.
 module sweep_ranks
    use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: failure_t
@@ -37,7 +38,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       procedure(rank_call_t), pointer :: start, number, count
-      logical :: are_loaded, take_turns
+      logical :: are_loaded, serialises_calls
 
       call load_rank_calls(are_loaded, error)
       if (.not. are_loaded) return
@@ -50,18 +51,19 @@ contains
       barrier => rank_call('meet')
       maximum => rank_call('greatest')
       stop_mpi => rank_call('stop')
-      take_turns = start(0) == 1
+      ! 1: threads may call MPI, one at a time
+      serialises_calls = start(0) == 1
       this_rank = number(0)
       all_ranks = count(0)
-      if (this_rank == 0 .and. .not. take_turns) write (error_unit, &
+      if (this_rank == 0 .and. .not. serialises_calls) write (error_unit, &
          '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
    end subroutine start_ranks
 
    !> Finalise MPI.
    subroutine stop_ranks()
-      integer :: nothing
+      integer :: unused_result
 
-      if (associated(stop_mpi)) nothing = stop_mpi(0)
+      if (associated(stop_mpi)) unused_result = stop_mpi(0)
    end subroutine stop_ranks
 
    !> Number of this process, from 0.
@@ -116,7 +118,7 @@ contains
       if (queue%is_over) return
       if (this_rank == 0) then
          call serve_queue(queue)
-         call take(queue, number)
+         call assign_next(queue, number)
       else
          number = request(0)
       end if
@@ -124,7 +126,7 @@ contains
    end subroutine next_of_queue
 
    !> Assign the next number of the queue; called in the first process.
-   pure subroutine take(queue, number)
+   pure subroutine assign_next(queue, number)
       type(queue_t), intent(inout) :: queue
       !> The number; 0: all numbers are assigned
       integer, intent(out) :: number
@@ -133,7 +135,7 @@ contains
       if (queue%assigned >= size(queue%list)) return
       queue%assigned = queue%assigned + 1
       number = queue%list(queue%assigned)
-   end subroutine take
+   end subroutine assign_next
 
    !> Answer the pending requests of the other processes. Only one thread may call this procedure at a time.
    subroutine serve_queue(queue)
@@ -175,10 +177,10 @@ contains
    subroutine answer_one(queue)
       type(queue_t), intent(inout) :: queue
 
-      integer :: number, nothing
+      integer :: number, unused_result
 
-      call take(queue, number)
-      nothing = answer(number)
+      call assign_next(queue, number)
+      unused_result = answer(number)
       if (number == 0) queue%uninformed = queue%uninformed - 1
    end subroutine answer_one
 

@@ -59,6 +59,7 @@ contains
       state%precision = precision
       state%max_evaluations = max_evaluations
       state%is_over = size(start) == 0 .or. max_evaluations <= 0
+      ! the sequence 1000 is that of no parameter of a sweep
       call start_random(seed, 1000, state%random)
    end subroutine start_search
 
@@ -81,7 +82,7 @@ contains
       size_of_poll = min(4*n, state%max_evaluations - state%evaluations)
       allocate (points(n, max(size_of_poll, 0)))
       do i = 1, min(2*n, size(points, 2))
-         ! column of the reflection 1 - 2 n n^T with the unit vector n, `normal`
+         ! column of the Householder reflection 1 - 2 u u^T with the unit vector u = `normal`
          direction = -2.0_wp*normal((i + 1)/2)*normal
          direction((i + 1)/2) = direction((i + 1)/2) + 1.0_wp
          if (modulo(i, 2) == 0) direction = -direction

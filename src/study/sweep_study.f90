@@ -41,19 +41,19 @@ contains
       type(refined_t) :: refined
       type(mesh_errors_t), allocatable :: errors
       character(:), allocatable :: path, text
-      integer :: workers, computed, trouble
+      integer :: workers, computed, status
       integer(i8) :: start, finish, rate
 
       workers = threads_for(job%threads, scene%sweep)
       call make_plan(scene, plan)
       call plan_text(scene, plan, text)
       path = chunks_folder(job%folder, scene%name)
-      trouble = 0
+      status = 0
       if (is_first_rank()) call enter_folder(path, text, error)
-      if (allocated(error)) trouble = error%status
-      trouble = max_of_ranks(trouble)
-      if (trouble > 0) then
-         call fail(error, trouble, '')
+      if (allocated(error)) status = error%status
+      status = max_of_ranks(status)
+      if (status > 0) then
+         call fail(error, status, '')
          return
       end if
       call system_clock(start, rate)
@@ -76,7 +76,8 @@ contains
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
-   !> Compute the analyses of the beam of the scene, independent of the cases.
+   !> Compute the analyses of the beam of the scene (for example its frequency response), which are independent of the
+   !> cases.
    subroutine analyse_beam(scene, survey, error)
       type(scene_t), intent(in) :: scene
       type(survey_t), intent(inout) :: survey
@@ -84,6 +85,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
+      !> Empty: analyses of the beam need no run
       type(response_t) :: none
 
       allocate (survey%analysed(0))
@@ -114,8 +116,8 @@ contains
       call estimate_cases(scenes, sample, errors)
    end subroutine estimate_sample
 
-   !> Number of threads of a sweep: the requested number, but at most the number of cases or chains, four for each core,
-   !> and the number for which there is address space.
+   !> Number of threads of a sweep: the requested number, but at most the number of independent cases (or chains of
+   !> cases), four for each core, and the number for which there is address space.
    function threads_for(requested, sweep) result(threads)
       !> Requested number; 0: the default of OpenMP, one for each core unless OMP_NUM_THREADS is set
       integer, intent(in) :: requested
@@ -124,14 +126,15 @@ contains
 
       ! stack of a thread, and address space that the C library reserves for the memory of a thread, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
-      real(wp) :: independent, room
+      ! number of cases that can run at the same time; number of threads that fit into half of the free address space
+      real(wp) :: independent_cases, room
 
-      independent = cases_of(sweep)
-      if (sweep%carry > 0) independent = independent/real(values_of(sweep, sweep%carry), wp)
+      independent_cases = cases_of(sweep)
+      if (sweep%carry > 0) independent_cases = independent_cases/real(values_of(sweep, sweep%carry), wp)
       threads = max(requested, 1)
 !$    if (requested == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
-      threads = int(min(real(threads, wp), max(independent, 1.0_wp)))
+      threads = int(min(real(threads, wp), max(independent_cases, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
       threads = int(min(real(threads, wp), 1.0_wp + room))
    end function threads_for
