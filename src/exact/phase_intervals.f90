@@ -1,4 +1,5 @@
-!> A phase of exact motion as an interval that observers can evaluate.
+!> A phase of exact motion (the motion between two events) as an interval that observers, such as measures and
+!> statistics, evaluate: values, maxima, integrals and energies in closed form.
 module phase_intervals
    use certified_search, only: search_t, transformable_signal_t
    use damped_oscillators, only: modal_energy
@@ -38,9 +39,9 @@ module phase_intervals
       type(contact_state_t), allocatable :: at_start(:)
       !> State of the constrained modes at the end of the phase, stored in the contact set, [modes]
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
-      !> Signals for integrals, made if integrals are requested
+      !> Displacements and forces as signals for integrals; unallocated: not requested yet
       type(signals_t), allocatable :: signals
-      !> Contacts whose displacements are in `signals`, one for each place, and closed contacts whose forces are
+      !> Contacts whose displacements are in `signals` (one of those at one place), and contacts whose forces are
       integer, allocatable :: sites(:), closed(:)
    contains
       procedure :: contact
@@ -58,7 +59,7 @@ module phase_intervals
    !> The gap of a contact during a phase, stored for use after the phase.
    type, extends(curve_t) :: signal_curve_t
       class(transformable_signal_t), allocatable :: signal
-      !> The gap does not fall below minus the settling level: large negative gaps need not be searched
+      !> The gap is always above minus the settling level (`settling_level`): only positive gaps need a search
       logical :: is_above = .false.
       !> Latest known time at which the gap exceeds the settling level; 0: none known
       real(wp) :: known_above = 0.0_wp
@@ -88,7 +89,7 @@ contains
       end associate
    end function contact
 
-   !> Value and rate of an output row.
+   !> Value and rate of an output row at a time, from the path of the simultaneous search if the time is a node of it.
    function evaluate(self, row, time) result(state)
       class(phase_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -109,9 +110,9 @@ contains
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Upper bound of the magnitude of a gap. For an open contact, the bound follows from the search for the end of the
-   !> phase, because an open contact is indented no deeper than at the start of the phase. For a closed contact, the
-   !> bound follows from the amplitudes of the terms, which do not grow.
+   !> Upper bound of the magnitude of a gap; `huge`: unknown. For an open contact, the bound follows from the search for
+   !> the end of the phase: the gap is negative by at most the indentation at the start of the phase, because an open
+   !> contact recovers. For a closed contact, the bound follows from the amplitudes of the terms, which do not grow.
    pure function gap_bound(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -119,7 +120,7 @@ contains
 
       gap_bound = huge(1.0_wp)
       if (self%now%set%is_closed(k)) then
-         if (size(self%now%set%compliant) > 0) gap_bound = reach_of_terms(self%now, k)
+         if (size(self%now%set%compliant) > 0) gap_bound = gap_bound_of_terms(self%now, k)
       else if (self%now%states(k)%is_deformed) then
          return
       else if (self%now%states(k)%is_rigid) then
@@ -150,25 +151,25 @@ contains
 
       class(transformable_signal_t), allocatable :: part
       class(transformable_signal_t), pointer :: signal
-      real(wp) :: greatest, time
+      real(wp) :: maximum, time
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
-         ! the surface of an open contact only recovers, and the beam does not penetrate it
+         ! a negative gap of an open contact only recovers towards zero
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. self%gap_bound(row%number) > level) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
-            ! true if the search for the end of the phase found a larger value within the phase
+            ! has the search for the end of the phase found a value above the level within the phase?
             does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
                .and. row%factor*search%max_value + row%offset > level
             if (does) return
          end associate
       end if
       if (is_on_path(self%now, self%length, row)) then
-         greatest = level
+         maximum = level
          call max_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), [0.0_wp, self%length], &
-            0.0_wp, does, greatest, time)
+            0.0_wp, does, maximum, time)
          return
       end if
       call find_signal(self, row, signal)
@@ -180,7 +181,7 @@ contains
       end if
    end function exceeds
 
-   !> Is the search history that of the gap of contact k, and is all of it within the phase?
+   !> Does the phase state hold the search history of the gap of contact k, and is all of it within the phase?
    pure function has_history(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -201,7 +202,9 @@ contains
 
       class(transformable_signal_t), allocatable, target :: part
       class(transformable_signal_t), pointer :: signal
+      ! maximum of the signal known from the search for the end of the phase
       real(wp) :: known_max, threshold
+      ! factor 1 and offset 0; the maximum is certain; the stretch is the whole phase
       logical :: is_unscaled, is_certain, is_whole
 
       is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
@@ -215,7 +218,7 @@ contains
          peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
          return
       end if
-      ! no value is known yet; half of `huge` leaves room for the factor
+      ! no value is known yet; half of `huge` avoids overflow in the products below
       known_max = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
       if (is_whole .and. is_unscaled .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
@@ -227,7 +230,7 @@ contains
       end if
       if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
          associate (search => self%searches(row%number - self%tip_row()))
-            ! values found after the end of the phase, which another contact ended, do not count
+            ! a search beyond the end of the phase, which another contact ended, may have found later values
             if (search%time <= self%length) known_max = search%max_value
          end associate
          threshold = max(threshold, known_max*(1.0_wp + peak_tolerance))
@@ -289,7 +292,7 @@ contains
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
-      real(wp), dimension(2*size(self%now%states) + 1) :: mean, square
+      real(wp), dimension(2*size(self%now%states) + 1) :: row_integral, square_integral
       integer :: i, k, n
 
       associate (now => self%now, set => self%now%set)
@@ -301,19 +304,20 @@ contains
          end if
          n = size(self%sites)
          i = n + 1 + size(self%closed)
-         call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, mean(:i), square(:i))
+         call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:i), &
+            square_integral(:i))
          first = 0.0_wp
          second = 0.0_wp
          do k = 1, self%contacts
             i = findloc(self%sites, now%colocated(k), dim=1)
-            first(k) = now%colocated_sign(k)*mean(i)
-            second(k) = square(i)
+            first(k) = now%colocated_sign(k)*row_integral(i)
+            second(k) = square_integral(i)
          end do
-         first(self%tip_row()) = mean(n + 1)
-         second(self%tip_row()) = square(n + 1)
+         first(self%tip_row()) = row_integral(n + 1)
+         second(self%tip_row()) = square_integral(n + 1)
          do i = 1, size(self%closed)
-            first(self%force_row(self%closed(i))) = mean(n + 1 + i)
-            second(self%force_row(self%closed(i))) = square(n + 1 + i)
+            first(self%force_row(self%closed(i))) = row_integral(n + 1 + i)
+            second(self%force_row(self%closed(i))) = square_integral(n + 1 + i)
          end do
       end associate
    end subroutine integrate
@@ -368,20 +372,21 @@ contains
       real(wp), intent(out) :: time
       logical, intent(out) :: is_at_end
 
+      ! minus the gap, and the result of its search
       class(transformable_signal_t), allocatable :: depth
-      real(wp) :: lower
-      logical :: is_low
+      real(wp) :: last_negative
+      logical :: ends_negative
 
       call find_last_exceedance(self%signal, self%length, level, time, is_at_end, &
          merge(self%known_above, 0.0_wp, level <= settling_level))
       if (self%is_above .and. level >= settling_level) return
       call self%signal%transform(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
-      call find_last_exceedance(depth, self%length, level, lower, is_low)
-      time = max(time, lower)
-      is_at_end = is_at_end .or. is_low
+      call find_last_exceedance(depth, self%length, level, last_negative, ends_negative)
+      time = max(time, last_negative)
+      is_at_end = is_at_end .or. ends_negative
    end subroutine last_exceedance
 
-   !> An output row as a signal, without the factor and offset of the row.
+   !> An output row as a signal, without factor and offset; rows are gaps, tip, contact forces, moments in this order.
    subroutine find_signal(self, row, signal)
       class(phase_interval_t), target, intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -424,7 +429,7 @@ contains
             end associate
             impulse = offset*time + sum(real(amplitude, wp))
          else
-            ! the contribution of a mode, p + 2 zeta p', is -(p'' + alpha p')/w^2
+            ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2
             call find_homogeneous_state(now, time, z, v)
             associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
                place = findloc(constrained%closed, k, dim=1)
@@ -473,7 +478,7 @@ contains
    end function load_response_impulse
 
    !> Upper bound of the magnitude of the gap of a closed compliant contact.
-   pure function reach_of_terms(self, k) result(gap_bound)
+   pure function gap_bound_of_terms(self, k) result(gap_bound)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp) :: gap_bound
@@ -486,6 +491,6 @@ contains
          gap_bound = gap_bound + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
          if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) gap_bound = huge(1.0_wp)
       end associate
-   end function reach_of_terms
+   end function gap_bound_of_terms
 
 end module phase_intervals

@@ -1,5 +1,6 @@
-!> Gaps and forces of a phase as output rows of one basis of exponential terms, and the simultaneous search of all
-!> contacts for the end of the phase (docs/theory.md, section 23).
+!> Gaps, contact forces and tip displacement of a phase (the motion between two events) as output rows: linear
+!> combinations of the same exponential terms. One search evaluates all rows at the nodes of a path of time steps, and
+!> so finds the contact that ends the phase (docs/theory.md, section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
    use damped_oscillators, only: lanes
@@ -16,16 +17,16 @@ module phase_rows
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
-   !> Half the difference of the two exponents of a mode, relative to the modal frequency, below which the amplitudes
-   !> become too large.
+   !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
+   !> the amplitudes of the two terms become too large.
    real(wp), parameter :: min_spread = 0.02_wp
-   !> Range of |s|, in units of the first natural frequency, in which the powers of s are representable.
+   !> Range of |s|, per unit of tau, in which the powers of s that bound the derivatives are representable.
    real(wp), parameter :: min_frequency = 1.0e-3_wp
    real(wp), parameter :: max_frequency = 1.0e20_wp
 
 contains
 
-   !> Can all contacts of the phase be searched simultaneously?
+   !> Can all contacts of the phase be searched simultaneously? Makes the output rows of the set at the first use.
    function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
       logical :: can
@@ -45,6 +46,7 @@ contains
 
       complex(wp), allocatable :: exponent(:)
       type(impedance_t) :: spring
+      ! number of contacts, and number of rows so far
       integer :: j, k, n, rows
 
       n = size(self%states)
@@ -70,6 +72,7 @@ contains
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
             if (.not. set%is_closed(k)) cycle
             spring = impedance_of(self%states(k))
+            ! the force k u + c u' of spring and damper is a combination of gap and gap rate
             if (any(set%compliant == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. holds(spring)) cycle
             rows = rows + 1
             set%force_row(k) = rows
@@ -86,7 +89,7 @@ contains
       end associate
    end subroutine make_rows
 
-   !> Exponents of the motion of the set without loads.
+   !> Exponents of the motion of the set without loads: one of each conjugate pair, and both of each overdamped mode.
    pure function exponents_of(self) result(exponent)
       type(phase_state_t), intent(in) :: self
       complex(wp), allocatable :: exponent(:)
@@ -147,7 +150,7 @@ contains
          else if (kind == observed_tip) then
             coefficient = of_modes(constrained%tip_value)
          else
-            ! 1 + 2 zeta s in a form without cancellation
+            ! a mode exp(s t) contributes 1 + 2 zeta s = -s (s + alpha)/W^2 to a reaction: a form without cancellation
             associate (s => exponents_of(self))
                coefficient = of_modes(constrained%reaction(findloc(constrained%closed, k, dim=1), &
                   :)/constrained%oscillators%square)
@@ -167,10 +170,12 @@ contains
       end function of_modes
    end function coefficients_of
 
-   !> Set the amplitudes at the start of the phase, and the coefficients of the load harmonics.
-   subroutine begin_path(self)
+   !> Set the amplitudes of the terms at the start of the phase (real and imaginary parts at node 0 of the path), and
+   !> the coefficients of the load harmonics in the rows.
+   subroutine start_path(self)
       type(phase_state_t), intent(inout) :: self
 
+      ! number of load harmonics; index of a mode, and of its second term
       integer :: harmonics, i, k, m, n
 
       associate (set => self%set, path => self%path, basis => self%set%rows)
@@ -215,13 +220,13 @@ contains
          end do
          call set_row(basis, set%tip_row, set%motion_terms + 1, self%forced%harmonic(set%forced%at%tip + 1, :))
       end associate
-   end subroutine begin_path
+   end subroutine start_path
 
    !> Is a signal a combination of output rows? The gap to a recovering surface is not.
    pure function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> One of the `end_` or `whole_` constants
+      !> One of the `end_` or `observed_` constants
       integer, intent(in) :: kind
       logical :: is
 
@@ -244,7 +249,9 @@ contains
       type(row_signal_t) :: signal
 
       type(impedance_t) :: spring
+      ! row of the load response; 0: no loads
       integer :: load_row
+      ! factors of gap and gap rate in the signal
       real(wp) :: factor, rate_factor
 
       associate (set => self%set, constrained => self%set%constrained)
@@ -277,6 +284,7 @@ contains
          end if
          if (kind == end_gap .or. kind == observed_gap .or. kind == observed_tip) return
          if (kind == end_force .and. set%force_row(k) > 0) return
+         ! indentation -gap, force -(stiffness gap + viscosity gap rate), or the negative of that force
          spring = impedance_of(self%states(k))
          factor = -1.0_wp
          rate_factor = 0.0_wp
@@ -298,6 +306,7 @@ contains
       real(wp), intent(in) :: limit
       !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
+      !> It is certain whether and when the contact ends the phase, [contacts]
       logical, intent(out) :: is_decided(:)
       !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
       integer, intent(out) :: ended_at
@@ -305,11 +314,13 @@ contains
       !> Time of the end, or the limit
       real(wp), intent(out) :: time
 
+      ! signals to search, their contacts and their `end_` constants; a deformed open contact has two signals
       type(row_signal_t) :: signals(2*size(searches))
       integer, dimension(2*size(searches)) :: contact, kind
+      ! index of the signal with the first zero, 0: none; number of signals
       integer :: first, k, n
 
-      call begin_path(self)
+      call start_path(self)
       n = 0
       do k = 1, size(searches)
          associate (state => self%states(k))
@@ -320,7 +331,7 @@ contains
             if (state%is_closed) kind(n) = end_force
             if (state%is_deformed) kind(n) = end_renewed_contact
             signals(n) = row_signal(self, k, kind(n))
-            ! a signal that starts with zero slope may be smaller than the rounding error of forces
+            ! a signal that starts with zero value and slope may stay within rounding: the search of one contact decides
             signals(n)%is_certified = is_row(self, k, kind(n)) .and. state%start_order < 2
             signals(n)%start_order = state%start_order
             if (.not. state%is_deformed) cycle
@@ -337,7 +348,7 @@ contains
          ended_at = contact(first)
          ended_by = kind(first)
          if (signals(first)%max_value <= 64.0_wp*signals(first)%rounding) then
-            ! a signal that never exceeds its rounding error cannot be distinguished from zero
+            ! this signal cannot be distinguished from zero: search the contacts one by one
             signals%is_certified = .false.
             ended_at = 0
             time = limit

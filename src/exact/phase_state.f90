@@ -1,4 +1,4 @@
-!> The present phase of a beam: closed contacts, modal state, and signals that end it (docs/theory.md, section 17).
+!> The present phase (motion between two events): closed contacts, modes, ending signals (docs/theory.md, section 17).
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, transformable_signal_t
@@ -44,12 +44,12 @@ module phase_state
       type(contact_set_t), pointer :: set => null()
       !> Homogeneous part (without the load response) of the initial state of the phase, stored in `set`, [modes]
       real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
-      !> Displacement of a massless node relative to the modes at the start of the phase
+      !> Displacement of a massless node at the stop, relative to the modes, at the start of the phase
       real(wp) :: node_depth = 0.0_wp
       !> Loads on the beam (none: `count` = 0), and the load response in the present phase
       type(applied_loads_t) :: loads
       type(forced_response_t) :: forced
-      !> Nothing moves until loads change
+      !> The beam does not move until loads change
       logical :: is_at_rest = .false.
       type(reactions_t) :: reactions
       !> Maximum length of the phase: the load segments end there
@@ -201,7 +201,7 @@ contains
       end associate
    end subroutine start_load_response
 
-   !> Set the state of a reaction signal: a reaction depends on p + 2 zeta p', which obeys the equation of p.
+   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p.
    subroutine set_reaction_state(z, v, reaction)
       !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
@@ -225,7 +225,7 @@ contains
    subroutine signal_of(self, k, kind, signal)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
-      !> One of the `end_` or `whole_` constants
+      !> One of the `end_` or `observed_` constants
       integer, intent(in) :: kind
       class(transformable_signal_t), pointer, intent(out) :: signal
 
@@ -281,7 +281,7 @@ contains
       gap%last => null()
    end subroutine find_gap_signal
 
-   !> Contribution of the load response to a signal.
+   !> Contribution of the load response to a signal: one factor times a row plus another factor times its rate.
    subroutine driven_terms(self, k, kind, terms)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -394,8 +394,7 @@ contains
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
    end subroutine add_recovery_term
 
-   !> Exponential terms of the force of a closed contact if a compliant contact is closed; k = 0: of the tip
-   !> displacement.
+   !> Force of closed contact k (k = 0: displacement of the tip) as offset plus terms, if a compliant contact is closed.
    pure subroutine force_terms(self, k, factor, offset, amplitude)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -446,7 +445,7 @@ contains
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
-      !> exp(i W t) if already known, [harmonics]
+      !> exp(i w t) of the load frequencies w if already known, [harmonics]
       complex(wp), intent(in), optional :: phasor(:)
       !> Homogeneous part of the state, [modes, 2]
       real(wp), contiguous, intent(out), optional :: unforced(:, :)

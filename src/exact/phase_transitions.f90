@@ -1,4 +1,6 @@
-!> Transitions between phases: impacts, captures, and opening and closing of contacts (docs/theory.md, section 17).
+!> Transitions between phases of exact motion (docs/theory.md, section 17): impacts, captures (a contact closes because
+!> the flight after a rebound would stay below the hop tolerance), and opening and closing of contacts. A flight is the
+!> motion of a stop point, the point of the beam at a stop, while its contact is open.
 module phase_transitions
    use certified_search, only: found_never_positive, search_t
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
@@ -24,7 +26,7 @@ contains
       !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
-      !> The flight that ends began at rest on this contact
+      !> The flight that ends began with zero velocity on this contact
       logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
@@ -47,7 +49,7 @@ contains
       !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
-      !> The flight that ends began at rest on this contact
+      !> The flight that ends began with zero velocity on this contact
       logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
@@ -76,7 +78,7 @@ contains
             captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
                .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
-            ! a flight from rest within the rounding error of the gap has no resolvable opening acceleration
+            ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
             captures(k)%has_reaction = search%outcome == found_never_positive .and. starts_at_rest
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
@@ -112,13 +114,14 @@ contains
       type(response_t), intent(inout) :: response
 
       type(capture_t) :: captures(size(self%states))
+      ! the last rigid contact that the beam hits, 0: none; `apply_impacts` finds the others
       integer :: hit, k
 
       hit = 0
       do k = 1, size(self%states)
          if (.not. self%states(k)%is_active) cycle
          if (self%states(k)%is_deformed) then
-            ! a static contact force was found for the initial state
+            ! here `is_deformed` means that the contact has a force in the initial static equilibrium
             captures(k)%is_captured = self%states(k)%is_rigid
             if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
             cycle
@@ -152,6 +155,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      ! gap velocity of the recovering surface, and velocity of the stop point relative to the surface
       real(wp) :: excess_speed, impulse, surface_speed
       integer :: order
 
@@ -159,15 +163,16 @@ contains
       if (search%outcome == found_never_positive .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
-            ! after a flight too low to resolve, a stop point faster than the recovering surface gets its velocity
+            ! after a flight below rounding, a stop point that is not slower than the recovering surface gets the
+            ! velocity of the surface
             surface_speed = 0.0_wp
             if (.not. state%moves_with_beam) surface_speed = state%spring%recovery_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                excess_speed = velocity_of(self, k, motion) - surface_speed
                call arrest(self, k, excess_speed, motion, response, impulse)
-               ! impulse*surface_speed is omitted because it is a rounding error: either `excess_speed` is one, or both
-               ! speeds are as small as the flight
+               ! impulse*surface_speed is negligible: either `excess_speed` is a rounding error, or both speeds are as
+               ! small as the flight is low
                call charge_event(motion%recorder%ledger, 0.5_wp*impulse*excess_speed)
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
@@ -179,21 +184,24 @@ contains
       call close_contact(self, k, order, motion, response)
    end subroutine close_compliant
 
-   !> Apply impulses at one instant: Newton's impact law as one complementarity problem over the rigid contact that is
-   !> hit, closed rigid contacts, and open rigid contacts with zero gap that do not open. A contact whose opening
-   !> velocity the impulses reverse takes part in the next problem.
+   !> Apply the impulses of one instant: Newton's impact law as a complementarity problem over the rigid contact that is
+   !> hit, closed rigid contacts, and open rigid contacts with zero gap at which the beam does not separate. If the
+   !> impulses reverse the separating velocity at a further contact, that contact is hit in the next problem.
    subroutine apply_impacts(self, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that is hit
       integer, intent(in) :: first
+      !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
-      !> On entry contacts without rebound, on return all contacts at which the beam is brought to rest
+      !> On entry, contacts without rebound; on return, all contacts at which the stop point is brought to rest
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      ! rigid contacts with zero gap
       logical :: reached(size(self%states))
       real(wp) :: velocity
+      ! contact that is hit in the next problem, 0: none
       integer :: k, next, round
 
       do k = 1, size(self%states)
@@ -203,6 +211,7 @@ contains
       end do
       next = first
       do round = 1, max_rounds
+         ! no rebound in the last permitted problem
          if (round == max_rounds) captures%is_captured = captures%is_captured .or. (reached .and. &
             .not. self%states%is_closed)
          call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
@@ -230,6 +239,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      ! contacts that may stay closed, and order of the first positive derivative of each gap, 0: stays closed
       integer, dimension(size(self%states)) :: candidates, orders
       type(event_t) :: event
       integer :: a, k, n
