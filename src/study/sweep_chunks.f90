@@ -1,6 +1,7 @@
-!> The chunks of a sweep: files of some hundred rows each, in which a running sweep stores its results. Each file is
-!> written under a temporary name and then renamed, so that it is complete or absent, however the run ends. The folder
-!> of the chunks also has the text of their plan.
+!> The chunks of a sweep: files with the results of some hundred cases each (one row of parameters and measures for each
+!> case), which a running sweep stores until the results file is assembled. Each file is written under a temporary name
+!> and then renamed, so that it is complete or absent, however the run ends. The folder of the chunks also has the text
+!> of the plan of the sweep (`sweep_plan`).
 module sweep_chunks
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -24,12 +25,12 @@ module sweep_chunks
    integer, parameter :: reason_room = 200
    !> Name of the file with the text of the plan.
    character(*), parameter :: plan_file = 'plan.txt'
-   !> Length of the seal that follows the last byte of a chunk.
+   !> Length of the seal, a text with a checksum that follows the last byte of a chunk.
    integer, parameter :: seal_length = 33
    !> Name of the results file while it is assembled.
    character(*), parameter :: assembled_file = 'assembled.h5'
 
-   !> The cases of a chunk.
+   !> The results of the cases of a chunk.
    type :: chunk_rows_t
       !> Parameters, [axes, cases]
       real(wp), allocatable :: values(:, :)
@@ -38,8 +39,8 @@ module sweep_chunks
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Poincare sections in the units of the results, [values, cases]; those of a case are at the end of its column,
-      !> preceded by NaN if there are fewer than requested
+      !> Poincare sections in the units of the results, [values, cases], the values of one section after the other. The
+      !> sections of a case are at the end of its column, preceded by NaN if there are fewer than requested
       real(wp), allocatable :: sections(:, :)
    end type chunk_rows_t
 
@@ -66,7 +67,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       character(*), parameter :: wanted = 'a folder of parts'
-      character(:), allocatable :: present
+      character(:), allocatable :: stored_plan
       character(kind=c_char), allocatable :: bytes(:)
       character(entry_length), allocatable :: entries(:)
       integer :: i
@@ -85,13 +86,13 @@ contains
          else
             call load_file(path//'/'//plan_file, bytes, error)
             if (allocated(error)) return
-            allocate (character(size(bytes)) :: present)
-            present = transfer(bytes, present)
-            if (index(present, program_name//' ') /= 1) then
+            allocate (character(size(bytes)) :: stored_plan)
+            stored_plan = transfer(bytes, stored_plan)
+            if (index(stored_plan, program_name//' ') /= 1) then
                call refuse_foreign(path, wanted, error)
-            else if (present /= text) then
+            else if (stored_plan /= text) then
                call fail(error, status_bad_input, "'"//path//"' holds the parts of another sweep: there "// &
-                  difference(present, text)//'; let that one finish with the scene as it was, remove the ' &
+                  difference(stored_plan, text)//'; let that one finish with the scene as it was, remove the ' &
                   //'folder, or give another name or --out')
             end if
             return
@@ -201,6 +202,7 @@ contains
       !> Set if the chunk cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
+      ! space for attributes and the structure of the HDF5 file, bytes
       integer(c_size_t), parameter :: overhead = 32768_c_size_t
       type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:)
@@ -262,7 +264,7 @@ contains
       !> Number of the chunk
       integer, intent(in) :: number
       type(chunk_rows_t), intent(out) :: chunk
-      !> .false.: the chunk cannot be read, or belongs to another plan
+      !> False: the chunk cannot be read, is damaged, or belongs to another plan
       logical, intent(out) :: is_good
 
       type(hdf5_source_t) :: source

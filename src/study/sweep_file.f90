@@ -24,7 +24,7 @@ module sweep_file
    !> Maximum number of failures whose reasons are stored; the status of each case is in its row.
    integer, parameter :: max_reasons = 10000
 
-   !> Summary of all chunks.
+   !> Summary of all chunks: failures and best cases.
    type :: survey_t
       !> The best cases
       type(best_t) :: best
@@ -238,7 +238,8 @@ contains
       call write_measures_of_cases(group%unscaled(plan%axes%parameter%quantity), measure_table%name, rows, along)
    end subroutine write_columns
 
-   !> Write the columns of /sweep chunk by chunk, at least `max_rows` rows at a time.
+   !> Write the columns of /sweep chunk by chunk; rows are buffered and written up to `max_rows` at a time, or one chunk
+   !> if it is longer.
    subroutine write_rows(group, path, plan, text, has_column, error)
       type(quantity_group_t), intent(in) :: group
       !> Folder of the chunks
@@ -296,6 +297,7 @@ contains
          integer :: n
 
          call cases%put(first, [(real(n, wp), n=first, first + buffered - 1)])
+         ! the first half of a chain is the way forwards
          if (plan%goes_back) call direction%put(first, [(merge(1.0_wp, -1.0_wp, &
             2*modulo(n - 1, plan%chain) < plan%chain), n=first, first + buffered - 1)])
          do n = 1, size(parameters)
@@ -310,7 +312,7 @@ contains
 
    end subroutine write_rows
 
-   !> Create the empty tables of Poincare sections, with one row for each case.
+   !> Create the empty tables of Poincare sections, one row for each case and one table for each value of a section.
    subroutine make_tables(group, plan, tables)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan

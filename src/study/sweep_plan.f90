@@ -1,4 +1,5 @@
-!> The plan of a sweep: number of cases, their parameters, and the chunks in which they are written to disk.
+!> The plan of a sweep: the number of its cases, their parameters, and the chunks (sets of successive cases) in which
+!> results are written to disk.
 module sweep_plan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use checksums, only: checksum
@@ -42,8 +43,8 @@ module sweep_plan
       !> Number of cases in a chunk, and number of chunks
       integer :: chunk_cases = 0
       integer :: chunks = 0
-      !> Number of cases in a chain, in which a case starts from the final state of the preceding case; a chunk has
-      !> whole chains. 0: cases are independent
+      !> Number of cases in a chain, a sequence of cases of which each starts from the final state of the preceding one;
+      !> a chunk has whole chains. 0: the cases are independent
       integer :: chain = 0
       !> The second half of a chain has the values of the first half in reverse order
       logical :: goes_back = .false.
@@ -75,9 +76,9 @@ contains
             axes(count)%parameter = sweep%swept(k)%parameter
             axes(count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
             if (sweep%design == design_latin_hypercube) then
-               call draw(sweep%swept(k), sweep%count, sweep%seed, axes(count)%values)
+               call draw_values(sweep%swept(k), sweep%count, sweep%seed, axes(count)%values)
             else
-               call divide(sweep%swept(k), axes(count)%values)
+               call list_values(sweep%swept(k), axes(count)%values)
             end if
             axes(count)%minimum = minval(values_given(sweep%swept(k)))
             axes(count)%maximum = maxval(values_given(sweep%swept(k)))
@@ -102,7 +103,7 @@ contains
    end subroutine make_plan
 
    !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
-   !> sections; always whole chains.
+   !> sections; always a multiple of the length of a chain.
    pure function cases_of_chunk(scene, cases, chain) result(number)
       type(scene_t), intent(in) :: scene
       !> Number of all cases
@@ -119,6 +120,7 @@ contains
          sections = 0
          if (scene%wants_poincare) sections = scene%poincare%keep
          number = (cases - 1)/target_chunks + 1
+         ! a case with many Poincare sections has several times as many values as a row of measures
          max_cases = max_chunk_size/max(1, sections*section_values/measure_count)
          minimum = min_chunk_size(scene, cases)
          if (chain == 0) number = min(max(number, minimum), max(max_cases, minimum))
@@ -136,7 +138,8 @@ contains
       integer :: minimum
 
       integer, parameter :: min_size = 10, max_size = 500, min_chunks = 20
-      ! cost of a run of 20 tau with 16 degrees of freedom, a fraction of a millisecond
+      ! cost of a run of 20 tau with 16 degrees of freedom (duration times degrees of freedom), a fraction of a
+      ! millisecond
       real(wp), parameter :: reference_cost = 320.0_wp
       real(wp) :: cost
 
@@ -175,7 +178,7 @@ contains
    end subroutine make_chains
 
    !> Values of a list, or evenly spaced values of a range, whose ends are exact.
-   pure subroutine divide(swept, values)
+   pure subroutine list_values(swept, values)
       type(swept_t), intent(in) :: swept
       !> Values of the parameter
       real(wp), allocatable, intent(out) :: values(:)
@@ -189,13 +192,13 @@ contains
       n = swept%points
       allocate (values(n))
       do i = 1, n
-         values(i) = between(swept, real(i - 1, wp)/real(n - 1, wp))
+         values(i) = value_at_share(swept, real(i - 1, wp)/real(n - 1, wp))
       end do
-      values(n) = between(swept, 1.0_wp)
-   end subroutine divide
+      values(n) = value_at_share(swept, 1.0_wp)
+   end subroutine list_values
 
    !> Draw one value in each of as many strata as there are cases, in random order.
-   subroutine draw(swept, cases, seed, values)
+   subroutine draw_values(swept, cases, seed, values)
       type(swept_t), intent(in) :: swept
       !> Number of cases
       integer, intent(in) :: cases
@@ -213,12 +216,12 @@ contains
       call shuffle(random, stratum)
       do i = 1, cases
          call next_random(random, place)
-         values(i) = between(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
+         values(i) = value_at_share(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
       end do
-   end subroutine draw
+   end subroutine draw_values
 
    !> The value at a fraction of the range from minimum to maximum.
-   pure function between(swept, share) result(value)
+   pure function value_at_share(swept, share) result(value)
       type(swept_t), intent(in) :: swept
       !> Fraction of the range, 0 to 1; of its logarithm for a logarithmic range
       real(wp), intent(in) :: share
@@ -235,7 +238,7 @@ contains
             if (share >= 1.0_wp) value = maximum
          end associate
       end if
-   end function between
+   end function value_at_share
 
    !> The parameters of a case, in the order of the axes.
    pure subroutine case_values(plan, case, values)
@@ -245,14 +248,14 @@ contains
       !> Values of the parameters, [axes]
       real(wp), intent(out) :: values(:)
 
-      integer :: k, rest
+      integer :: k, remainder
 
-      rest = case - 1
+      remainder = case - 1
       do k = size(plan%axes), 1, -1
          associate (axis => plan%axes(k)%values)
             if (plan%is_grid) then
-               values(k) = axis(modulo(rest, size(axis)) + 1)
-               rest = rest/size(axis)
+               values(k) = axis(modulo(remainder, size(axis)) + 1)
+               remainder = remainder/size(axis)
             else
                values(k) = axis(case)
             end if
@@ -280,8 +283,8 @@ contains
       case = int(min(int(chunk, i8)*int(plan%chunk_cases, i8), int(plan%cases, i8)))
    end function last_of_chunk
 
-   !> The text of a plan: all settings on which the rows depend, one name in each line, with numbers that are exact when
-   !> read again.
+   !> The text of a plan: all settings on which the results of the cases depend, one name in each line, with numbers
+   !> that are exact when read again. Two runs continue the same sweep only if their texts are equal.
    subroutine plan_text(scene, plan, text)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -298,6 +301,7 @@ contains
       text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%chunk_cases)//next
       do i = 1, size(scene%echo)
          associate (entry => scene%echo(i))
+            ! these groups do not change the results of the cases, nor does `estimate` of &mesh
             if (entry%group == 'scene' .or. entry%group == 'best') cycle
             if (entry%group == 'mesh' .and. entry%name == 'estimate') cycle
             text = text//'&'//entry%group//' '//entry%name//' = '

@@ -1,6 +1,6 @@
-!> Computation of the cases of a sweep: threads and processes take chunks until all are done. Each case depends only on
-!> its own parameters (each chain only on its own cases), so the results do not depend on the distribution of the
-!> chunks.
+!> Computation of the cases of a sweep: threads and processes take chunks (sets of successive cases) until all are done.
+!> The results of a case depend only on its own parameters (those of a chain only on its own cases), so the results do
+!> not depend on the distribution of the chunks.
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -30,7 +30,7 @@ module sweep_run
    private
    public :: run_chunks, run_cases, start_plan, run_case, scene_of_case
 
-   !> Data that the threads share.
+   !> Data of a process that its threads share.
    type :: shared_t
       type(queue_t) :: queue
       type(progress_t) :: progress
@@ -196,7 +196,7 @@ contains
          !$omp critical (sweep_queue)
          shared%done = shared%done + 1
          shown = shared%before + shared%done
-         ! for other processes, only the number of assigned chunks is known
+         ! other processes report no cases, so the number of cases in all assigned chunks is shown
          if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%queue%assigned*plan%chunk_cases)
          call serve_queue(shared%queue)
          call show_rate(shared%progress, shown)
@@ -253,6 +253,7 @@ contains
       type(analysed_t), allocatable :: analysed(:)
       type(failure_t), allocatable :: error
 
+      ! measures that are whole numbers have no NaN: a failed case has 0
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
       if (present(sections)) sections = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -276,7 +277,8 @@ contains
          units_in(runner%scene), sections)
    end subroutine run_case
 
-   !> Convert the Poincare sections of a case to the units of the results.
+   !> Convert the Poincare sections of a case to the units of the results: displacement and velocity at the stop from
+   !> which the beam is released, and at the tip.
    pure subroutine record_sections(recorded, units, values)
       type(run_sections_t), intent(in) :: recorded
       type(units_t), intent(in) :: units
