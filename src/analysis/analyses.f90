@@ -1,5 +1,5 @@
-!> The analyses that a scene may request. To add an analysis, add an entry to `analysis_table` and a case to
-!> `make_analysis`.
+!> The analyses that a scene (input file) may request. An analysis computes further results from a finished run, or from
+!> the beam and its loads alone. To add an analysis, add an entry to `analysis_table` and a case to `make_analysis`.
 module analyses
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
@@ -18,10 +18,10 @@ module analyses
 
    !> Entry of the table of analyses.
    type :: entry_t
-      !> Name of its group in scenes and results files
+      !> Name of its group in scenes and of its group in results files
       character(24) :: group = ''
-      !> True: the analysis reads the motion of a run, and a sweep makes it for each case. False: it reads the beam and
-      !> its loads alone, and a sweep makes it once, for the scene itself
+      !> True: the analysis needs a run, and a sweep makes the analysis for each case. False: the analysis needs only
+      !> the beam and its loads, and a sweep makes the analysis once, for the scene itself
       logical :: reads_run = .true.
    end type entry_t
 
@@ -30,7 +30,7 @@ module analyses
       entry_t('orbit'), &
       entry_t('frequency_response', reads_run=.false.)]
 
-   !> Selection of analyses by the input that they read: the beam alone, or a run.
+   !> Selection of analyses by their input, as in `entry_t%reads_run`: the beam alone, or a run.
    logical, parameter :: of_beam = .false.
    logical, parameter :: of_run = .true.
 
@@ -132,16 +132,16 @@ contains
       end do
    end subroutine print_analyses
 
-   !> Add the measures of each analysis to the row of measures of a run.
-   subroutine fill_row(analysed, row)
+   !> Add the measures of each analysis to the measures of a run.
+   subroutine fill_row(analysed, measures)
       type(analysed_t), intent(in) :: analysed(:)
-      !> Dimensionless measures, [measure_count]
-      real(wp), intent(inout) :: row(:)
+      !> Dimensionless measures (scalar results of the run), [measure_count]
+      real(wp), intent(inout) :: measures(:)
 
       integer :: i
 
       do i = 1, size(analysed)
-         call analysed(i)%analysis%fill(row)
+         call analysed(i)%analysis%fill(measures)
       end do
    end subroutine fill_row
 

@@ -1,6 +1,6 @@
 !> Base type of analyses, which are computed from a finished run or from a beam alone. An analysis writes a group of the
-!> results file, and may print lines on the console and add measures of the run. The module `analyses` lists all of
-!> them.
+!> results file, and may print lines on the console and add measures (scalar results) to those of the run. The module
+!> `analyses` lists all analyses.
 module analysis_types
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -20,7 +20,7 @@ module analysis_types
       procedure(compute_interface), deferred :: compute
       procedure(write_interface), deferred :: write
       procedure :: print => print_nothing
-      procedure :: fill => fill_nothing
+      procedure :: fill => add_no_measures
    end type analysis_t
 
    abstract interface
@@ -64,14 +64,14 @@ contains
       end associate
    end subroutine print_nothing
 
-   !> Add no measure; an analysis with measures overrides this procedure.
-   subroutine fill_nothing(self, row)
+   !> Add no measures; an analysis with measures overrides this procedure.
+   subroutine add_no_measures(self, measures)
       class(analysis_t), intent(in) :: self
-      !> Dimensionless measures, [measure_count]
-      real(wp), intent(inout) :: row(:)
+      !> Dimensionless measures (scalar results of the run), [measure_count]
+      real(wp), intent(inout) :: measures(:)
 
-      associate (unused_1 => self, unused_2 => row)
+      associate (unused_1 => self, unused_2 => measures)
       end associate
-   end subroutine fill_nothing
+   end subroutine add_no_measures
 
 end module analysis_types

@@ -1,5 +1,5 @@
-!> Frequency response of the beam with open stops to harmonic loads, in closed form from its modes (docs/theory.md,
-!> section 21).
+!> Frequency response of the beam without contact to harmonic loads: complex amplitudes of the steady-state motion, in
+!> closed form from the modes (docs/theory.md, section 21). Frequencies are in omega1, displacements in D.
 module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
@@ -19,14 +19,14 @@ module frequency_response
    private
    public :: frequency_response_t
 
-   !> Complex amplitudes of the beam with open stops under loads sin(omega tau + phase). The displacement is the
-   !> imaginary part of amplitude exp(i omega tau).
+   !> Complex amplitudes of the displacements, relative to the base, under loads sin(omega tau + phase). A displacement
+   !> is the imaginary part of amplitude exp(i omega tau).
    type, extends(analysis_t) :: frequency_response_t
       !> Frequency omega of the loads over omega1, [frequencies]
       real(wp), allocatable :: frequency(:)
-      !> Amplitude of the tip, [frequencies]
+      !> Amplitude of the beam at the tip, [frequencies]
       complex(wp), allocatable :: tip(:)
-      !> Amplitude at each contact in the scene's order, [contacts, frequencies]
+      !> Amplitude of the beam at each contact in the scene's order, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
    contains
       procedure :: compute
@@ -63,6 +63,7 @@ contains
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
       force = matmul(transpose(modes%mode(:, :mode_count)), loads%vector)
+      ! coefficient 2 zeta W^2 + alpha of each modal velocity
       damping = 2.0_wp*settings%zeta*modes%square(:mode_count) + rates_of_modes(settings, modes%square(:mode_count))
       associate (unused => response, points => scene%frequency_response%points)
          self%frequency = frequencies_of(scene%frequency_response)
@@ -99,9 +100,11 @@ contains
       end associate
    end function frequencies_of
 
-   !> Complex amplitudes of all loads in the order of `gather_loads`; zero for loads that are not harmonic.
+   !> Complex amplitudes of all loads at a frequency, in the order of `gather_loads`; zero for loads that are not
+   !> harmonic.
    pure function amplitudes_at(settings, omega) result(amplitude)
       type(run_settings_t), intent(in) :: settings
+      !> Frequency of all loads, over omega1
       real(wp), intent(in) :: omega
       complex(wp), allocatable :: amplitude(:)
 
@@ -113,6 +116,7 @@ contains
       amplitude = merge(cmplx(courses%amplitude*cos(courses%phase), courses%amplitude*sin(courses%phase), wp), &
          (0.0_wp, 0.0_wp), courses%kind == course_harmonic)
       forces = count_forces(settings)
+      ! the load of a moving base is its acceleration
       do k = forces + 1, size(courses)
          if (settings%bases(k - forces)%quantity == base_displacement) amplitude(k) = -omega**2*amplitude(k)
       end do

@@ -1,4 +1,5 @@
-!> Analysis of periodic motions and their branches: search, group of the results file, and lines on the console.
+!> Analysis of periodic motions under periodic loads and of their branches over a load parameter: the search, a group of
+!> the results file, and lines on the console.
 module orbit_analysis
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use analysis_types, only: analysis_t
@@ -19,9 +20,10 @@ module orbit_analysis
    private
    public :: orbit_analysis_t
 
-   !> Maximum number of multipliers on the console, and decimals of multipliers, times and parameters.
+   !> Maximum number of Floquet multipliers on the console, and decimals of multipliers, times and parameters there.
    integer, parameter :: max_shown = 4, decimals = 8
 
+   !> The analysis &orbit, with its result.
    type, extends(analysis_t) :: orbit_analysis_t
       type(orbit_study_t), allocatable :: study
    contains
@@ -32,14 +34,14 @@ module orbit_analysis
 
 contains
 
-   !> Find the periodic motion that a run approaches, and its branches.
+   !> Find the periodic motion that the run approaches, and the branches of such motions.
    subroutine compute(self, scene, model, settings, response, error)
       class(orbit_analysis_t), intent(inout) :: self
       !> The scene, with the group &orbit
       type(scene_t), intent(in) :: scene
-      !> The beam
+      !> The beam of the scene
       type(beam_model_t), intent(in) :: model
-      !> Settings of its run
+      !> Settings of the run of that beam
       type(run_settings_t), intent(in) :: settings
       !> Not used, because the search makes its own runs
       type(response_t), intent(in) :: response
@@ -101,7 +103,7 @@ contains
    subroutine write_branch(group, branch, quantity)
       type(quantity_group_t), intent(in) :: group
       type(orbit_branch_t), intent(in) :: branch
-      !> Quantity of the parameter
+      !> Quantity of the branch parameter, as in `quantity_table`
       character(*), intent(in) :: quantity
 
       character(*), parameter :: along(2) = [character(8) :: 'section', 'point']
@@ -116,6 +118,7 @@ contains
          do i = 1, size(point)
             largest(i) = point(i)%multiplier(1)
             do k = 1, size(displacement, 1)
+               ! a motion of fewer periods than the longest one is repeated
                displacement(k, i) = point(i)%tip(1, 1 + modulo(k - 1, point(i)%periods))
                velocity(k, i) = point(i)%tip(2, 1 + modulo(k - 1, point(i)%periods))
             end do
@@ -206,14 +209,14 @@ contains
       if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//with_decimals(abs(aimag(multiplier)), decimals)//' i'
    end function multiplier_in_words
 
-   !> Number and noun: '1 impact', '2 impacts'.
-   pure function counted(number, what) result(words)
+   !> Number and noun, in the plural unless the number is 1: '1 impact', '2 impacts'.
+   pure function counted(number, noun) result(words)
       integer, intent(in) :: number
       !> Noun in the singular
-      character(*), intent(in) :: what
+      character(*), intent(in) :: noun
       character(:), allocatable :: words
 
-      words = to_text(number)//' '//what
+      words = to_text(number)//' '//noun
       if (number /= 1) words = words//'s'
    end function counted
 

@@ -48,7 +48,7 @@ module forced_responses
    integer, parameter :: by_slope = 2
    integer, parameter :: by_harmonic = 3
 
-   !> A mode of the set that is driven from rest.
+   !> A pair of a mode of the set and a part of the load that drives the mode from rest.
    type :: mode_from_rest_t
       integer :: mode = 0
       !> Part of the load, one of the `by_` constants

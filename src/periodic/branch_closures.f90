@@ -1,5 +1,6 @@
-!> Closure of branches of periodic orbits: return to the branch that they left or to their own start, detected from the
-!> section values (docs/theory.md, section 22).
+!> Closure of branches of periodic orbits: a branch ends if it returns to the branch that it left, or to its own start.
+!> Both are detected from the section values, i.e. displacement and velocity of the tip at sections of phase 0
+!> (docs/theory.md, section 22).
 module branch_closures
    use kinds, only: wp
    use orbit_types, only: orbit_point_t
@@ -19,15 +20,16 @@ contains
       answer = dot_product(half_period_change(last), half_period_change(next)) < 0.0_wp
    end function halves_swap
 
-   !> Does a branch of doubled period rejoin the branch that it left, at a period doubling of that one? The two halves
-   !> of the period exchange their values there; beyond it the branch repeats itself, shifted by half its period.
+   !> Does a branch of doubled period rejoin the branch that it left, at a period doubling of that branch? The two
+   !> halves of the period exchange their section values there; after the doubling the branch repeats itself, shifted by
+   !> half its period.
    pure function rejoins_at(other, last, next, range) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
       !> Two successive points of the branch
       type(orbit_point_t), intent(in) :: last
       type(orbit_point_t), intent(in) :: next
-      !> Maximum distance of the doubling in the parameter
+      !> Maximum distance of the doubling in units of the parameter
       real(wp), intent(in) :: range
       logical :: answer
 
@@ -41,8 +43,8 @@ contains
 
    contains
 
-      !> Are section values close to those of a point? The exact distance would be half of the change in half a period;
-      !> the test allows for all of it.
+      !> Are section values close to those of a point? At the doubling both halves of the period coincide, so the exact
+      !> distance would be half of the change in half a period; the test allows for all of it.
       pure function is_close(point, tip)
          type(orbit_point_t), intent(in) :: point
          real(wp), intent(in) :: tip(2)
@@ -79,6 +81,8 @@ contains
       do shift = 0, next%periods - 1
          begin = section_values(start, units, shift)
          move = section_values(second, units, shift) - begin
+         ! the start lies on the path between the points to 10 %, at an angle of less than 45 degrees to the initial
+         ! direction
          has_returned = has_returned .or. norm2(begin - from) + norm2(to - begin) <= 1.1_wp*length .and. &
             dot_product(to - from, move) > 0.7_wp*length*norm2(move)
          is_away = is_away .and. norm2(to - begin) > 4.0_wp*length
@@ -112,7 +116,7 @@ contains
       end do
    end function section_values
 
-   !> Change of displacement and velocity of the tip in half a period, in units of velocity.
+   !> Change of displacement (times the load frequency) and velocity of the tip in half a period.
    pure function half_period_change(point) result(change)
       type(orbit_point_t), intent(in) :: point
       real(wp) :: change(2)
@@ -120,7 +124,7 @@ contains
       change = as_velocities(point, point%tip(:, 1) - point%tip(:, 1 + point%periods/2))
    end function half_period_change
 
-   !> Displacement times the load frequency, and velocity.
+   !> Section values in units of velocity: displacement times the circular frequency of the load, and velocity.
    pure function as_velocities(point, tip) result(velocities)
       type(orbit_point_t), intent(in) :: point
       real(wp), intent(in) :: tip(2)

@@ -1,5 +1,6 @@
-!> Branches of periodic orbits over a parameter, by pseudo-arclength continuation, and the bifurcations and grazing
-!> points on them (docs/theory.md, section 22).
+!> Branches of periodic orbits over a parameter (amplitude or frequency of a load), by pseudo-arclength continuation,
+!> and the bifurcations and grazing points on them (docs/theory.md, section 22). The continuation runs in the space of
+!> the unknowns of `section_map` and the parameter, in units of the map.
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use failures, only: failure_t
@@ -20,18 +21,20 @@ module orbit_branches
 
    !> A branch during its continuation.
    type :: trace_t
+      !> Last orbit
       type(solution_t) :: last
       !> Tangent of the branch at the last orbit, in units of the map
       real(wp), allocatable :: direction(:)
+      !> Length of the next step, in units of the map
       real(wp) :: step = 0.0_wp
-      !> Range of the parameter
+      !> Minimum and maximum of the parameter
       real(wp) :: limit(2) = 0.0_wp
       type(orbit_point_t), allocatable :: point(:)
-      !> Orbits at period doublings, and indices of their points
+      !> Initial states at period doublings, and indices of their points in `point`
       type(initial_state_t), allocatable :: doubling(:)
-      integer, allocatable :: at(:)
+      integer, allocatable :: doubling_index(:)
       !> Period doublings of the branch that this one left
-      type(orbit_point_t), allocatable :: origin(:)
+      type(orbit_point_t), allocatable :: parent_doublings(:)
       logical :: is_over = .false.
       !> First and second point, whether the branch has moved away from its start, and whether it has closed in itself
       type(orbit_point_t) :: start, second
@@ -42,9 +45,10 @@ module orbit_branches
 contains
 
    !> Trace the branch through an orbit in both directions, and the branches that leave it at period doublings.
-   subroutine trace_branches(map, asked, orbit, branch)
+   subroutine trace_branches(map, options, orbit, branch)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      !> Settings of &orbit
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: orbit
       type(orbit_branch_t), allocatable, intent(out) :: branch(:)
 
@@ -53,33 +57,33 @@ contains
       type(orbit_branch_t) :: first
       integer :: i, n
 
-      call trace_from(map, asked, orbit, -1.0_wp, down)
+      call trace_from(map, options, orbit, -1.0_wp, down)
       if (down%is_closed) then
-         call open_trace(map, asked, orbit, up)
+         call open_trace(map, options, orbit, up)
       else
-         call trace_from(map, asked, orbit, 1.0_wp, up)
+         call trace_from(map, options, orbit, 1.0_wp, up)
       end if
       n = size(down%point)
       allocate (first%point, source=[down%point(n:1:-1), orbit%point, up%point])
       allocate (branch(1), source=[first])
       doubling = [down%doubling, up%doubling]
-      associate (at => [n + 1 - down%at, n + 1 + up%at])
+      associate (doubling_index => [n + 1 - down%doubling_index, n + 1 + up%doubling_index])
          do i = 1, size(doubling)
-            if (asked%doublings > 0 .and. .not. is_traced(map, branch, 1, doubling(i)%value)) call switch_branch(map, &
-               asked, 1, at(i), doubling(i), 2*orbit%point%periods, asked%doublings, branch)
+            if (options%doublings > 0 .and. .not. is_traced(map, branch, 1, doubling(i)%value)) call switch_branch( &
+               map, options, 1, doubling_index(i), doubling(i), 2*orbit%point%periods, options%doublings, branch)
          end do
       end associate
    end subroutine trace_branches
 
    !> Switch to the branch of twice the period at a period doubling, and to the branches that leave that one in turn.
-   recursive subroutine switch_branch(map, asked, parent, parent_point, doubling, periods, levels, branch)
+   recursive subroutine switch_branch(map, options, parent, parent_point, doubling, periods, levels, branch)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       integer, intent(in) :: parent
       integer, intent(in) :: parent_point
       type(initial_state_t), intent(in) :: doubling
       integer, intent(in) :: periods
-      !> Number of successive doublings still to follow
+      !> Maximum number of further period doublings in succession
       integer, intent(in) :: levels
       type(orbit_branch_t), allocatable, intent(inout) :: branch(:)
 
@@ -92,14 +96,15 @@ contains
       logical :: is_new
 
       map%periods = periods/2
-      call solve_orbit(map, doubling, asked%tolerance, max_corrections, at_doubling)
+      call solve_orbit(map, doubling, options%tolerance, max_corrections, at_doubling)
       if (.not. at_doubling%converged) return
       call doubling_direction(map, at_doubling%map, direction)
       if (.not. allocated(direction)) return
       map%periods = periods
-      length = asked%step
+      length = options%step
+      ! shorten the step until Newton's method converges to an orbit of doubled period
       do i = 1, 4
-         call solve_orbit(map, predictor(map, doubling, direction, length), asked%tolerance, 2*max_corrections, &
+         call solve_orbit(map, predictor(map, doubling, direction, length), options%tolerance, 2*max_corrections, &
             branched, direction)
          is_new = branched%converged
          if (is_new) is_new = .not. has_half_period(branched%point, units_of(map))
@@ -107,13 +112,13 @@ contains
          length = 0.3_wp*length
       end do
       if (.not. is_new) return
-      call open_trace(map, asked, branched, trace)
+      call open_trace(map, options, branched, trace)
       associate (point => branch(parent)%point)
-         trace%origin = pack(point, point%mark == mark_doubling)
+         trace%parent_doublings = pack(point, point%mark == mark_doubling)
       end associate
       call find_direction(map, branched%map, direction, trace%direction)
       if (.not. allocated(trace%direction)) return
-      call continue_trace(map, asked, trace)
+      call continue_trace(map, options, trace)
       new_branch%parent = parent
       new_branch%parent_point = parent_point
       allocate (new_branch%point, source=[at_doubling%point, branched%point, trace%point])
@@ -121,8 +126,8 @@ contains
       number = size(branch)
       if (levels < 2) return
       do i = 1, size(trace%doubling)
-         if (.not. is_traced(map, branch, number, trace%doubling(i)%value)) call switch_branch(map, asked, number, &
-            2 + trace%at(i), trace%doubling(i), 2*periods, levels - 1, branch)
+         if (.not. is_traced(map, branch, number, trace%doubling(i)%value)) call switch_branch(map, options, number, &
+            2 + trace%doubling_index(i), trace%doubling(i), 2*periods, levels - 1, branch)
       end do
    end subroutine switch_branch
 
@@ -149,9 +154,9 @@ contains
    end function is_traced
 
    !> Trace a branch from an orbit in the direction of decreasing or increasing parameter.
-   subroutine trace_from(map, asked, orbit, side, trace)
+   subroutine trace_from(map, options, orbit, side, trace)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: orbit
       !> -1: decreasing, 1: increasing
       real(wp), intent(in) :: side
@@ -159,66 +164,68 @@ contains
 
       real(wp), allocatable :: along(:)
 
-      call open_trace(map, asked, orbit, trace)
+      call open_trace(map, options, orbit, trace)
       allocate (along(size(map%unit)), source=0.0_wp)
       along(size(along)) = side
       call find_direction(map, orbit%map, along, trace%direction)
-      if (allocated(trace%direction)) call continue_trace(map, asked, trace)
+      if (allocated(trace%direction)) call continue_trace(map, options, trace)
    end subroutine trace_from
 
-   subroutine open_trace(map, asked, start, trace)
+   subroutine open_trace(map, options, start, trace)
       type(section_map_t), intent(in) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: start
       type(trace_t), intent(inout) :: trace
 
       trace%last = start
       trace%start = start%point
-      trace%step = asked%step
-      trace%limit = map%unit(size(map%unit))*[asked%min_ratio, asked%max_ratio] &
-         /(asked%max_ratio - asked%min_ratio)
-      allocate (trace%point(0), trace%doubling(0), trace%at(0), trace%origin(0))
+      trace%step = options%step
+      trace%limit = map%unit(size(map%unit))*[options%min_ratio, options%max_ratio] &
+         /(options%max_ratio - options%min_ratio)
+      allocate (trace%point(0), trace%doubling(0), trace%doubling_index(0), trace%parent_doublings(0))
    end subroutine open_trace
 
    !> Continue a branch until it ends or leaves the range of the parameter.
-   subroutine continue_trace(map, asked, trace)
+   subroutine continue_trace(map, options, trace)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(trace_t), intent(inout) :: trace
 
-      ! a branch ends if steps below this share of the first step fail
+      ! a branch ends if a step shorter than this fraction of the first step fails
       real(wp), parameter :: min_ratio = 1.0e-4_wp
       type(solution_t) :: next
       real(wp), allocatable :: direction(:)
       logical :: is_acceptable
 
-      do while (.not. trace%is_over .and. size(trace%point) < asked%max_points)
-         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, trace%step), asked%tolerance, &
+      do while (.not. trace%is_over .and. size(trace%point) < options%max_points)
+         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, trace%step), options%tolerance, &
             max_corrections, next, trace%direction)
          is_acceptable = .false.
          if (next%converged) then
             call find_direction(map, next%map, trace%direction, direction)
+            ! the tangent turns by less than 45 degrees, and the orbit is not much farther away than the step
             if (allocated(direction)) is_acceptable = sum(direction*trace%direction) > 0.7_wp .and. &
                distance_of(map, next%initial, trace%last%initial) < 2.0_wp*trace%step
-            ! the orbit is on the branch of half the period again
-            if (size(trace%origin) > 0) is_acceptable = is_acceptable .and. &
+            ! reject an orbit on the branch of half the period, which a branch of doubled period may jump back to
+            if (size(trace%parent_doublings) > 0) is_acceptable = is_acceptable .and. &
                .not. has_half_period(next%point, units_of(map))
          end if
          if (is_acceptable .and. next%point%impacts == trace%last%point%impacts) then
-            call add_step(map, asked, next, direction, trace)
-         else if (trace%step > min_ratio*asked%step) then
+            call add_step(map, options, next, direction, trace)
+         else if (trace%step > min_ratio*options%step) then
             trace%step = 0.25_wp*trace%step
          else
-            call locate_end(map, asked, trace, next, is_acceptable)
-            if (is_acceptable) call add_step(map, asked, next, direction, trace)
+            call locate_end(map, options, trace, next, is_acceptable)
+            if (is_acceptable) call add_step(map, options, next, direction, trace)
          end if
       end do
    end subroutine continue_trace
 
-   !> Add a point, and the bifurcations between it and the point before.
-   subroutine add_step(map, asked, next, direction, trace)
+   !> Add a point, and the bifurcations between this point and the point before. After the last point of the range, the
+   !> branch ends there.
+   subroutine add_step(map, options, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: next
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
@@ -234,12 +241,12 @@ contains
       n = size(direction)
       call check_end(map, next%point, trace)
       if (trace%is_over) return
-      if (next%point%impacts == trace%last%point%impacts) call locate_bifurcations(map, asked, next, direction, trace)
+      if (next%point%impacts == trace%last%point%impacts) call locate_bifurcations(map, options, next, direction, trace)
       if (trace%is_over) return
       if (next%initial%value < trace%limit(1) .or. next%initial%value > trace%limit(2)) then
          guess = next%initial
          guess%value = min(max(guess%value, trace%limit(1)), trace%limit(2))
-         call solve_orbit(map, guess, asked%tolerance, 2*max_corrections, end)
+         call solve_orbit(map, guess, options%tolerance, 2*max_corrections, end)
          end%point%mark = mark_limit
          if (end%converged) trace%point = [trace%point, end%point]
          trace%is_over = .true.
@@ -248,14 +255,15 @@ contains
       trace%point = [trace%point, next%point]
       trace%last = next
       trace%direction = direction
-      if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, asked%max_step)
+      ! few Newton steps: the next step along the branch may be longer
+      if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, options%max_step)
       ! near a fold the sign of the parameter change is uncertain
       if (abs(direction(n)) < 1.0e-3_wp) return
       side = sign(1.0_wp, direction(n))
       call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_turned, error)
       if (.not. is_turned .or. allocated(error)) return
       trace%last%initial%section_phase = map%section_phase
-      call solve_orbit(map, trace%last%initial, asked%tolerance, max_corrections, end)
+      call solve_orbit(map, trace%last%initial, options%tolerance, max_corrections, end)
       trace%is_over = .not. end%converged
       if (trace%is_over) return
       trace%last = end
@@ -276,13 +284,14 @@ contains
       logical :: is_away
       integer :: i
 
-      do i = 1, size(trace%origin)
-         trace%is_over = rejoins_at(trace%origin(i), trace%last%point, next, 2.0_wp*trace%step*map%unit(size(map%unit)))
+      do i = 1, size(trace%parent_doublings)
+         trace%is_over = rejoins_at(trace%parent_doublings(i), trace%last%point, next, &
+            2.0_wp*trace%step*map%unit(size(map%unit)))
          if (.not. trace%is_over) cycle
          ! the previous step may have marked the same point as a fold
-         where (trace%point%mark == mark_fold .and. abs(trace%point%value - trace%origin(i)%value) <= near &
+         where (trace%point%mark == mark_fold .and. abs(trace%point%value - trace%parent_doublings(i)%value) <= near &
             *map%unit(size(map%unit))) trace%point%mark = mark_none
-         trace%point = [trace%point, trace%origin(i)]
+         trace%point = [trace%point, trace%parent_doublings(i)]
          return
       end do
       if (size(trace%point) == 0) trace%second = next
@@ -302,9 +311,9 @@ contains
    end function units_of
 
    !> Locate folds, period doublings and Neimark-Sacker bifurcations between the last point and the next.
-   subroutine locate_bifurcations(map, asked, next, direction, trace)
+   subroutine locate_bifurcations(map, options, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: next
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
@@ -317,19 +326,20 @@ contains
          before = test_function(kind, trace%last%point, trace%direction)
          after = test_function(kind, next%point, direction)
          if ((before > 0.0_wp) .eqv. (after > 0.0_wp)) cycle
-         call locate_zero(map, asked, trace, kind, [before, after], bifurcation)
+         call locate_zero(map, options, trace, kind, [before, after], bifurcation)
          if (.not. bifurcation%converged) cycle
          if (kind == mark_torus .and. .not. has_pair_on_circle(bifurcation%point)) cycle
          bifurcation%point%mark = kind
          ! if the two halves of the period exchange their values there, the fold is a period doubling of another,
          ! unknown branch
-         if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = halves_swap(trace%last%point, next%point)
+         if (kind == mark_fold .and. size(trace%parent_doublings) > 0) trace%is_over = &
+            halves_swap(trace%last%point, next%point)
          if (trace%is_over) bifurcation%point%mark = mark_doubling
          trace%point = [trace%point, bifurcation%point]
          if (trace%is_over) return
          if (kind /= mark_doubling) cycle
          trace%doubling = [trace%doubling, bifurcation%initial]
-         trace%at = [trace%at, size(trace%point)]
+         trace%doubling_index = [trace%doubling_index, size(trace%point)]
       end do
    end subroutine locate_bifurcations
 
@@ -374,10 +384,11 @@ contains
       answer = any(abs(aimag(point%multiplier)) > 0.0_wp .and. abs(abs(point%multiplier) - 1.0_wp) < near)
    end function has_pair_on_circle
 
-   !> Locate a zero of a test function along the predictor, to the accuracy of Newton's method.
-   subroutine locate_zero(map, asked, trace, kind, values, bifurcation)
+   !> Locate the zero of a test function between the last point and the next, by a bracketed search for the step length
+   !> of the predictor.
+   subroutine locate_zero(map, options, trace, kind, values, bifurcation)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(trace_t), intent(in) :: trace
       integer, intent(in) :: kind
       !> Test function at the last point and at the next
@@ -391,7 +402,7 @@ contains
          step_tolerance=1.0e-12_wp, max_evaluations=60)
       bracket%point = chord(bracket)
       do
-         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, bracket%point), asked%tolerance, &
+         call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, bracket%point), options%tolerance, &
             max_corrections, bifurcation, trace%direction)
          if (.not. bifurcation%converged) return
          call find_direction(map, bifurcation%map, trace%direction, direction)
@@ -402,13 +413,13 @@ contains
       end do
    end subroutine locate_zero
 
-   !> Locate the end of a branch after steps of minimum length have failed: an impact appears or vanishes, or no orbit
-   !> exists beyond. The last orbit with the same impacts is found by bisection.
-   subroutine locate_end(map, asked, trace, next, continues)
+   !> Locate the end of a branch after steps of minimum length have failed: an impact appears or vanishes there, or no
+   !> orbit exists farther on. The last orbit with the same impacts is found by bisection.
+   subroutine locate_end(map, options, trace, next, continues)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_settings_t), intent(in) :: options
       type(trace_t), intent(inout) :: trace
-      !> Result of the last step tried
+      !> Solution of the last step, which was not accepted, or whose number of impacts differs
       type(solution_t), intent(in) :: next
       !> The branch continues with other impacts
       logical, intent(in) :: continues
@@ -432,7 +443,7 @@ contains
          low = 0.0_wp
          do i = 1, halvings
             trial_step = 0.5_wp*(low + high)
-            call solve_orbit(map, predictor(map, trace%last%initial, direction, trial_step), asked%tolerance, &
+            call solve_orbit(map, predictor(map, trace%last%initial, direction, trial_step), options%tolerance, &
                max_corrections, trial, direction)
             speed = min(speed, trial%min_speed)
             if (trial%converged .and. trial%point%impacts == best%point%impacts) then

@@ -1,5 +1,7 @@
-!> Newton's method for a periodic orbit, at a given parameter or by pseudo-arclength along a branch, and its Floquet
-!> multipliers (docs/theory.md, section 22).
+!> Newton's method for a periodic orbit, at a given parameter or by pseudo-arclength along a branch, and the Floquet
+!> multipliers of the orbit (docs/theory.md, section 22). The equations demand that the Poincare map of `section_map`
+!> returns to the initial state. "Units of the map" are the units of its unknowns and of the parameter
+!> (`section_map_t%unit`).
 module orbit_newton
    use kinds, only: wp
    use lapack_interfaces, only: dgeev, dgesv
@@ -18,6 +20,7 @@ module orbit_newton
       real(wp) :: section_phase = 0.0_wp
    end type initial_state_t
 
+   !> Result of Newton's method: initial state, orbit, and map at the initial state.
    type :: solution_t
       type(initial_state_t) :: initial
       type(orbit_point_t) :: point
@@ -29,8 +32,9 @@ module orbit_newton
 
 contains
 
-   !> Solve for a periodic orbit from an initial guess. With a direction the parameter is unknown, too, and corrections
-   !> are orthogonal to the direction, so that the orbit keeps the arclength of the guess.
+   !> Solve for a periodic orbit from an initial guess. If a direction is given, the parameter is unknown, too, and
+   !> corrections are orthogonal to the direction, so that the orbit keeps the arclength of the guess. A Newton step is
+   !> halved until the residual decreases.
    subroutine solve_orbit(map, guess, tolerance, max_steps, solution, direction)
       type(section_map_t), target, intent(inout) :: map
       type(initial_state_t), intent(in) :: guess
@@ -38,7 +42,7 @@ contains
       real(wp), intent(in) :: tolerance
       integer, intent(in) :: max_steps
       type(solution_t), intent(out) :: solution
-      !> Direction in units of the map, [unknowns + 1]
+      !> Direction in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in), optional :: direction(:)
 
       integer, parameter :: max_halvings = 12
@@ -95,7 +99,7 @@ contains
    function predictor(map, initial, direction, length) result(guess)
       type(section_map_t), intent(in) :: map
       type(initial_state_t), intent(in) :: initial
-      !> Direction in units of the map, [unknowns + 1]
+      !> Direction in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       real(wp), intent(in) :: length
       type(initial_state_t) :: guess
@@ -132,7 +136,8 @@ contains
       residual = residual/map%unit(:size(residual))
    end function residual_of
 
-   !> Newton step, in units of the map; unallocated if the matrix is singular.
+   !> Newton step, in units of the map; unallocated if the matrix is singular. The last equation fixes the parameter or,
+   !> if a direction is given, makes the step orthogonal to it.
    subroutine find_correction(map, result, residual, correction, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
@@ -153,16 +158,16 @@ contains
       call solve_linear(matrix, rhs, correction)
    end subroutine find_correction
 
-   !> Derivative of the residual in units of the map, bordered by a last row.
-   pure function bordered(map, result, row) result(matrix)
+   !> Derivative of the residual in units of the map, with one more row below for the equation of the parameter.
+   pure function bordered(map, result, last_row) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      real(wp), intent(in) :: row(:)
+      real(wp), intent(in) :: last_row(:)
       real(wp), allocatable :: matrix(:, :)
 
       integer :: i, n
 
-      n = size(row) - 1
+      n = size(last_row) - 1
       allocate (matrix(n + 1, n + 1))
       do i = 1, n + 1
          matrix(:n, i) = result%derivative(:, i)*map%unit(i)/map%unit(:n)
@@ -170,7 +175,7 @@ contains
       do i = 1, n
          matrix(i, i) = matrix(i, i) - 1.0_wp
       end do
-      matrix(n + 1, :) = row
+      matrix(n + 1, :) = last_row
    end function bordered
 
    subroutine solve_linear(matrix, rhs, solution)

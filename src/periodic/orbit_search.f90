@@ -1,4 +1,5 @@
-!> Search for periodic orbits from the final state of a run (docs/theory.md, section 22).
+!> Search for a periodic orbit by Newton's method from the final state of a run, and for branches of such orbits
+!> (docs/theory.md, section 22).
 module orbit_search
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
@@ -24,10 +25,11 @@ module orbit_search
 contains
 
    !> Find the periodic orbit that a run approaches, and branches of such orbits.
-   subroutine find_orbits(model, settings, asked, study, error)
+   subroutine find_orbits(model, settings, options, study, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(orbit_settings_t), intent(in) :: asked
+      !> Settings of &orbit
+      type(orbit_settings_t), intent(in) :: options
       type(orbit_study_t), allocatable, intent(out) :: study
       !> Set when no orbit is found
       type(failure_t), allocatable, intent(out) :: error
@@ -37,47 +39,50 @@ contains
       type(solution_t) :: orbit
 
       map%sets => sets
-      call open_section_map(model, settings, asked%period, map, error)
+      call open_section_map(model, settings, options%period, map, error)
       if (allocated(error)) return
-      map%load = asked%load
+      map%load = options%load
       map%parameter = by_nothing
-      if (asked%varied == vary_amplitude) map%parameter = by_amplitude
-      if (asked%varied == vary_frequency) map%parameter = by_frequency
-      call find_first_orbit(map, asked, orbit, error)
+      if (options%varied == vary_amplitude) map%parameter = by_amplitude
+      if (options%varied == vary_frequency) map%parameter = by_frequency
+      call find_first_orbit(map, options, orbit, error)
       if (allocated(error)) return
       allocate (study)
       study%orbit = orbit%point
       call record_orbit(map, orbit%initial, study, error)
-      if (allocated(error) .or. asked%varied == vary_nothing) return
+      if (allocated(error) .or. options%varied == vary_nothing) return
       study%quantity = quantity_of(map)
-      call trace_branches(map, asked, orbit, study%branch)
+      call trace_branches(map, options, orbit, study%branch)
    end subroutine find_orbits
 
-   !> Find an orbit from the state after the transient of the run.
-   subroutine find_first_orbit(map, asked, orbit, error)
+   !> Find an orbit from the state after the transient of the run. Before Newton's method starts, the section is shifted
+   !> away from events.
+   subroutine find_first_orbit(map, options, orbit, error)
       type(section_map_t), target, intent(inout) :: map
-      type(orbit_settings_t), intent(in) :: asked
+      !> Settings of &orbit
+      type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(out) :: orbit
       type(failure_t), allocatable, intent(out) :: error
 
       type(initial_state_t) :: guess
       type(response_t) :: response
-      integer, parameter :: rounds = 3
+      ! maximum number of attempts, each with a section away from the events of the last iterate
+      integer, parameter :: max_rounds = 3
       integer :: i, round
       logical :: is_shifted
 
       guess%value = value_of_parameter(map)
-      call run_map(map, guess%value, real(asked%skip, wp), guess%state, response, error)
+      call run_map(map, guess%value, real(options%skip, wp), guess%state, response, error)
       if (allocated(error)) return
-      map%periods = asked%periods
-      if (asked%periods == 0) map%periods = response%sections%motion_period
+      map%periods = options%periods
+      if (options%periods == 0) map%periods = response%sections%motion_period
       if (map%periods == 0) then
          call fail(error, status_run_failed, 'the motion does not repeat itself within 16 periods of the load: give ' &
             //'periods of &orbit, or a longer skip')
          return
       end if
-      call find_units(map, guess%state, (asked%max_ratio - asked%min_ratio)*guess%value)
-      do round = 1, rounds
+      call find_units(map, guess%state, (options%max_ratio - options%min_ratio)*guess%value)
+      do round = 1, max_rounds
          do i = 1, 2
             call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
             if (allocated(error)) return
@@ -86,7 +91,7 @@ contains
             if (.not. is_shifted) exit
          end do
          guess%section_phase = map%section_phase
-         call solve_orbit(map, guess, asked%tolerance, asked%max_steps, orbit)
+         call solve_orbit(map, guess, options%tolerance, options%max_steps, orbit)
          if (orbit%converged) return
          ! the events of the orbit may lie at other phases than those of the guess
          guess = orbit%initial

@@ -1,4 +1,7 @@
-!> Periodic orbits under periodic loads, and branches of orbits over a parameter (docs/theory.md, section 22).
+!> Periodic orbits under periodic loads, and branches of orbits over a parameter (docs/theory.md, section 22). An orbit
+!> is a motion that returns to its initial state after one or more periods of the load. The phase of an instant is here
+!> the elapsed share of the load period, 0 to 1; a section is the state of the motion once in each load period, at a
+!> fixed phase.
 module orbit_types
    use kinds, only: wp
    implicit none (type, external)
@@ -6,9 +9,9 @@ module orbit_types
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
    public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
 
-   !> Kind of a branch point: regular; fold (a multiplier of 1); period doubling (a multiplier of -1); Neimark-Sacker
-   !> bifurcation, at which a torus arises (a complex pair of modulus 1); grazing, at which an impact appears or
-   !> vanishes; end of the parameter range; point after which Newton's method fails.
+   !> Kind of a point of a branch: regular; fold (a Floquet multiplier of 1); period doubling (a multiplier of -1);
+   !> Neimark-Sacker bifurcation, at which a torus arises (a complex pair of modulus 1); grazing, at which an impact
+   !> appears or vanishes; end of the parameter range; point after which Newton's method fails.
    integer, parameter :: mark_none = 0
    integer, parameter :: mark_fold = 1
    integer, parameter :: mark_doubling = 2
@@ -21,7 +24,7 @@ module orbit_types
 
    !> A periodic orbit.
    type :: orbit_point_t
-      !> Amplitude or frequency of the load
+      !> Parameter: amplitude or frequency of the load
       real(wp) :: value = 0.0_wp
       !> Period of the orbit in periods of the load, and length of one load period
       integer :: periods = 1
@@ -31,11 +34,12 @@ module orbit_types
       integer :: iterations = 0
       !> Number of impacts at all contacts, over all periods of the orbit
       integer :: impacts = 0
-      !> Minimum speed of an impact with restitution; huge: there is none
+      !> Minimum normal speed of an impact with restitution; huge: there is none
       real(wp) :: min_speed = huge(1.0_wp)
       !> Floquet multipliers, in descending order of magnitude
       complex(wp), allocatable :: multiplier(:)
-      !> Displacement of the tip, upward from the undeformed beam, and its velocity at sections of phase 0, [2, periods]
+      !> Displacement of the tip, upward from the undeformed beam, and its velocity, at sections of phase 0, [2,
+      !> periods]
       real(wp), allocatable :: tip(:, :)
       !> Kind of the point, one of the `mark_` constants
       integer :: mark = mark_none
@@ -43,13 +47,16 @@ module orbit_types
       procedure :: is_stable
    end type orbit_point_t
 
+   !> A branch: orbits in the order of the continuation, with their bifurcations.
    type :: orbit_branch_t
-      !> Index of the branch that this one leaves, and of the point there; 0: the branch contains the orbit of the study
+      !> Index of the parent branch, from which this branch leaves, and index of the point there; 0: the branch contains
+      !> the orbit of the study
       integer :: parent = 0
       integer :: parent_point = 0
       type(orbit_point_t), allocatable :: point(:)
    end type orbit_branch_t
 
+   !> Result: the orbit that the run approaches, and its branches.
    type :: orbit_study_t
       type(orbit_point_t) :: orbit
       !> Histories over one period of the orbit, from phase 0: instants, displacement and velocity of the tip,

@@ -1,5 +1,7 @@
 !> Poincare map: from the state at one section of a motion to the state a number of load periods later, with its
-!> derivative (docs/theory.md, section 22).
+!> derivative (docs/theory.md, section 22). A section is the state at a fixed phase of the load, i.e. a fixed share of
+!> the load period. The unknowns of a state are the displacements and velocities of the free modes, and the forces P2 of
+!> Maxwell branches.
 module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
@@ -22,6 +24,7 @@ module section_map
    public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, set_unknowns
    public :: value_of_parameter, quantity_of, find_units, shift_section
 
+   !> The map of one run.
    type :: section_map_t
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
@@ -35,26 +38,28 @@ module section_map
       !> Parameter of the map besides the state, one of the `by_` constants, and the index of its load
       integer :: parameter = by_nothing
       integer :: load = 0
-      !> States of the contacts, and modal values at the contacts times their signs, [modes, contacts]
+      !> Contacts with their laws, and modal values at the contacts times the signs of the contacts, [modes, contacts]
       type(contact_state_t), allocatable :: contacts(:)
       real(wp), allocatable :: value(:, :)
       !> Indices of the contacts with a branch, whose force P2 is a state variable
       integer, allocatable :: branch_contacts(:)
-      !> Unit of each unknown, the parameter last, [unknowns + 1]
+      !> Units of the unknowns and, last, of the parameter, [unknowns + 1]
       real(wp), allocatable :: unit(:)
       !> Sets of closed contacts that the runs of the map share; a pointer to a variable of the caller, because a
       !> compiler loses the other components of a type if one is finalized
       type(set_store_t), pointer :: sets => null()
    end type section_map_t
 
+   !> Value and derivative of the map at one state.
    type :: map_result_t
       type(section_state_t) :: end
       type(response_t) :: response
-      !> End state as unknowns, and its derivative by the initial state and, in the last column, by the parameter
+      !> Unknowns of the end state, and their derivatives by the unknowns of the initial state and, in the last column,
+      !> by the parameter, [unknowns], [unknowns, unknowns + 1]
       real(wp), allocatable :: unknowns(:), derivative(:, :)
       integer :: impacts = 0
       real(wp) :: min_speed = huge(1.0_wp)
-      !> The run failed, or ended with other contacts closed
+      !> The run failed, or the closed contacts at its end differ from those at its start
       logical :: failed = .false.
    end type map_result_t
 
@@ -163,7 +168,8 @@ contains
       load_index = places(map%load)
    end function index_of_load
 
-   !> Settings with another value of the parameter, for a run that starts at the section.
+   !> Settings with another value of the parameter, for a run that starts at the section with tau = 0. The frequencies
+   !> of all loads change in proportion.
    pure subroutine set_parameter(map, value, settings, period)
       type(section_map_t), intent(in) :: map
       real(wp), intent(in) :: value
@@ -208,7 +214,7 @@ contains
       end subroutine shift_phase
    end subroutine set_parameter
 
-   !> Run from a section on; without a state, from the start of the scene.
+   !> Run from a section on or, if the state is empty, from the start of the scene (the input file).
    subroutine run_map(map, value, periods, state, response, error, samples)
       type(section_map_t), target, intent(inout) :: map
       !> Value of the parameter
@@ -216,11 +222,11 @@ contains
       !> Length of the run in load periods
       real(wp), intent(in) :: periods
       type(section_state_t), intent(inout) :: state
-      !> Receives the sections of phase 0
+      !> Receives the sections at phase 0 of the loads
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Number of sections at equal intervals instead
+      !> Record this number of sections at equal intervals instead
       integer, intent(in), optional :: samples
 
       ! relative distance to a periodic orbit below which a motion counts as periodic
@@ -234,6 +240,7 @@ contains
       if (allocated(settings%poincare)) deallocate (settings%poincare)
       allocate (settings%poincare)
       associate (poincare => settings%poincare)
+         ! tau = 0 is the section, so phase 0 of the loads comes after the rest of the period
          poincare = poincare_settings_t(phase=modulo(1.0_wp - map%section_phase, 1.0_wp), skip=0, &
             keep=int(periods) + 1, tolerance=near, wants_exponent=.false., period=period)
          if (present(samples)) then
@@ -341,12 +348,12 @@ contains
       end do
    end subroutine set_unknowns
 
-   !> Set the units of the unknowns: in each mode the displacement and velocity whose energy is the total energy of the
-   !> motion.
+   !> Set the units of the unknowns: in each mode the displacement and the velocity whose energy is the total energy of
+   !> the motion. Forces have the unit of velocities, which is of the same magnitude.
    pure subroutine find_units(map, state, range)
       type(section_map_t), intent(inout) :: map
       type(section_state_t), intent(in) :: state
-      !> Range of the parameter
+      !> Range of the parameter, which is its unit
       real(wp), intent(in) :: range
 
       real(wp) :: velocity_unit
@@ -359,8 +366,8 @@ contains
       end associate
    end subroutine find_units
 
-   !> Shift the section to the middle of the longest interval without events if events lie near the section, because the
-   !> map jumps when an event passes the section.
+   !> Shift the section to the middle of the longest interval without events if events lie near the section: the map is
+   !> discontinuous when an event passes the section.
    subroutine shift_section(map, value, state, response, is_shifted, error)
       type(section_map_t), target, intent(inout) :: map
       real(wp), intent(in) :: value
@@ -385,6 +392,7 @@ contains
       instant = response%events(:n)%tau/response%sections%period
       length = real(map%periods, wp)
       if (instant(1) > near .and. instant(n) < length - near) return
+      ! the motion is periodic, so the last interval reaches to the first event of the next period
       interval = [instant(2:), instant(1) + length] - instant
       longest = maxloc(interval, dim=1)
       shift = modulo(instant(longest) + 0.5_wp*interval(longest), length)
