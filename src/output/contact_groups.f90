@@ -87,7 +87,7 @@ contains
 
    end subroutine write_histories
 
-   !> Write the measures of each contact, and start and end of each lasting contact.
+   !> Write the measures of each contact, and start and end of each interval in which a contact is closed.
    subroutine write_measures(group, contacts)
       type(quantity_group_t), intent(in) :: group
       !> Contacts, each with its measures allocated

@@ -19,6 +19,7 @@ contains
       character(*), parameter :: column_coordinates = 'column_solver column_elements column_ratio'
       integer, parameter :: max_failure_length = 200
       character(name_length) :: solver(size(table%columns))
+      ! why the solver of a column failed; empty: it succeeded
       character(max_failure_length) :: failure(size(table%columns))
       integer :: column, columns, elements(size(table%columns)), i, modes, rows
       real(wp) :: nan, ratio(size(table%columns))

@@ -28,6 +28,7 @@ contains
 
       real(wp), allocatable :: exact(:), lambda(:, :)
       character(:), allocatable :: frequency_unit
+      ! factor from lambda^2 to a frequency in `frequency_unit`
       real(wp) :: hertz
       integer :: i, rows
 
@@ -108,6 +109,7 @@ contains
       real(wp), intent(out) :: factor
       character(:), allocatable, intent(out) :: frequency_unit
 
+      ! factor from lambda^2 to a frequency in the unit of the results without prefix
       real(wp) :: hertz
 
       hertz = units%factor(quantity_named('frequency'))/lambda1**2

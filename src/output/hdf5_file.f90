@@ -1,5 +1,5 @@
-!> An HDF5 file under construction, in memory or on the disk: the handles and properties that its groups and columns
-!> share.
+!> An HDF5 file that is being written, in memory or on the disk: the identifiers and property lists that its groups and
+!> columns share.
 !>
 !> The first failure of an HDF5 call is recorded and later calls do nothing, so the caller tests for failure once, at
 !> the end.
@@ -28,6 +28,7 @@ module hdf5_file
    !> would be filled with zeros at each write of texts.
    integer(hsize_t), parameter :: text_buffer = 4096_hsize_t
 
+   !> The file. Identifiers are negative until they are opened.
    type :: hdf5_file_t
       !> Identifier of the file, which also stands for its root group
       integer(hid_t) :: id = -1_hid_t

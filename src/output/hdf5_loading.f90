@@ -1,5 +1,6 @@
-!> Datasets and attributes of an HDF5 file are read back. The first failure is recorded and later calls do nothing, so
-!> the caller tests for failure once.
+!> Reading of datasets and attributes from an HDF5 file. The first failure is recorded and later calls do nothing, so
+!> the
+!> caller tests for failure once.
 module hdf5_loading
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use hdf5, only: &
@@ -16,8 +17,9 @@ module hdf5_loading
    private
    public :: hdf5_source_t, member_t
 
-   !> A member of a group: a dataset or a subgroup.
+   !> Maximum length of the name of a member that is read.
    integer, parameter :: max_name_length = 64
+   !> A member of a group: a dataset or a subgroup.
    type :: member_t
       character(max_name_length) :: name = ''
       !> Number of its values; -1: the member is a subgroup
@@ -31,6 +33,7 @@ module hdf5_loading
       private
       integer(hid_t) :: id = -1_hid_t
       logical :: is_open = .false.
+      !> Whether the file was opened and no later call has failed
       logical :: is_good = .false.
    contains
       procedure :: open_bytes
@@ -281,6 +284,7 @@ contains
          location = c_loc(address)
          call h5aread_f(attribute, type, location, status)
          if (status >= 0 .and. c_associated(address)) then
+            ! the length is not known in advance; a null character ends the text
             call c_f_pointer(address, letters, [huge(1)])
             length = 0
             do while (letters(length + 1) /= c_null_char)

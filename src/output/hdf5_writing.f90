@@ -47,6 +47,7 @@ module hdf5_writing
       private
       type(hdf5_file_t), pointer :: file => null()
       integer(hid_t) :: id = -1_hid_t
+      !> Whether the values are integers
       logical :: is_whole = .false.
       !> Number of values in a row of a table; 0: the dataset is a list
       integer :: width = 0

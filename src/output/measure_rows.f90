@@ -1,4 +1,5 @@
-!> Datasets of the measures in the results files of one run or of several cases.
+!> Datasets of the measures, the scalar results of a run, in the results files of one run or of several cases. A row has
+!> all measures of one run in the order of `measure_table`.
 module measure_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp

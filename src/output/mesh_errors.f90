@@ -13,6 +13,7 @@ module mesh_errors
    private
    public :: mesh_errors_t, estimate_mesh_error, write_mesh_errors, print_mesh_errors
 
+   !> The estimates for some runs.
    type :: mesh_errors_t
       !> Numbers of the cases, 1 for a single run, [cases]
       integer, allocatable :: case(:)
@@ -50,6 +51,7 @@ contains
       order = ieee_value(1.0_wp, ieee_quiet_nan)
       error = order
       if (any(ieee_is_nan([value, finer, finest]))) return
+      ! Richardson extrapolation from the differences of neighbouring meshes
       coarse = abs(value - finer)
       fine = abs(finer - finest)
       if (max(coarse, fine) <= rounding*max(1.0_wp, abs(value))) then

@@ -1,5 +1,5 @@
-!> Groups of results files that name, label and scale each dataset by its kind of quantity. This module alone decides
-!> the name of a dataset, its unit, and the factor of its dimensionless values.
+!> Groups of results files that name, label and scale each dataset by its quantity, such as time or displacement. This
+!> module alone decides the name of a dataset, its unit, and the factor from dimensionless values to this unit.
 module quantity_groups
    use hdf5_writing, only: hdf5_column_t, hdf5_group_t
    use kinds, only: wp

@@ -1,4 +1,4 @@
-!> Values with units for people, with the prefix that leaves few digits before the decimal point.
+!> Values with units for people. The prefix of a unit, such as the m of mm, leaves few digits before the decimal point.
 module reader_units
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
@@ -8,6 +8,7 @@ module reader_units
    private
    public :: choose_prefix, with_decimals, phrase, with_unit, value_in_units, scene_unit_of, unit_in
 
+   !> A prefix and its power of ten.
    type :: prefix_t
       character(2) :: text
       integer :: decade
@@ -21,6 +22,7 @@ module reader_units
 
    type(prefix_t), parameter :: prefixes(*) = [prefix_t('G', 9), prefix_t('M', 6), prefix_t('k', 3), prefix_t('', 0), &
       prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
+   !> One letter for each of `prefixes`: u stands for the micro sign, - for no prefix.
    character(*), parameter :: letters = 'GMk-mun'
    type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'k-mun'), &
       symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('Pa', 'M'), symbol_t('Hz', 'Mk-')]
@@ -36,7 +38,9 @@ contains
       real(wp), intent(out) :: factor
       character(:), allocatable, intent(out) :: prefixed_unit
 
+      ! decade: power of ten of the prefix that the unit has already
       integer :: decade, i, symbol
+      ! the first symbol of the unit, and the rest of the unit
       character(:), allocatable :: head, tail
 
       factor = 1.0_wp

@@ -181,7 +181,7 @@ contains
 
    end subroutine write_energy
 
-   !> Write the measures that the terminal shows, each contact and each rebound.
+   !> Write the measures that the terminal shows, each interval of contact and the peak of each rebound.
    subroutine write_measures(group, measures, has_contacts)
       type(quantity_group_t), intent(in) :: group
       type(run_measures_t), intent(in) :: measures

@@ -1,5 +1,5 @@
-!> The claim of a run on its results file: one run at a time may write the file, and may only replace a file that the
-!> program wrote.
+!> The claim of a run on its results file, made by locking a file beside it: one run at a time may write the results
+!> file, and the run may only replace a file that the program wrote.
 module results_claim
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -16,26 +16,29 @@ module results_claim
       private
       !> Path of the lock file; unallocated: there is no claim
       character(:), allocatable :: path
+      !> File descriptor of the lock file
       integer(c_int) :: descriptor = -1_c_int
    end type claim_t
 
    interface
-      ! The functions are documented in results_lock_posix.c.
-      function impactbeam_lock(path, file, owner, size) bind(c) result(code)
+      ! The functions are documented in results_lock_posix.c. `owner` is a text that names the process with the lock,
+      ! and
+      ! `size` its maximum length.
+      function impactbeam_lock(path, descriptor, owner, size) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), intent(out) :: file
+         integer(c_int), intent(out) :: descriptor
          character(kind=c_char), intent(inout) :: owner(*)
          integer(c_size_t), value :: size
          integer(c_int) :: code
       end function impactbeam_lock
 
-      subroutine impactbeam_unlock(path, file) bind(c)
+      subroutine impactbeam_unlock(path, descriptor) bind(c)
          import :: c_char, c_int
          implicit none (type, external)
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), value :: file
+         integer(c_int), value :: descriptor
       end subroutine impactbeam_unlock
    end interface
 
@@ -52,6 +55,7 @@ contains
       !> Set if another run has the claim or a file of this name was not written by the program
       type(failure_t), allocatable, intent(out) :: error
 
+      ! results of impactbeam_lock besides 0 and the error codes of the operating system, which are positive
       integer(c_int), parameter :: is_locked = -1_c_int, is_foreign = -2_c_int
       integer(c_size_t), parameter :: max_owner_length = 400_c_size_t
       character(max_owner_length, kind=c_char) :: owner
@@ -65,7 +69,7 @@ contains
       case (0_c_int)
          claim%path = lock
          claim%descriptor = descriptor
-         if (.not. is_result(path)) call refuse_foreign(path, 'a results file', error)
+         if (.not. is_writable(path)) call refuse_foreign(path, 'a results file', error)
          if (allocated(error)) call release_results(claim)
       case (is_locked)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
@@ -86,9 +90,9 @@ contains
       deallocate (claim%path)
    end subroutine release_results
 
-   !> Make the failure that a path is taken by a file, folder or link which the program did not write.
+   !> Make the failure that a file, folder or link which the program did not write has the path of a file to be written.
    subroutine refuse_foreign(path, wanted, error)
-      !> Path that is taken
+      !> Path of the existing file, folder or link
       character(*), intent(in) :: path
       !> Description of the file that the program would have written
       character(*), intent(in) :: wanted
@@ -99,7 +103,7 @@ contains
          ' that impactbeam wrote; it stays as it is: move it away, or give another name or --out')
    end subroutine refuse_foreign
 
-   !> The kind of a file in words.
+   !> The kind of a file in words. Devices and pipes are no files in this sense.
    function kind_in_words(path) result(words)
       character(*), intent(in) :: path
       character(:), allocatable :: words
@@ -116,8 +120,8 @@ contains
       end select
    end function kind_in_words
 
-   !> Whether the path is free or is a results file of the program.
-   function is_result(path) result(answer)
+   !> Whether a results file may be written to the path: nothing has this path, or a results file of the program.
+   function is_writable(path) result(answer)
       character(*), intent(in) :: path
       logical :: answer
 
@@ -128,6 +132,6 @@ contains
       call file%open_file(path)
       answer = file%text_attribute('program') == program_name
       call file%close_source()
-   end function is_result
+   end function is_writable
 
 end module results_claim

@@ -135,13 +135,14 @@ contains
       type(response_t), intent(in), optional :: response
       integer(c_size_t) :: bytes
 
+      ! numbers stored for an event and for a node in a shape; bytes of the scene and of all other contents
       integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t, overhead = 262144_c_size_t
       integer :: histories, i
 
       bytes = 0_c_size_t
       if (present(response)) then
          histories = count([allocated(response%tau), (allocated(response%history(i)%values), i=1, history_count)])
-         ! the group of energies has its own dataset tau
+         ! about eight datasets: the terms of the energy balance and a dataset tau of their own
          if (allocated(response%energy)) histories = histories + 8
          if (allocated(response%tau)) bytes = bytes + int(histories, c_size_t)*size(response%tau, kind=c_size_t)
          bytes = bytes + event_parts*int(response%event_count, c_size_t)
@@ -174,7 +175,9 @@ contains
          system_names(group%units%system), group%units%system == system_none)))
    end subroutine write_root
 
-   !> Write the text of the scene, and for each of its groups a group with the resolved values as attributes.
+   !> Write the text of the scene file, and for each of its namelist groups an HDF5 group with the values that the
+   !> program
+   !> used, defaults included, as attributes.
    subroutine write_scene(group, scene)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene

@@ -68,7 +68,7 @@ contains
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
 
-   !> Print the effect of truncating the modes; print nothing if no other number of modes was tried.
+   !> Print how the motion differs with another number of modes; print nothing if no other number was tried.
    subroutine print_modes(unit, check, units)
       integer, intent(in) :: unit
       !> Number of retained modes, and comparison with another number of modes
@@ -76,6 +76,7 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
 
+      ! the comparison in words
       character(:), allocatable :: found
 
       if (check%compared == 0) return
@@ -168,6 +169,7 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
 
+      ! index in `measure_table`
       integer :: k, entry_number
 
       do k = 1, size(shown)

@@ -1,4 +1,4 @@
-!> A scene in words: its beam, mesh, stops, supports and motion.
+!> A scene, the contents of one input file, in words: its beam, mesh, stops, supports and motion.
 module scene_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
@@ -188,6 +188,7 @@ contains
          ', spring against displacement of ', 'stiffness', root%translation_stiffness_ratio)
       if (words == '') words = ', clamped'
       if (root%kind == root_pinned) words = ', pinned'
+      ! without the leading comma and blank
       words = words(3:)
    end function root_in_words
 
@@ -268,6 +269,9 @@ contains
          if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
             ' (so near to the tip that it is put there)'
       end if
+      ! a positive preload presses the stop against the unstressed beam, a negative preload is a gap; in units of the
+      ! scene
+      ! the height of the stop is positive upwards
       if (stop%side == side_both) then
          words = 'on both sides, '//words//phrase(units, ', clearance ', 'displacement', -stop%preload)
       else

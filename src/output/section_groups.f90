@@ -28,6 +28,7 @@ contains
             call group%attribute('lyapunov_exponent_per_period', sections%lyapunov_exponent*sections%period)
          end if
          call group%put('tau', sections%tau(:n), 'time', 'instant of the section{, tau}', is_scale=.true.)
+         ! a section within rounding of the end of a period belongs to that period
          call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
             'in which period of the load it is', 'tau')
          call group%put('impacts', sections%impacts(:n), 'impacts since one period before', 'tau')

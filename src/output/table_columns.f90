@@ -1,5 +1,5 @@
-!> Tables, and their lines and columns on a terminal. A column has the data that writing it on a terminal or, by
-!> `table_texts`, in a file requires.
+!> Tables of numbers and texts, and printing them on a terminal. The module `table_texts` writes the same tables to
+!> files.
 module table_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: i8, wp
@@ -13,16 +13,22 @@ module table_columns
 
    character, parameter :: line_end = new_line('a')
    integer, parameter :: max_text_length = 200, max_heading_length = 120
-   !> Width of the labels at the left of lines, of lines on a terminal, and of headings that are not broken
-   integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
+   !> Width of the label before a line of text
+   integer, parameter :: label_width = 20
+   !> Width of a line on a terminal
+   integer, parameter :: page_width = 80
+   !> Maximum width of a heading that is never broken into two lines
+   integer, parameter :: short_heading = 8
    !> Formats of numbers on a terminal besides a number of decimals: an integer; at most six digits; two digits and an
    !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits
    integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
    !> Errors in percent below this are written with an exponent.
    real(wp), parameter :: min_decimal_error = 0.001_wp
 
+   !> A column of numbers or of texts.
    type :: column_t
-      !> Name in files; heading on a terminal, broken at each new_line('a') or by the program
+      !> Name in files, and heading on a terminal. A heading is broken into lines at each new_line('a'); a long heading
+      !> without new_line('a') is broken at a blank
       character(:), allocatable :: name
       !> Unit of the numbers; '1': none
       character(:), allocatable :: units
@@ -35,6 +41,7 @@ module table_columns
       character(max_text_length), allocatable :: texts(:)
    end type column_t
 
+   !> A table, all columns of which have the same number of rows.
    type :: table_t
       character(:), allocatable :: name
       type(column_t), allocatable :: columns(:)
@@ -119,9 +126,10 @@ contains
       character(:), allocatable :: padded
       integer :: first, last
 
+      ! last: first the width of the label, then the position of the last character of a line
       last = label_width
       if (present(width)) last = width
-      padded = at_left(label, max(last, merge(0, len_trim(label) + 1, label == '')))
+      padded = left_aligned(label, max(last, merge(0, len_trim(label) + 1, label == '')))
       first = 1
       do
          last = first - 1 + end_of_line(words(first:), page_width - 2 - len(padded))
@@ -163,15 +171,16 @@ contains
       type(table_t), intent(in) :: table
 
       character(max_heading_length) :: headings(size(table%columns))
+      ! height: number of lines of the headings; first, last: columns of the part that is being printed
       integer :: first, height, i, k, last, widths(size(table%columns))
 
       height = 1
       do k = 1, size(widths)
          associate (column => table%columns(k), rows => rows_of(table%columns(k)))
             widths(k) = maxval([0, (character_count(cell_of(column, i)), i=1, rows)])
-            headings(k) = in_lines(column%name, max(short_heading, widths(k)))
-            height = max(height, lines_in(headings(k)))
-            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, lines_in(headings(k)))])
+            headings(k) = broken_heading(column%name, max(short_heading, widths(k)))
+            height = max(height, line_count(headings(k)))
+            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, line_count(headings(k)))])
          end associate
       end do
       last = 1
@@ -196,18 +205,18 @@ contains
          integer, intent(in) :: columns(:)
 
          character(:), allocatable :: cell, line
-         integer :: place
+         integer :: i_column
 
          line = ''
-         do place = 1, size(columns)
-            associate (column => table%columns(columns(place)), heading => headings(columns(place)), &
-               width => widths(columns(place)))
+         do i_column = 1, size(columns)
+            associate (column => table%columns(columns(i_column)), heading => headings(columns(i_column)), &
+               width => widths(columns(i_column)))
                if (row > 0) then
                   cell = cell_of(column, row)
                else
-                  cell = line_of(heading, lines_in(heading) + row)
+                  cell = line_of(heading, line_count(heading) + row)
                end if
-               if (allocated(column%texts)) cell = at_left(cell, width)
+               if (allocated(column%texts)) cell = left_aligned(cell, width)
                line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell
             end associate
          end do
@@ -227,7 +236,7 @@ contains
    end function rows_of
 
    !> A heading. A long heading of one line is broken at the blank that makes the longer of two lines shortest.
-   pure function in_lines(name, width) result(heading)
+   pure function broken_heading(name, width) result(heading)
       character(*), intent(in) :: name
       !> Maximum length of a heading that is not broken
       integer, intent(in) :: width
@@ -242,17 +251,17 @@ contains
          if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
       end do
       if (place > 0) heading(place:place) = line_end
-   end function in_lines
+   end function broken_heading
 
-   pure integer function lines_in(text)
+   pure integer function line_count(text)
       character(*), intent(in) :: text
 
       integer :: i
 
-      lines_in = 1 + count([(text(i:i) == line_end, i=1, len(text))])
-   end function lines_in
+      line_count = 1 + count([(text(i:i) == line_end, i=1, len(text))])
+   end function line_count
 
-   !> A line of a text; empty if the number is below 1.
+   !> Line number `number` of a text, counted from 1; empty if the number is below 1.
    pure function line_of(text, number) result(line)
       character(*), intent(in) :: text
       integer, intent(in) :: number
@@ -301,12 +310,12 @@ contains
    end function cell_of
 
    !> A text padded on the right to a width.
-   pure function at_left(text, width) result(cell)
+   pure function left_aligned(text, width) result(cell)
       character(*), intent(in) :: text
       integer, intent(in) :: width
       character(:), allocatable :: cell
 
       cell = trim(text)//repeat(' ', int(max(0, width - character_count(trim(text))), i8))
-   end function at_left
+   end function left_aligned
 
 end module table_columns

@@ -126,6 +126,7 @@ contains
          if (kind_of(folder//'/'//name) /= kind_file) return
          call load_file(folder//'/'//name, bytes, unreadable)
          beginning = beginning_of(table_formats(format), stem)
+         ! a file that does not begin like a table of this scene is left alone
          if (size(bytes) < len(beginning)) return
          if (any(bytes(:len(beginning)) /= [(beginning(k:k), k=1, len(beginning))])) return
          were_there(format) = .true.
@@ -165,6 +166,7 @@ contains
             if (table_names(i) == 'frequencies') then
                call read_frequencies(file, table)
             else
+               ! the group of measures also has lists, such as the rebounds; the table has only its single numbers
                call read_flat(file, trim(table_names(i)), merge(1, 0, table_names(i) == 'measures'), table)
             end if
          else if (table_names(i) == 'measures') then
@@ -190,7 +192,7 @@ contains
       call move_alloc(longer, tables)
    end subroutine append
 
-   !> Read the datasets of a group, each as a column.
+   !> Read the datasets of a group that have a given number of values, each as a column.
    subroutine read_flat(file, group, rows, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
@@ -199,6 +201,7 @@ contains
       type(table_t), intent(out) :: table
 
       type(member_t), allocatable :: members(:)
+      ! number of values of a dataset that becomes a column; other datasets of the group are left out
       integer :: i, wanted
 
       call file%members_of(group, members)
@@ -244,15 +247,15 @@ contains
       type(member_t), allocatable :: cases(:)
       type(table_t) :: row
       character(:), allocatable :: group
-      integer :: i, k, place, rows
+      integer :: i, k, index_found, rows
 
       call file%members_of('cases', cases)
       rows = count(cases%name(:5) == 'case_')
       table%name = 'measures'
       allocate (table%columns(0))
-      call find_column(table, 'case', '1', whole, rows, place)
+      call find_column(table, 'case', '1', whole, rows, index_found)
       group = file%text_attribute('parameter', 'cases')
-      call find_column(table, group, '1', six_digits, rows, place)
+      call find_column(table, group, '1', six_digits, rows, index_found)
       do i = 1, rows
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)
@@ -260,27 +263,28 @@ contains
          call read_flat(file, group//'/measures', 1, row)
          do k = 1, size(row%columns)
             if (.not. allocated(row%columns(k)%numbers)) cycle
-            call find_column(table, row%columns(k)%name, row%columns(k)%units, row%columns(k)%digits, rows, place)
-            table%columns(place)%numbers(i) = row%columns(k)%numbers(1)
+            call find_column(table, row%columns(k)%name, row%columns(k)%units, row%columns(k)%digits, rows, index_found)
+            table%columns(index_found)%numbers(i) = row%columns(k)%numbers(1)
          end do
       end do
    end subroutine read_cases
 
    !> Index of a column of numbers by its name. A missing column is appended with NaN in all rows.
-   subroutine find_column(table, name, units, digits, rows, place)
+   subroutine find_column(table, name, units, digits, rows, index_found)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       character(*), intent(in) :: units
       !> Decimals or format, as in `column_t`
       integer, intent(in) :: digits
+      !> Number of rows of the table
       integer, intent(in) :: rows
-      integer, intent(out) :: place
+      integer, intent(out) :: index_found
 
-      do place = 1, size(table%columns)
-         if (table%columns(place)%name == name) return
+      do index_found = 1, size(table%columns)
+         if (table%columns(index_found)%name == name) return
       end do
       call add_numbers(table, name, spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, rows), digits)
-      table%columns(place)%units = units
+      table%columns(index_found)%units = units
    end subroutine find_column
 
    !> Read the table of frequencies, with a row for each mode on each mesh.

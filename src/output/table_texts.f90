@@ -14,7 +14,7 @@ module table_texts
 
    !> A text buffer that grows by appending.
    type :: growing_text_t
-   !> Buffer, of which the first `length` characters are used
+      !> Buffer, of which the first `length` characters are used
       character(:), allocatable :: text
       integer(i8) :: length = 0_i8
    end type growing_text_t
@@ -49,7 +49,7 @@ contains
          zone(:3)//':'//zone(4:)
    end function date_of_today
 
-   !> Name and unit of a column in a file.
+   !> Heading of a column in a file: its name, and its unit in parentheses.
    pure function heading(column) result(text)
       type(column_t), intent(in) :: column
       character(:), allocatable :: text
