@@ -16,6 +16,7 @@ module command_line
       character(:), allocatable :: text
    end type argument_t
 
+   !> The requests of the command line.
    type :: command_line_t
       !> Scene files in the order given
       type(argument_t), allocatable :: scenes(:)
@@ -69,14 +70,16 @@ contains
 
       !> Options with a value that have been read, each between blanks
       character(:), allocatable :: options
-      !> For each argument the option to which it belongs, if that option only prints
-      character(7) :: owner(size(arguments))
+      !> '--names' or '--new' for each argument that belongs to this option, which only prints; else empty
+      character(7) :: option_of(size(arguments))
+      ! only_files: '--' has been read, behind which every argument is a scene file
       logical :: is_scene(size(arguments)), only_files
+      ! first: the option, of which argument i is the value if it has one
       integer :: first, i
 
       command%folder = 'results'
       options = ' '
-      owner = ''
+      option_of = ''
       is_scene = .false.
       only_files = .false.
       i = 0
@@ -98,16 +101,16 @@ contains
                command%wants_version = .true.
             else if (word == '--markdown') then
                command%wants_markdown = .true.
-               owner(i) = '--names'
+               option_of(i) = '--names'
             else if (word == '--names' .or. index(word, '--names=') == 1) then
                call read_group(arguments, i, command, error)
-               owner(first:i) = '--names'
+               option_of(first:i) = '--names'
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
             else if (any(valued_options == word(:scan(word//'=', '=') - 1))) then
                call read_value(arguments, i, options, command, error)
                if (allocated(error)) return
-               if (index(word, '--new') == 1) owner(first:i) = '--new'
+               if (index(word, '--new') == 1) option_of(first:i) = '--new'
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
                &--estimate, --format csv or json, --threads N, --quiet, --new KIND, --names, --markdown, --version, &
@@ -126,17 +129,17 @@ contains
       if (command%wants_markdown .and. .not. allocated(command%names)) then
          call fail(error, status_bad_input, '--markdown goes with --names')
       else if (allocated(command%names) .or. allocated(command%template)) then
-         call refuse_other_arguments(arguments, owner, command, error)
+         call refuse_other_arguments(arguments, option_of, command, error)
       else if (size(command%scenes) == 0) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
 
-      !> Refuse further arguments beside an option that only prints a list or a scene, because they would be ignored.
-      pure subroutine refuse_other_arguments(arguments, owner, command, error)
+   !> Refuse further arguments beside an option that only prints a list or a scene, because they would be ignored.
+   pure subroutine refuse_other_arguments(arguments, option_of, command, error)
       type(argument_t), intent(in) :: arguments(:)
-      !> For each argument the option to which it belongs
-      character(*), intent(in) :: owner(:)
+      !> '--names' or '--new' for each argument that belongs to this option, else empty
+      character(*), intent(in) :: option_of(:)
       !> Meaning of the arguments
       type(command_line_t), intent(in) :: command
       !> Set if there are other arguments
@@ -147,7 +150,7 @@ contains
 
       option = merge('--new  ', '--names', allocated(command%template))
       do i = 1, size(arguments)
-         if (owner(i) /= option) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
+         if (option_of(i) /= option) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
             //arguments(i)%text//"' has no place beside it")
       end do
    end subroutine refuse_other_arguments
@@ -181,13 +184,13 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: option, value, word
-      integer :: cut
+      integer :: equals_sign
 
       word = arguments(i)%text
-      cut = index(word, '=')
-      if (cut > 0) then
-         option = word(:cut - 1)
-         value = word(cut + 1:)
+      equals_sign = index(word, '=')
+      if (equals_sign > 0) then
+         option = word(:equals_sign - 1)
+         value = word(equals_sign + 1:)
       else
          option = word
          i = i + 1

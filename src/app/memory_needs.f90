@@ -17,6 +17,7 @@ module memory_needs
    !> Maximum number n of elements for which LAPACK's workspace of the modes, 2 (2 n)^2 + 12 n, is a 31-bit integer.
    integer, parameter :: max_dense_elements = 16383
 
+   !> The memory that a scene needs, and what to tell the user if the memory does not suffice.
    type :: memory_need_t
       !> Total number of bytes
       real(wp) :: bytes = overhead
@@ -38,6 +39,7 @@ contains
       !> Set if the need is refused
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! free memory, and free address space (limited by ulimit -v), in bytes
       real(wp) :: memory, addresses
 
       if (allocated(need%refusal)) then

@@ -55,6 +55,7 @@ contains
    subroutine replace_by_rule(names)
       type(reference_t), allocatable, intent(inout) :: names(:)
 
+      ! name, allowed values and meaning of each of the four names
       character(*), parameter :: rule(3, 4) = reshape([character(52) :: &
          'NAME', 'numbers in the range of that name', 'values of NAME, which is any name that carry may be', &
          'NAME_range', 'two of these, but for whole numbers', 'least and greatest, divided evenly', &

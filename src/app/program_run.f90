@@ -241,7 +241,8 @@ contains
       type(claim_t) :: claim
       type(job_t) :: job
       character(:), allocatable :: text
-      integer :: trouble
+      ! maximum status of a failure in any of the MPI processes; 0: none has failed
+      integer :: failure_status
       logical :: has_unit
 
       job%folder = folder
@@ -255,11 +256,12 @@ contains
          call make_folder(folder, error)
          if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
       end if
-      trouble = 0
-      if (allocated(error)) trouble = error%status
-      trouble = max_of_ranks(trouble)
-      if (trouble > 0) then
-         call fail(error, trouble, '')
+      failure_status = 0
+      if (allocated(error)) failure_status = error%status
+      failure_status = max_of_ranks(failure_status)
+      if (failure_status > 0) then
+         ! the process that failed has the message already
+         call fail(error, failure_status, '')
       else
          call program%run(scene, job, error)
       end if

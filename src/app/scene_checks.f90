@@ -1,4 +1,4 @@
-!> Checks of a scene that need the model of its beam, made before any run.
+!> Checks of a scene, the contents of one input file, that need the model of its beam and are made before any run.
 module scene_checks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -40,9 +40,11 @@ contains
       end if
       single_contact = has_one_contact(run_of(scene), merge(1, 0, scene%has_supports)) .and. &
          scene%response%mode_count == 0
+      ! with one contact and all modes a run by the exact method can always start, unless inertia is redistributed
       if (single_contact .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
       end if
+      ! the cases of such a sweep start differently; a case that cannot start becomes a row of its results
       if (scene%wants_sweep) then
          if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, single_contact))) return
       end if
@@ -53,6 +55,7 @@ contains
       modified = scene
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%values)
+            ! without an effect of the parameter on the start one case stands for all
             if (i > 1 .and. .not. changes_start(parameter, single_contact)) return
             call set_parameters(modified, [parameter], [scene%cases%values(i)], problem)
             if (allocated(problem)) then
@@ -67,7 +70,8 @@ contains
       end associate
    end subroutine check_scene
 
-   !> Check that one run can start.
+   !> Check that one run can start. The beginning of the failure's message decides which group and name of the scene are
+   !> reported.
    subroutine check_run(scene, modified, subject, is_new_beam, model, error)
       !> The scene as read
       type(scene_t), intent(in) :: scene
@@ -81,6 +85,7 @@ contains
       !> Reason why the run cannot start
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! beginnings of messages about stops
       character(*), parameter :: stop_messages(3) = [character(13) :: 'the beam', 'the stops at ', 'the position ']
       type(failure_t), allocatable :: failure
       integer :: i
@@ -136,6 +141,7 @@ contains
       type(scene_t) :: modified
       character(:), allocatable :: problem
       real(wp), allocatable :: values(:)
+      ! number of tested cases, and of those that cannot start
       integer :: cases, failing, i, k
       logical :: has_beam
 
@@ -152,7 +158,7 @@ contains
       do i = 1, cases
          call case_values(plan, 1 + nint(real(i - 1, wp)*real(plan%cases - 1, wp)/real(max(cases - 1, 1), wp)), values)
          call set_parameters(modified, plan%axes%parameter, values, problem, draft)
-         ! a mesh that is chosen by a tolerance is not known yet
+         ! a mesh that the run chooses by a tolerance is not known yet, so the start is not tested
          if (.not. allocated(problem) .and. scene%mesh%tolerance <= 0.0_wp) then
             call find_failure(modified, .not. has_beam .or. any(plan%axes%parameter%is_of_beam), model, failure)
             has_beam = model%mesh%elements > 0

@@ -1,4 +1,5 @@
-!> The memory that a scene of the program `impactbeam` needs.
+!> The memory that a scene of the program `impactbeam` needs, summed from estimates for its beams, modes, histories,
+!> tables and sweeps.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
    use few_modes, only: base_count, takes_few_modes
@@ -29,6 +30,7 @@ contains
       integer, intent(in) :: threads
       type(memory_need_t), intent(out) :: need
 
+      ! number of runs at the same time: threads of a sweep, or all cases
       integer :: workers
 
       if (scene%wants_sweep) then
@@ -154,9 +156,10 @@ contains
       call add_beam(scene, elements_of(scene, scene%mesh%elements), 1, need)
       associate (output => scene%output)
          histories = count(output%history)
-         ! the group of energies has its own dataset tau
+         ! about eight datasets: the terms of the energy balance and a dataset tau of their own
          if (output%energy) histories = histories + 8
          if (scene%wants_stress .and. scene%stress%history) histories = histories + 1 + 2*size(scene%stress%position)
+         ! the dataset tau
          if (histories > 0) histories = histories + 1
          contacts = contacts_recorded(scene)
          histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop]))
@@ -175,7 +178,8 @@ contains
       end associate
    end subroutine add_response
 
-   !> Number of values that a run records at a Poincare section: instant, impacts, growth, tip, contacts, modes.
+   !> Number of values that a run records at a Poincare section: instant, number of impacts, logarithm of the size of a
+   !> variation, displacement and velocity of the tip (5 in all), of each contact and of each mode.
    pure function numbers_of_section(scene) result(numbers)
       type(scene_t), intent(in) :: scene
       integer :: numbers
@@ -268,6 +272,7 @@ contains
       else if (scene%response%method == method_exact) then
          call add_modes(elements, runs, advice//", or &response method = 'newmark'", need)
       else
+         ! about 800 bytes for each element: skyline matrices, factors and vectors
          call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', advice)
          if (allocated(scene%mode_ratios)) then
             call add_need(need, real(runs, wp)*matrices*0.5_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2, &

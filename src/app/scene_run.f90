@@ -1,4 +1,4 @@
-!> The computation of a scene by the program `impactbeam`.
+!> The computation of a scene by the program `impactbeam`: a sweep, a few cases, or a single run.
 module scene_run
    use cases_study, only: run_cases_of_scene
    use failures, only: failure_t

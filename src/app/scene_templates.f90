@@ -1,4 +1,4 @@
-!> Template scenes, which `impactbeam --new KIND` prints.
+!> Template scenes (input files to begin from), which `impactbeam --new KIND` prints.
 module scene_templates
    implicit none (type, external)
    private
