@@ -1,4 +1,5 @@
-!> Folders and files. A file appears under its name either complete or not at all.
+!> Folders and files. A file is written under a temporary name and renamed when it is complete, so it appears under its
+!> name either complete or not at all.
 module file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -158,6 +159,7 @@ contains
       !> Reason why the folder could not be made or refuses files
       type(failure_t), allocatable, intent(out) :: error
 
+      ! name and content of the file that is written to test the folder and removed at once
       character(*), parameter :: trial = 'trial'
       character(kind=c_char), parameter :: block(4096) = ' '
       character(:), allocatable :: partial
@@ -350,12 +352,12 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: final
 
-      integer :: place
+      integer :: mark_start
 
       final = name
-      place = index(name, partial_mark, back=.true.)
-      if (index(name, '.') /= 1 .or. place <= 2) return
-      if (verify(name(place + len(partial_mark):), '0123456789') == 0) final = name(2:place - 1)
+      mark_start = index(name, partial_mark, back=.true.)
+      if (index(name, '.') /= 1 .or. mark_start <= 2) return
+      if (verify(name(mark_start + len(partial_mark):), '0123456789') == 0) final = name(2:mark_start - 1)
    end function final_name
 
    !> Start of the temporary names of a file.

@@ -90,6 +90,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(256) :: buffer
+      ! next position in the unit, and size of its file in bytes
       integer :: position, stored, length, status
 
       flush (unit)

@@ -21,7 +21,8 @@ enum { unfinished_file, owned_lock, kinds_to_remove };
 static char to_remove[kinds_to_remove][longest_path];
 static volatile sig_atomic_t is_to_be_removed[kinds_to_remove];
 
-static void note(int kind, const char *path)
+/* Record a path to be removed; a path that is too long or empty is not recorded. */
+static void record_path(int kind, const char *path)
 {
    is_to_be_removed[kind] = 0;
    const size_t length = strlen(path);
@@ -33,13 +34,13 @@ static void note(int kind, const char *path)
 /* Record the path of the file that is being written. Once the file has its final name no file of this path exists. */
 void impactbeam_note_unfinished(const char *path)
 {
-   note(unfinished_file, path);
+   record_path(unfinished_file, path);
 }
 
 /* Record the path of the lock file that this process owns; "" if there is none. */
 void impactbeam_note_lock(const char *path)
 {
-   note(owned_lock, path);
+   record_path(owned_lock, path);
 }
 
 static void remove_unfinished(void)

@@ -11,14 +11,15 @@ module progress_line
    integer(c_int), parameter :: long_run = 2000_c_int
 
    interface
-      ! The following procedures are documented in progress_line_posix.c.
-      subroutine impactbeam_start_progress(label, descriptor, delay, reach) bind(c)
+      ! The following procedures are documented in progress_line_posix.c; `fraction` is the address of the completed
+      ! fraction of the run.
+      subroutine impactbeam_start_progress(label, descriptor, delay, fraction) bind(c)
          import :: c_char, c_int, c_ptr
          implicit none (type, external)
          character(kind=c_char), intent(in) :: label(*)
          integer(c_int), value :: descriptor
          integer(c_int), value :: delay
-         type(c_ptr), value :: reach
+         type(c_ptr), value :: fraction
       end subroutine impactbeam_start_progress
 
       subroutine impactbeam_stop_progress() bind(c)
@@ -45,6 +46,7 @@ contains
       !> Milliseconds before the first line; absent: 2000
       integer(c_int), intent(in), optional :: delay
 
+      ! milliseconds before the first line
       integer(c_int) :: first
 
       first = long_run

@@ -17,8 +17,8 @@ static int line_descriptor;
 static struct timespec begin;
 /* Completed fraction of the run, 0 to 1; its value at the last line; and fraction and second from which the rate of
  * progress is counted */
-static volatile const double *reach;
-static double last_reach, first_reach, first_second;
+static volatile const double *fraction;
+static double last_fraction, first_fraction, first_second;
 static volatile sig_atomic_t line_is_shown;
 static int is_started = 0;
 
@@ -57,20 +57,21 @@ static size_t add_words(size_t length, const char *words)
 }
 
 /* Append the completed fraction and the remaining time at a constant rate of progress, such as ', 45 %, 12 s left'. */
-static size_t add_reach(size_t length, double seconds)
+static size_t add_fraction(size_t length, double seconds)
 {
-   const double now = *reach;
-   const int is_new = now < last_reach;
-   last_reach = now;
+   const double now = *fraction;
+   /* a smaller fraction belongs to the next run, whose rate is counted from here */
+   const int is_new = now < last_fraction;
+   last_fraction = now;
    if (is_new) {
-      first_reach = now;
+      first_fraction = now;
       first_second = seconds;
    }
    if (!(now > 0.0 && now <= 1.0)) return length;
    length = add_number(add_words(length, ", "), (long)(100.0 * now));
    length = add_words(length, " %");
-   if (!(now > first_reach)) return length;
-   const double left = (seconds - first_second) * (1.0 - now) / (now - first_reach);
+   if (!(now > first_fraction)) return length;
+   const double left = (seconds - first_second) * (1.0 - now) / (now - first_fraction);
    length = add_words(length, ", ");
    if (left < 600.0)
       length = add_words(add_number(length, (long)(left + 0.5)), " s left");
@@ -89,7 +90,7 @@ static void show_line(int signal_number)
    clock_gettime(CLOCK_MONOTONIC, &now);
    const double seconds = (double)(now.tv_sec - begin.tv_sec) + 1e-9 * (double)(now.tv_nsec - begin.tv_nsec);
    const size_t seconds_end = add_words(add_number(label_length, (long)seconds), " s");
-   size_t length = add_reach(seconds_end, seconds);
+   size_t length = add_fraction(seconds_end, seconds);
    /* a line that wraps could not be overwritten; the first byte of the line is a carriage return */
    const size_t width = (size_t)impactbeam_terminal_width(line_descriptor);
    if (length > width)
@@ -104,8 +105,8 @@ static void show_line(int signal_number)
 /* Write label, seconds from now and completed fraction after `delay` milliseconds, and then every second. */
 void impactbeam_start_progress(const char *label, int descriptor, int delay, const double *where)
 {
-   reach = where;
-   last_reach = first_reach = first_second = 0.0;
+   fraction = where;
+   last_fraction = first_fraction = first_second = 0.0;
    label_length = strlen(label);
    if (label_length > longest_label - 2) label_length = longest_label - 2;
    line[0] = '\r';

@@ -1,4 +1,6 @@
-!> Calls by which the processes (ranks) that MPI's launcher has started communicate.
+!> Calls by which the processes (ranks) that MPI's launcher has started communicate. They are in a library that is
+!> loaded
+!> only if there are several processes.
 module rank_calls
    use, intrinsic :: iso_c_binding, only: c_char, c_f_procpointer, c_funptr, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -46,6 +48,7 @@ contains
       character(max_length, c_char) :: reason_text
       integer(c_int) :: answer
 
+      ! -1: the program runs without MPI; 1: loaded; 0: loading failed
       answer = -1_c_int
       reason_text = ''
       if (any([is_set('OMPI_COMM_WORLD_SIZE'), is_set('PMI_SIZE'), is_set('PMIX_RANK'), is_set('PMI_RANK')])) then

@@ -1,4 +1,5 @@
-/* A lock that the system releases when its owner ends, however the owner ends, and that names its owner.
+/* A lock on a file, which the system releases when the process that has the lock (its owner) ends, however the process
+ * ends. The file names its owner.
  * results_claim.f90 has the Fortran interfaces. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
@@ -17,21 +18,23 @@ void impactbeam_note_lock(const char *path);
 static const char lock_mark[] = "impactbeam ";
 enum { is_locked = -1, is_foreign = -2, longest_owner = 300 };
 
+/* Whether the errno means that the disk has no locks. */
 static int has_no_locks(int code)
 {
    return code == ENOLCK || code == ENOSYS || code == EINVAL || code == EOPNOTSUPP || code == ENOTSUP;
 }
 
-/* Lock the open file and write the owner into it. */
+/* Lock the open file and write a text that names this process into it. Returns as impactbeam_lock does, or EAGAIN if
+ * the file has been removed or replaced since it was opened. */
 static int take(int file, const char *path, char *owner, size_t size)
 {
-   struct stat here, there;
+   struct stat opened, named;
    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
    char content[longest_owner];
    int code;
 
-   if (fstat(file, &here) != 0) return errno;
-   if (!S_ISREG(here.st_mode)) return is_foreign;
+   if (fstat(file, &opened) != 0) return errno;
+   if (!S_ISREG(opened.st_mode)) return is_foreign;
    code = fcntl(file, F_SETLK, &lock) == 0 ? 0 : errno;
    ssize_t length = pread(file, content, sizeof content - 1, 0);
    /* the owner may not have written its name yet */
@@ -51,7 +54,7 @@ static int take(int file, const char *path, char *owner, size_t size)
    /* on a disk without locks no process can lock, so the run goes on without a lock */
    if (code != 0 && !has_no_locks(code)) return code;
    /* the previous owner may have removed the file since it was opened */
-   if (lstat(path, &there) != 0 || there.st_ino != here.st_ino || there.st_dev != here.st_dev) return EAGAIN;
+   if (lstat(path, &named) != 0 || named.st_ino != opened.st_ino || named.st_dev != opened.st_dev) return EAGAIN;
    char host[256] = "";
    gethostname(host, sizeof host - 1);
    const int room = snprintf(content, sizeof content, "%sprocess %ld on %s\n", lock_mark, (long)getpid(), host);
