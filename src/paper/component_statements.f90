@@ -1,5 +1,6 @@
-!> Judges statements 9 and 10 of the paper: contributions of high modes to displacement and velocity, and the parameters
-!> that reduce these contributions.
+!> Judges statements 9 and 10 of the paper (Irie, Yamada and Asano 1977): contributions of high modes to displacement
+!> and
+!> velocity, and the parameters that reduce these contributions.
 module component_statements
    use kinds, only: wp
    use paper_cases, only: fine, way_count
@@ -19,6 +20,7 @@ contains
       type(series_t), intent(in) :: series(:)
       type(statements_t), intent(inout) :: list
 
+      ! a remedy is one changed parameter: its series, the number of its case in the series, and its name
       integer, parameter :: remedy_count = 5
       integer, parameter :: parameter_of(remedy_count) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
       integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
@@ -30,6 +32,7 @@ contains
 
       detail = ''
       exceptions = ''
+      ! reference: first case of the series of zeta, 0.001, which is the paper's first example; heavy_tip: mu = 2
       do way = 1, way_count
          associate (reference => series(vary_zeta)%outcome(1, way), heavy_tip => series(vary_mass)%outcome(6, way))
             ratio(way) = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
@@ -37,6 +40,7 @@ contains
             reduced(way) = 0.0_wp
             do k = 1, remedy_count
                associate (other => series(parameter_of(k))%outcome(case_of(k), way))
+                  ! number of the three values that this remedy reduces
                   reductions = count([other%high_mode_velocity < reference%high_mode_velocity, &
                      other%main_peak < reference%main_peak, other%later_velocity < reference%later_velocity])
                   reduced(way) = reduced(way) + real(reductions, wp)

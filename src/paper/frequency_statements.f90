@@ -1,5 +1,6 @@
-!> Statement 1 of the paper: the accuracy of frequencies with few elements. The statement does not involve motion, so
-!> its verdict is the same for all ways of computing motion.
+!> Judges statement 1 of the paper (Irie, Yamada and Asano 1977): the accuracy of frequencies with few elements. The
+!> statement does not involve motion, so its verdict is the same for all variants (methods and meshes) of computing
+!> motion.
 module frequency_statements
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
@@ -28,7 +29,9 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: exact(:)
+      ! relative errors with 8 and 16 elements, and number of the lowest modes whose error is within 1 %, for each ratio
       real(wp) :: error_8(max_modes, size(ratios)), error_16(max_modes, size(ratios)), min_error, within_8(size(ratios))
+      ! maximum errors of the first 8 and of the first 6 modes with 8 elements
       real(wp), dimension(size(ratios)) :: worst, worst_six
       real(wp) :: within_16(size(ratios)), lambda_3, frequency_ratio
       real(wp), allocatable :: lambda(:)
@@ -42,8 +45,8 @@ contains
          if (allocated(error)) return
          call relative_errors(16, ratios(i), exact, error_16(:, i), error)
          if (allocated(error)) return
-         within_8(i) = real(first_within(error_8(:, i), 0.01_wp), wp)
-         within_16(i) = real(first_within(error_16(:, i), 0.01_wp), wp)
+         within_8(i) = real(count_within(error_8(:, i), 0.01_wp), wp)
+         within_16(i) = real(count_within(error_16(:, i), 0.01_wp), wp)
          worst(i) = maxval(abs(error_8(:8, i)))
          worst_six(i) = maxval(abs(error_8(:6, i)))
       end do
@@ -86,7 +89,7 @@ contains
          'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
    end subroutine judge_frequencies
 
-   !> Add a statement with the same value for every way of computing motion.
+   !> Add a statement with the same value for every variant.
    subroutine add(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
       !> Parts of the statement, as in `add_statement`
@@ -142,7 +145,7 @@ contains
    end subroutine relative_errors
 
    !> Number of values before the first that exceeds a limit in magnitude.
-   pure function first_within(values, limit) result(number_within)
+   pure function count_within(values, limit) result(number_within)
       real(wp), intent(in) :: values(:)
       !> Limit of the magnitude
       real(wp), intent(in) :: limit
@@ -150,6 +153,6 @@ contains
 
       number_within = findloc(abs(values) <= limit, .false., dim=1) - 1
       if (number_within < 0) number_within = size(values)
-   end function first_within
+   end function count_within
 
 end module frequency_statements

@@ -1,4 +1,4 @@
-!> Statements 7 and 8 of the paper: the tip mass and the taper.
+!> Judges statements 7 and 8 of the paper (Irie, Yamada and Asano 1977): the tip mass and the taper.
 module mass_and_taper_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -78,12 +78,13 @@ contains
       integer :: way
 
       do way = 1, way_count
+         ! case 4 has mu = 0.5; the first six cases are those of the paper's figure
          peaks = mass%outcome(:, way)%main_peak
          low(way) = peaks(4) <= 1.1_wp*minval(peaks(:6))
       end do
    end function half_is_low
 
-   !> Spread of the ends of motion of some cases, relative to the earliest.
+   !> Spread of the ends of motion of some cases, relative to the earliest end.
    pure function spread_of(outcome, definition) result(spread)
       type(outcome_t), intent(in) :: outcome(:)
       !> Number of the definition of the end of motion
@@ -97,7 +98,8 @@ contains
       spread = min(maxval(ends)/minval(ends) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
-   !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends soonest,
+   !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends
+   !> value_of_earliest,
    !> and the reasons.
    subroutine judge_taper(taper, list)
       !> Cases with alpha = 0, 0.025 ... 0.15
@@ -106,7 +108,7 @@ contains
 
       !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
       integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
-      real(wp), dimension(way_count) :: excess, soonest, peak_change, kinetic_ratio, loss_ratio
+      real(wp), dimension(way_count) :: excess, value_of_earliest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: ends(size(taper%cases))
       logical, dimension(definition_count, way_count) :: outlasts, first, tied
       integer :: way, i, definition, agreeing
@@ -114,7 +116,7 @@ contains
       do way = 1, way_count
          ends = ends_of(taper, way, displacement_end)
          excess(way) = min(ends(uniform), ends(wedge))/ends(middle) - 1.0_wp
-         soonest(way) = taper%value(minloc(ends, dim=1))
+         value_of_earliest(way) = taper%value(minloc(ends, dim=1))
          peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(uniform, way)%main_peak
          kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_impact &
             /max(taper%outcome(uniform, way)%kinetic_at_impact, 1.0e-12_wp)
@@ -137,7 +139,7 @@ contains
          listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(taper, coarse_nodal, displacement_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
-      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
+      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', value_of_earliest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
          listed(pack(taper%value, may_end_soonest(taper, fine, displacement_end)), 3), &
          'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &

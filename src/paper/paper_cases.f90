@@ -1,4 +1,6 @@
-!> The beams and stops of the paper's figures, and the ways of computing their motion.
+!> The beams and stops of the figures of "the paper" (Irie, Yamada and Asano 1977), and the variants in which their
+!> motion
+!> is computed. A variant is a method together with a mesh, a kind of impulse and a mass matrix.
 module paper_cases
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
@@ -16,7 +18,7 @@ module paper_cases
    !> Mean height hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp
 
-   !> Ways of computing motion: exact motion on a coarse or fine mesh, with an impulse on the whole beam or with
+   !> Variants of computing motion: exact motion on a coarse or fine mesh, with an impulse on the whole beam or with
    !> replacement of the nodal velocity (nodal), and Newmark's method with the paper's time step on the coarse mesh.
    integer, parameter :: coarse = 1
    integer, parameter :: fine = 2
@@ -25,8 +27,8 @@ module paper_cases
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
    integer, parameter :: way_count = 6
-   !> For each way, the way with which its results are compared to estimate their error: the same computation on the
-   !> other mesh, or the other integration method on the coarse mesh.
+   !> For each variant, the variant with which its results are compared to estimate their error: the same computation on
+   !> the other mesh, or the other integration method on the coarse mesh.
    integer, parameter :: comparison_way(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. The defaults are the parameters of the paper's first example.
@@ -47,7 +49,7 @@ module paper_cases
       real(wp) :: stiffness = 0.0_wp
    end type figure_case_t
 
-   !> A way of computing motion: mesh, integration method, kind of impulse and mass matrix.
+   !> A variant of computing motion: mesh, integration method, kind of impulse and mass matrix.
    type :: way_t
       character(24) :: name = ''
       !> Number of elements of equal length
@@ -63,7 +65,7 @@ module paper_cases
 
 contains
 
-   !> Make the ways, indexed by their constants.
+   !> Make the variants, indexed by their constants.
    pure subroutine make_ways(coarse_elements, fine_elements, ways)
       !> Number of elements of the coarse mesh, which is the paper's, and of the fine mesh
       integer, intent(in) :: coarse_elements
@@ -81,7 +83,7 @@ contains
    !> The assembled beam of a case.
    pure subroutine model_of_case(this, way, model, error)
       type(figure_case_t), intent(in) :: this
-      !> Way of computing, which determines mesh and mass matrix
+      !> Variant, which determines mesh and mass matrix
       type(way_t), intent(in) :: way
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made
@@ -94,6 +96,7 @@ contains
 
       call make_mesh(way%elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
+      ! heights at clamp and tip, in L
       section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
       settings%stop = stop_of_case(this, way%impulse)
       is_redistributed = way%chooses_mass_matrix

@@ -1,5 +1,5 @@
-!> Convergence of the paper's first example under mesh refinement, with an impulse on the whole beam and with
-!> replacement of the nodal velocity.
+!> Convergence of the first example of the paper (Irie, Yamada and Asano 1977) under mesh refinement, with an impulse on
+!> the whole beam and with replacement of the nodal velocity.
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
@@ -13,6 +13,7 @@ module paper_convergence
    !> Names of the kinds of impulse in tables, in the order of the `impulse_` constants.
    character(*), parameter :: impulse_kinds(2) = [character(8) :: 'momentum', 'nodal']
 
+   !> Measures of the first example on each mesh. eta_c is the displacement eta at the stop.
    type :: convergence_t
       !> Number of equal elements of each mesh, [meshes]
       integer, allocatable :: elements(:)
@@ -35,7 +36,7 @@ module paper_convergence
 
 contains
 
-   !> Run the example on a sequence of meshes.
+   !> Compute the first example, whose parameters are the defaults of `figure_case_t`, on a sequence of meshes.
    subroutine find_convergence(coarsest, finest, duration, convergence, error)
       !> Number of elements of the coarsest mesh, which is doubled from mesh to mesh
       integer, intent(in) :: coarsest

@@ -1,4 +1,6 @@
-!> Measures of one case of the paper, computed in one way.
+!> Measures (scalar results) of one case of the paper (Irie, Yamada and Asano 1977), computed in one variant. The end of
+!> motion, of which the paper speaks without defining it, is measured by six definitions: the last exceedance of a level
+!> by |eta_c|, the displacement at the stop, or by the energy above rest, the energy that the motion can still lose.
 module paper_outcomes
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -38,6 +40,7 @@ module paper_outcomes
    !> Value of eta below which a sample counts as time in contact.
    real(wp), parameter :: contact_level = 1.0e-3_wp
 
+   !> Measures of one case in one variant.
    type :: outcome_t
       !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
       real(wp) :: ends(definition_count) = never
@@ -84,7 +87,7 @@ contains
    !> Compute the motion of a case and its measures.
    subroutine find_outcome(this, way, duration, outcome, error)
       type(figure_case_t), intent(in) :: this
-      !> Way of computing
+      !> Variant of computing motion
       type(way_t), intent(in) :: way
       !> Duration of the run in tau
       real(wp), intent(in) :: duration
@@ -124,7 +127,7 @@ contains
    !> Compute the motion of a case.
    subroutine run_case(this, way, model, modes, duration, output, response, error)
       type(figure_case_t), intent(in) :: this
-      !> Way of computing
+      !> Variant of computing motion
       type(way_t), intent(in) :: way
       !> Model and free modes of the beam
       type(beam_model_t), intent(in) :: model
@@ -161,6 +164,7 @@ contains
       !> Start of the main rebound in tau: the last event before its peak
       real(wp), intent(out) :: rebound_start
 
+      ! initial energy above rest, energy at rest on the stop, and kinetic energy at the last sample before the impact
       real(wp) :: to_dissipate, rest_energy, kinetic_before
       integer :: i, first, last, closed_samples, main
 
@@ -226,6 +230,7 @@ contains
       integer :: n
 
       n = model%mesh%elements
+      ! eta + delta is the displacement from the undeformed beam
       shape(1::2) = response%shape_displacement(1:n, 1) + this%preload
       shape(2::2) = response%shape_slope(1:n, 1)
       velocity(1::2) = response%shape_velocity(1:n, 1)

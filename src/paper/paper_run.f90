@@ -1,4 +1,5 @@
-!> Runs the program `impactbeam-paper` for one scene.
+!> Runs the program `impactbeam-paper`, which judges the statements of the paper (Irie, Yamada and Asano 1977), for one
+!> scene with &statements.
 module paper_run
    use failures, only: failure_t
    use kinds, only: wp
@@ -28,6 +29,7 @@ contains
       type(memory_need_t), intent(out) :: need
 
       associate (unused => threads, statements => scene%statements)
+         ! estimated: 55 numbers for each sample, of histories, energies and temporary arrays
          call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', &
             need)
          ! the convergence study uses up to twice as many elements as the fine mesh

@@ -1,5 +1,7 @@
-!> Series of cases of the paper's figures. Each series varies one parameter; each case is computed in every way of
-!> `paper_cases`.
+!> Series of cases of the figures of the paper (Irie, Yamada and Asano 1977). Each series varies one parameter; each
+!> case
+!> is computed in every variant (method and mesh) of `paper_cases`. The end of motion of a case is an instant tau by one
+!> of the definitions of `paper_outcomes`.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
@@ -11,6 +13,7 @@ module paper_series
    public :: series_names, series_symbols
    public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
 
+   !> Parameters that are varied, one for each series
    integer, parameter :: vary_preload = 1
    integer, parameter :: vary_restitution = 2
    integer, parameter :: vary_position = 3
@@ -25,11 +28,12 @@ module paper_series
    character(*), parameter :: series_symbols(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', &
       'kappa']
 
+   !> A series, the curves of one figure.
    type :: series_t
       !> Values of the varied parameter, [cases]
       real(wp), allocatable :: value(:)
       type(figure_case_t), allocatable :: cases(:)
-      !> Measures of the cases, [cases, ways]
+      !> Measures of the cases, [cases, variants]
       type(outcome_t), allocatable :: outcome(:, :)
    end type series_t
 
@@ -77,7 +81,7 @@ contains
       end select
    end subroutine make_series
 
-   !> Compute all cases of a series in every way of computing.
+   !> Compute all cases of a series in every variant.
    subroutine compute_series(ways, duration, series, error)
       type(way_t), intent(in) :: ways(way_count)
       !> Duration of the runs in tau
@@ -97,7 +101,7 @@ contains
       end do
    end subroutine compute_series
 
-   !> Instants of the end of motion over the cases of a series.
+   !> Instants tau of the end of motion over the cases of a series.
    pure function ends_of(series, way, definition) result(ends)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
@@ -110,25 +114,26 @@ contains
       ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
    end function ends_of
 
-   !> Whether each case may be the one whose motion ends soonest. The error of an end is estimated by its difference
-   !> from the end in the way of comparison (`comparison_way`) plus a sampling interval.
-   pure function may_end_soonest(series, way, definition) result(may_be_soonest)
+   !> Whether each case may be the one whose motion ends earliest. The error of the instant of an end is estimated by
+   !> its
+   !> difference from the instant in the variant for comparison (`comparison_way`) plus a sampling interval.
+   pure function may_end_soonest(series, way, definition) result(may_be_earliest)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way
       !> Number of the definition of the end of motion
       integer, intent(in) :: definition
-      logical :: may_be_soonest(size(series%cases))
+      logical :: may_be_earliest(size(series%cases))
 
       integer :: first
 
       associate (ends => ends_of(series, way, definition), compared => ends_of(series, comparison_way(way), definition))
          first = minloc(ends, dim=1)
-         may_be_soonest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
+         may_be_earliest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
       end associate
    end function may_end_soonest
 
-   !> For each definition of the end and each way of computing, whether the motion of the given case ends soonest, or is
-   !> tied with other cases within the error.
+   !> For each definition of the end of motion and each variant, whether the motion of a given case ends earliest, or is
+   !> tied with the earliest of other cases within the error.
    pure subroutine find_soonest(series, case_number, is_first, is_tied)
       type(series_t), intent(in) :: series
       !> Number of the given case
@@ -136,14 +141,14 @@ contains
       logical, dimension(definition_count, way_count), intent(out) :: is_first
       logical, dimension(definition_count, way_count), intent(out) :: is_tied
 
-      logical :: may_be_soonest(size(series%cases))
+      logical :: may_be_earliest(size(series%cases))
       integer :: definition, way
 
       do way = 1, way_count
          do definition = 1, definition_count
-            may_be_soonest = may_end_soonest(series, way, definition)
-            is_first(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) == 1
-            is_tied(definition, way) = may_be_soonest(case_number) .and. count(may_be_soonest) > 1
+            may_be_earliest = may_end_soonest(series, way, definition)
+            is_first(definition, way) = may_be_earliest(case_number) .and. count(may_be_earliest) == 1
+            is_tied(definition, way) = may_be_earliest(case_number) .and. count(may_be_earliest) > 1
          end do
       end do
    end subroutine find_soonest

@@ -1,4 +1,5 @@
-!> Statements of the paper, each with its measured values in all ways of computing motion and its verdict.
+!> Statements of the paper (Irie, Yamada and Asano 1977), each with its measured values in all variants of computing
+!> motion (methods and meshes) and its verdict.
 module statement_types
    use kinds, only: wp
    use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, way_count
@@ -11,7 +12,7 @@ module statement_types
 
    !> The statement holds for exact motion on the fine mesh.
    integer, parameter :: verdict_holds = 1
-   !> The statement holds in no way, or only with a mesh or steps too coarse to be meaningful.
+   !> The statement holds in no variant, or only with a mesh or steps too coarse to be meaningful.
    integer, parameter :: verdict_fails = 2
    !> The statement holds only if an impact replaces one nodal velocity and changes nothing else.
    integer, parameter :: verdict_nodal = 3
@@ -23,6 +24,7 @@ module statement_types
    character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
       'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
 
+   !> A statement with what was measured.
    type :: statement_t
       !> Number of the statement, such as 4a
       character(4) :: label = ''
@@ -30,9 +32,9 @@ module statement_types
       character(:), allocatable :: text
       !> Description of the measured value, and the condition on it
       character(:), allocatable :: measure
-      !> Value that decides, in each way of computing; equal in all ways if the statement does not involve motion
+      !> Value that decides, in each variant; equal in all variants if the statement does not involve motion
       real(wp) :: figure(way_count) = 0.0_wp
-      !> Whether the condition is met in each way
+      !> Whether the condition is met in each variant
       logical :: holds(way_count) = .false.
       !> Further values on the fine mesh
       character(:), allocatable :: detail
@@ -40,9 +42,9 @@ module statement_types
       character(:), allocatable :: reason
       !> Whether the statement is about the end of motion
       logical :: concerns_end = .false.
-      !> Number of definitions of the end of motion for which the condition is met, in each way
+      !> Number of definitions of the end of motion for which the condition is met, in each variant
       integer :: definitions_met(way_count) = 0
-      !> Number of further definitions for which the compared values are tied, in each way
+      !> Number of further definitions for which the compared values are tied, in each variant
       integer :: ties(way_count) = 0
       !> Qualification of the verdict; empty: none
       character(:), allocatable :: remark
@@ -91,7 +93,7 @@ contains
       call move_alloc(longer, list%item)
    end subroutine add_statement
 
-   !> Append a statement about the end of motion. In each way the statement holds if the condition is met for most
+   !> Append a statement about the end of motion. In each variant the statement holds if the condition is met for most
    !> definitions of the end.
    subroutine add_end_statement(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
@@ -100,7 +102,7 @@ contains
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
       real(wp), intent(in) :: figure(way_count)
-      !> Whether the condition is met, for each definition of the end of motion and each way
+      !> Whether the condition is met, for each definition of the end of motion and each variant
       logical, intent(in) :: holds(definition_count, way_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
@@ -117,16 +119,17 @@ contains
    !> Record the ties of the last statement, which is about the end of motion.
    pure subroutine mark_ties(list, is_tied)
       type(statements_t), intent(inout) :: list
-      !> Whether the compared values are tied, for each definition of the end and each way; the condition is not met for
-      !> these
+      !> Whether the compared values are tied, for each definition of the end and each variant; the condition is not met
+      !> for
+      !> tied values
       logical, intent(in) :: is_tied(definition_count, way_count)
 
       list%item(size(list%item))%ties = count(is_tied, dim=1)
    end subroutine mark_ties
 
    !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met there, the
-   !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both ways of
-   !> computing it on the mesh of the paper.
+   !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods
+   !> that replace this velocity on the mesh of the paper, and not by the paper's steps without this replacement.
    pure function verdict_of(item) result(verdict)
       type(statement_t), intent(in) :: item
       integer :: verdict

@@ -1,4 +1,4 @@
-!> Writes the results file and the text file of the statements.
+!> Writes the results file and the text file of the statements of the paper (Irie, Yamada and Asano 1977).
 module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine write_verdicts
 
-   !> Write the results of the cases of one figure, [cases, ways of computing]. An instant that is not reached is NaN.
+   !> Write the results of the cases of one figure, [cases, variants]. An instant that is not reached is NaN.
    subroutine write_series(group, name, ways, series)
       type(hdf5_group_t), intent(in) :: group
       !> Name of the varied parameter
@@ -169,7 +169,7 @@ contains
       subroutine add(dataset, values, long_name)
          !> Name of the dataset
          character(*), intent(in) :: dataset
-         !> Values, [cases, ways]
+         !> Values, [cases, variants]
          real(wp), contiguous, intent(in) :: values(:, :)
          character(*), intent(in) :: long_name
 

@@ -1,4 +1,4 @@
-!> Computes and judges all statements of the paper.
+!> Computes the cases of the paper (Irie, Yamada and Asano 1977) and judges all its statements about them.
 module statements_study
    use component_statements, only: judge_components
    use failures, only: failure_t
@@ -18,6 +18,7 @@ module statements_study
 
    integer, parameter :: series_count = 7
 
+   !> The statements and the results on which they are based.
    type :: study_t
       type(way_t) :: ways(way_count)
       type(statements_t) :: list
@@ -28,7 +29,7 @@ module statements_study
 
 contains
 
-   !> Compute all cases in every way of `paper_cases` and judge all statements in the order of the paper.
+   !> Compute all cases in every variant of `paper_cases` and judge all statements in the order of the paper.
    subroutine judge_statements(ways, duration, study, error)
       type(way_t), intent(in) :: ways(way_count)
       !> Duration of the runs in tau
@@ -38,8 +39,11 @@ contains
       !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! maximum number of elements of the coarsest mesh in the study of convergence
       integer, parameter :: coarsest = 4
-      ! the motion of the example ends long before this instant
+      ! case 1 of the series of zeta: the paper's first example, with a rigid stop
+      integer, parameter :: first_example = 1
+      ! the motion of the first example ends long before this instant tau
       real(wp), parameter :: max_example_duration = 40.0_wp
       integer :: i
 
@@ -55,7 +59,7 @@ contains
       call judge_frequencies(study%list, error)
       if (allocated(error)) return
       associate (series => study%series)
-         call judge_models(series(vary_stiffness), series(vary_zeta), 1, study%list)
+         call judge_models(series(vary_stiffness), series(vary_zeta), first_example, study%list)
          call judge_preload(series(vary_preload), study%list)
          call judge_restitution(series(vary_restitution), study%list)
          call judge_position(series(vary_position), study%list)

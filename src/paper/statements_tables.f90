@@ -1,5 +1,6 @@
-!> Prints the statements as text: a block for each statement with its measured values in every way of computing, and a
-!> summary.
+!> Prints the statements of the paper (Irie, Yamada and Asano 1977) as text: a block for each statement with its
+!> measured
+!> values in every variant of computing motion, and a summary.
 module statements_tables
    use kinds, only: wp
    use paper_cases, only: way_count, way_t
@@ -40,8 +41,9 @@ contains
       end do
    end subroutine print_statements
 
-   !> Print all computed results: convergence of the example under mesh refinement, then the ends of motion of every
-   !> case in every way.
+   !> Print all computed results: convergence of the paper's first example under mesh refinement, then the ends of
+   !> motion
+   !> and other measures of every case in every variant.
    subroutine print_outcomes(unit, study)
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
@@ -96,7 +98,7 @@ contains
       cell = words
    end function padded
 
-   !> Text of the deciding value in each way of computing, followed by yes or no for the condition.
+   !> Text of the deciding value in each variant, followed by yes or no for the condition.
    function figures_text(item, ways) result(text)
       type(statement_t), intent(in) :: item
       type(way_t), intent(in) :: ways(way_count)

@@ -1,4 +1,5 @@
-!> Judges statements 2, 3 and 4 of the paper: the two models of the stop, the preload, the coefficient of restitution.
+!> Judges statements 2, 3 and 4 of the paper (Irie, Yamada and Asano 1977): the two models of the stop, the preload, the
+!> coefficient of restitution.
 module stop_statements
    use kinds, only: pi, wp
    use paper_cases, only: coarse_nodal, fine, way_count
@@ -15,7 +16,7 @@ contains
    subroutine judge_models(soft, rigid, rigid_case, list)
       !> Series of three-element stops of ascending kappa
       type(series_t), intent(in) :: soft
-      !> A series with the rigid stop, and the number of its case
+      !> A series with the rigid stop, and the number of the case to compare
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
       type(statements_t), intent(inout) :: list
@@ -76,7 +77,7 @@ contains
 
    end subroutine judge_models
 
-   !> Compare both models of the stop in one way of computing.
+   !> Compare both models of the stop in one variant.
    subroutine compare(soft, rigid, rigid_case, way, period, difference, indentation, share)
       !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
@@ -133,7 +134,7 @@ contains
 
       !> Ratio of the end of motion at the maximum preload to that without preload.
       function end_ratio(way, definition) result(ratio)
-         !> Numbers of the way and of the definition of the end
+         !> Numbers of the variant and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
          real(wp) :: ratio
@@ -186,7 +187,7 @@ contains
 
       !> Relative reduction of the end of motion from the first eps of at least 0.6 to the lowest eps.
       function end_reduction(way, definition) result(reduction)
-         !> Numbers of the way and of the definition of the end
+         !> Numbers of the variant and of the definition of the end
          integer, intent(in) :: way
          integer, intent(in) :: definition
          real(wp) :: reduction
