@@ -1,5 +1,5 @@
 !> Measures how the run time divides between the parts of a run, and how time and memory grow with the mesh, the length
-!> of the run, the number of events and the number of modes.
+!> of the run, the number of events and the number of modes. Growth is a curve with the fitted exponent of a power law.
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
@@ -150,9 +150,11 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(task_t) :: task
+      ! ordinates of the curves, named by what is timed, and abscissa `modes`
       real(wp), allocatable :: few_modes(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
+      ! last_dense, last_motion: indices of the last meshes for which all modes and the motion in all modes are timed
       integer :: i, last_dense, last_motion
 
       allocate (elements, source=scene%precision%scaling_elements)

@@ -1,5 +1,6 @@
 !> Finds the fastest run within each error bound, separately for each scheme. A scheme is a method of computing motion
-!> together with a mass matrix; errors are relative to the converged motion of the beam.
+!> together with a mass matrix; an entry is a run with one set of settings; errors are differences from the motion that
+!> has converged in the mesh.
 module fastest_schemes
    use kinds, only: wp
    use precision_types, only: motion_entry_t, varied_mesh
@@ -58,7 +59,8 @@ contains
          entries%elements >= entries(i)%elements .and. entries%step <= entries(i)%step), i=1, size(entries))])
    end function fastest_of
 
-   !> Contributions to the error of a run in time steps, as maximum differences of eta, [3]: error of the time step
+   !> Contributions to the error of a run by Newmark's method, as maximum differences of eta, [3]: error of the time
+   !> step
    !> (against exact motion on the same mesh), error of the mesh (of exact motion on this mesh), and both together.
    !> Negative: not known.
    pure function error_contributions(entries, number) result(parts)

@@ -38,6 +38,7 @@ contains
 
       character(:), allocatable :: all_options, word
       integer :: position, next
+      ! whether the next word is the argument of an option that is left out
       logical :: skips_word
 
       all_options = compiler_options()//' '
@@ -90,6 +91,7 @@ contains
       call return_free_memory()
       open (newunit=unit, file='/proc/self/clear_refs', status='old', action='write', iostat=status)
       if (status /= 0) return
+      ! by writing 5, Linux resets VmHWM
       write (unit, '(a)', iostat=status) '5'
       close (unit, iostat=status)
    end subroutine reset_peak_memory

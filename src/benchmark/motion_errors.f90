@@ -107,7 +107,8 @@ contains
    end subroutine results_of
 
    !> Impulse of the contact force on the beam up to the last sample. With the static displacement s under a unit force
-   !> at the stop, s.(M y'' + C y' + K y) = s_c f and s.K y = y_c, and the integral of this equation over time gives the
+   !> at the stop, s.(M a + C v + K y) = s_c f (with velocities v and
+   !> accelerations a) and s.K y = y_c, and the integral of this equation over time gives the
    !> integral of f. Only y_c is integrated numerically over the samples, because the force itself decays within a
    !> fraction of a sample after each impact. The last stored shape must be the shape at the last sample.
    pure function contact_impulse(response, balance, last, stride) result(impulse)
@@ -152,6 +153,7 @@ contains
       factors = model%stiffness
       call factorise(factors, error)
       if (allocated(error)) return
+      ! in units of time 1/omega1 the stiffness matrix is K/lambda1^4
       static = 0.0_wp
       static(model%stop_dof) = lambda1_power4
       call solve_factorised(factors, static)
@@ -196,6 +198,7 @@ contains
       integer, intent(in), optional :: order
 
       integer :: every, samples
+      ! extrapolation weight of the difference of both runs, 1/(2^order - 1)
       real(wp) :: weight
 
       weight = 1.0_wp/3.0_wp

@@ -1,5 +1,6 @@
-!> Run time and error of motion for every method and every setting. The reference is exact motion with all modes and the
-!> strictest hop tolerance; Newmark's method, extrapolated to a vanishing step, checks the reference.
+!> Run time and error of motion for every method and every setting. An entry is one run with one set of settings. The
+!> reference is exact motion with all modes and the strictest hop tolerance (the height in eta below which a flight is a
+!> hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference.
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
@@ -235,6 +236,7 @@ contains
 
       type(run_results_t) :: results, half, other(2)
       type(failure_t), allocatable :: other_error
+      ! the mass matrix that the run for the beam does not use
       integer :: other_mass, i
 
       allocate (beam)

@@ -1,4 +1,4 @@
-!> Tasks that the study times: a run by any method, or one part of a run.
+!> Tasks that a precision study (run time against error) times: a run by any method, or one part of a run.
 module motion_tasks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -31,6 +31,7 @@ module motion_tasks
    !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
+   !> A task with its input and its results.
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
       integer :: action = task_run
@@ -133,6 +134,7 @@ contains
 
       settings%duration = precision%duration
       settings%step = step
+      ! the mode tolerance alone decides how many modes are used
       settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
       if (contender == contender_exact) return
@@ -140,6 +142,7 @@ contains
       settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2
       settings%release_tolerance = settings%release_tolerance*(step/paper_step)**2
       settings%substep = .true.
+      ! average acceleration, linear acceleration, or central differences
       select case (contender)
       case (contender_average)
          settings%newmark_beta = 0.25_wp

@@ -1,4 +1,4 @@
-!> Writes the results file of a study of run time and error.
+!> Writes the results file of a precision study (run time against error of all methods).
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of

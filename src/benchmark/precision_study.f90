@@ -1,4 +1,6 @@
-!> Runs the program `impactbeam-benchmark` for one scene: a study of run time and error.
+!> Runs the program `impactbeam-benchmark` for one scene: a precision study, which measures the run time and the error
+!> of
+!> all methods.
 module precision_study
    use cost_growth, only: measure_growth, measure_parts
    use failures, only: failure_t
@@ -51,6 +53,7 @@ contains
          end if
          if (allocated(precision%mesh_elements)) elements = max(elements, &
             refinement*maxval(precision%mesh_elements))
+         ! estimated: 34 numbers for each sample, of histories, energies and temporary arrays
          call add_samples(precision%duration/step, 34, '&precision', &
             'give &precision a shorter duration or longer steps', need)
       end associate

@@ -1,4 +1,4 @@
-!> Prints the tables of a study of run time and error.
+!> Prints the tables of a precision study (run time against error of all methods).
 module precision_tables
    use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use kinds, only: wp

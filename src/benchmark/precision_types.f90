@@ -1,4 +1,5 @@
-!> Results of a study of run time and error.
+!> Results of a precision study (run time against error of all methods). An entry is one run with one set of settings; a
+!> contender is one of the methods that are compared.
 module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t
@@ -42,6 +43,7 @@ module precision_types
       type(motion_errors_t) :: errors
       integer :: event_count = 0
       integer :: retained_modes = 0
+      !> Number of steps, or of evaluations of modal sums
       integer(i8) :: evaluations = 0_i8
       !> Reason of a failure; empty: the run succeeded
       character(failure_length) :: failure = ''
@@ -115,6 +117,7 @@ module precision_types
       real(wp) :: uncertainty = 0.0_wp
    end type beam_run_t
 
+   !> All results of a study. Lists that the scene does not request are unallocated.
    type :: precision_t
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check

@@ -29,7 +29,8 @@ module skip_savings
    private
    public :: measure_savings
 
-   !> Preload delta of a stop that the beam never reaches, because the beam oscillates down to eta = -0.5 at most.
+   !> Preload delta of a stop that the beam never reaches (a negative preload is a gap), because the beam oscillates
+   !> down to eta = -0.5 at most.
    real(wp), parameter :: contact_out_of_reach = -0.6_wp
    !> Interval of the stored shapes, tau.
    real(wp), parameter :: shape_step = 0.1_wp
@@ -41,6 +42,7 @@ module skip_savings
    integer, parameter :: reading_only = 2
    integer, parameter :: file_to_file = 3
 
+   !> A task that may include other actions than those of `task_t`.
    type, extends(task_t) :: skip_task_t
       !> Sequence of actions, one of the constants above
       integer :: sequence = task_only

@@ -1,4 +1,4 @@
-!> Run time and error of frequencies for every solver and every mesh of the scene.
+!> Run time and error of frequencies for every solver and every mesh of the scene, as entries of a precision study.
 module solver_precision
    use failures, only: failure_t
    use frequency_study, only: find_exact
