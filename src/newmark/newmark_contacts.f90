@@ -1,5 +1,5 @@
-!> Changes of contact status: a compliant contact opens or closes by its force, a rigid contact by the complementarity
-!> of reactions and accelerations.
+!> Changes of contact status at the present state of a Newmark run, and the events that record them: a compliant contact
+!> opens or closes by the sign of its force, a rigid contact by the complementarity of reactions and accelerations.
 module newmark_contacts
    use complementarity, only: solve_complementarity
    use contact_measures, only: measure_impulse
@@ -45,7 +45,7 @@ contains
 
 
    !> Close a compliant contact. The force of a three-element stop starts at zero; the force of a spring and damper
-   !> starts at c u', or, if the stop is still indented, at the small force that revealed the contact.
+   !> starts at the damper's force, or, if the stop was deformed but unloaded, at its present small force.
    pure subroutine begin_contact(run, k, response)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact
@@ -73,6 +73,7 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! energy dissipated when the stop releases its remaining force
       real(wp) :: lost
 
       associate (state => run%states(run%now), contact => run%contacts(k))
@@ -103,6 +104,7 @@ contains
       type(response_t), intent(inout) :: response
 
       real(wp), dimension(size(run%contacts)) :: reaction, free_acceleration
+      ! indices of the n rigid contacts in the complementarity problem
       integer :: members(size(run%contacts)), k, n
       logical :: is_closed(size(run%contacts))
 
@@ -149,7 +151,7 @@ contains
    end subroutine resolve_contacts
 
 
-   !> Update the forces of compliant contacts. The force of a spring and damper jumps with the velocity.
+   !> Update the forces of compliant contacts, because the force of a spring and damper jumps if the velocity jumps.
    pure subroutine update_compliant_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
@@ -233,7 +235,7 @@ contains
    end function event_now
 
 
-   !> Record an event and charge its change of energy to the ledger.
+   !> Record an event, and add its change of energy to the ledger of energies.
    pure subroutine record_event(run, k, event, response)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact

@@ -1,4 +1,10 @@
-!> Kinetic and strain energy of the beam in Newmark's scheme, and the energy dissipated by a step.
+!> Energies of the finite-element beam in Newmark's scheme, the energy dissipated inside it by a step, and its momentum
+!> at a contact.
+!>
+!> A Newmark step of any beta and gamma equals a step by average acceleration of a beam with the mass matrix M* and the
+!> damping matrix C* (module `newmark_stepper`). Energies and momentum are those of this equivalent beam: with them the
+!> energy balance of a step (change of energy + dissipated energy = work of loads and contact forces) is exact to
+!> rounding. y is the displacement vector, v = dy/dtau.
 module newmark_energies
    use contact_rows, only: along, band, contact_row_t
    use kinds, only: wp
@@ -10,7 +16,7 @@ module newmark_energies
 
 contains
 
-   !> Kinetic energy y' M* y' / 2
+   !> Kinetic energy v . M* v / 2
    pure subroutine kinetic_energy(stepper, state, energy)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -23,7 +29,7 @@ contains
       end associate
    end subroutine kinetic_energy
 
-   !> Strain energy y K y / 2
+   !> Strain energy y . K y / 2
    pure subroutine strain_energy(stepper, state, energy)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -40,8 +46,9 @@ contains
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step, h u C* u with the mean velocity u. If gamma > 1/2 this energy
-   !> includes the numerical dissipation of the scheme. The energy balance is exact to rounding.
+   !> Energy dissipated inside the beam over a step of length h: h u . C* u, with u the mean of the velocities at both
+   !> ends. If gamma > 1/2 this energy includes the numerical dissipation of the scheme, because C* then contains a term
+   !> (gamma - 1/2) times the undivided step times K.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -83,8 +90,8 @@ contains
       end do
    end subroutine find_mean_velocity
 
-   !> Quadratic form x K x from the diagonals of K on one side, summed in vector lanes: takes a third of the time of a
-   !> matrix product followed by a sum.
+   !> Quadratic form x . K x from the main diagonal of the symmetric matrix K and the three diagonals above it, summed by
+   !> vector instructions: this takes a third of the time of a matrix product followed by a scalar product.
    pure function quadratic_form(order, diagonals, x) result(form)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -104,7 +111,8 @@ contains
       end do
    end function quadratic_form
 
-   !> Momentum w . M* y' along the row vector w of a contact, and mass w . M* w
+   !> Momentum w . M* v of the beam along the row vector w of a contact, and mass w . M* w. The only entry of w is 1 or
+   !> -1, so the mass is one entry of the diagonal of M*.
    pure subroutine momentum_along(stepper, state, row, momentum, mass)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper

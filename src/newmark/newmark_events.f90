@@ -1,5 +1,5 @@
-!> Detection of contact and release at the end of a step: the tolerances of contact and release are applied to each
-!> contact separately.
+!> Onsets and ends of contact at the end of a Newmark step. A step that would violate a contact condition is halved until
+!> the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens there.
 module newmark_events
    use contact_rows, only: along
    use failures, only: fail, status_run_failed
@@ -20,6 +20,7 @@ contains
    !> Find the contacts that close or open at the end of an accepted step.
    pure subroutine find_events(run, step, response)
       type(newmark_run_t), intent(inout) :: run
+      !> Length of the step, tau
       real(wp), intent(in) :: step
       !> Receives the events
       type(response_t), intent(inout) :: response
@@ -37,7 +38,7 @@ contains
          case (is_constrained, is_in_contact)
             if (run%event_ahead(k)) run%leaves(k) = is_vanishing(run, k)
          case (is_unloaded)
-            call check_lifted(run, k)
+            call check_unloaded(run, k)
          case (is_inactive)
             cycle
          end select
@@ -67,11 +68,12 @@ contains
    end function is_vanishing
 
 
-   !> Does the beam arrive at an open contact?
+   !> Mark an open contact as closing if the beam arrives at it, and update the peak of its flight.
    pure subroutine check_open(run, k, step)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact
       integer, intent(in) :: k
+      !> Length of the step, tau
       real(wp), intent(in) :: step
 
       real(wp) :: gap, rate
@@ -97,8 +99,8 @@ contains
    end subroutine check_open
 
 
-   !> Does an unloaded spring and damper open because the beam leaves it, or push again?
-   pure subroutine check_lifted(run, k)
+   !> Open an unloaded spring and damper if the beam has left it, or mark it as closing if its force is compressive again.
+   pure subroutine check_unloaded(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -117,7 +119,7 @@ contains
             run%arrives(k) = contact%may_close .or. run%event_ahead(k)
          end if
       end associate
-   end subroutine check_lifted
+   end subroutine check_unloaded
 
 
    !> Open or close contacts at the present state, because even the shortest step violates a contact condition.

@@ -1,5 +1,7 @@
-!> Low flights of a Newmark run. A flight that stays below the hop height is cancelled: the run returns to the instant
-!> at which the flight began, and overwrites the histories and shapes recorded since.
+!> Low flights of a Newmark run. A flight is a time span in which a contact is open after a rebound. If the beam returns
+!> to the contact without having exceeded the hop height, the flight is cancelled: the run returns to the instant at
+!> which the flight began, at which the contact then captures the beam, and overwrites the histories and shapes recorded
+!> since.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
@@ -50,6 +52,7 @@ contains
 
       integer :: k, last
 
+      ! the last block of the statistics that has begun before the run returns
       last = 0
       if (allocated(run%observers%blocks)) last = min(blocks_begun(run%observers%blocks, instant_of(run)), &
          size(run%observers%blocks%tip%sums, 2))
@@ -76,7 +79,7 @@ contains
       end associate
    end subroutine cancel_flight
 
-   !> Store the sums of the block in progress.
+   !> Store the sums of the block of the statistics in progress, and what may change of the last impact at each contact.
    subroutine store_sums(run)
       type(newmark_run_t), intent(inout) :: run
 
@@ -104,7 +107,7 @@ contains
    !> Restore the stored sums, and clear the blocks that have begun since. No impact has been added since then.
    pure subroutine restore_sums(run, last)
       type(newmark_run_t), intent(inout) :: run
-      !> Number of the block in progress
+      !> Number of the last block that has begun
       integer, intent(in) :: last
 
       integer :: block, first, k

@@ -34,10 +34,11 @@ contains
       !> Set if the step is too long and may not be divided
       type(failure_t), allocatable, intent(out) :: error
 
-      ! close to the stability limit M* has almost no mass in the highest modes, and velocities grow
+      ! length of a divided step over the longest stable step: close to the stability limit the mass matrix M* of the
+      ! scheme (`newmark_stepper`) has almost no mass in the highest modes, and their velocities become large
       real(wp), parameter :: share = 0.5_wp
       real(wp) :: frequency, limit
-      ! more parts than this mean that the step between two samples is a mistake
+      ! a step that needs more parts than this is taken for an error of the user
       real(wp), parameter :: max_parts = 1.0e6_wp
       character(24) :: gamma_text
       character(:), allocatable :: remedy
@@ -74,7 +75,7 @@ contains
       !> Set if the rounding error is too large
       type(failure_t), allocatable, intent(out) :: error
 
-      ! the observed error is mostly a tenth of the bound, and must not exceed 1e-6
+      ! the error must not exceed 1e-6 of the energy; in runs it was about a tenth of what `rounding_of_energy` gives
       real(wp), parameter :: bound = 1.0e-5_wp
       real(wp) :: share
 
@@ -85,10 +86,12 @@ contains
          "more equal length, or method = 'exact'")
    end subroutine check_mesh
 
-   !> Bound of the rounding error of the strain energy, as a share of it: eps |y| |K| |y| / (y K y) for the static
-   !> shape. Large forces cancel if short elements move as rigid bodies.
+   !> Bound of the rounding error of the strain energy, as a share of that energy: eps |y| . |K| |y| / (y . K y) for the
+   !> static shape y. The error is large if elements are short, because these move almost as rigid bodies, so that the
+   !> large terms of their nodal forces cancel.
    pure subroutine rounding_of_energy(model, share, error)
       type(beam_model_t), intent(in) :: model
+      !> The bound
       real(wp), intent(out) :: share
       !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
@@ -118,6 +121,7 @@ contains
 
       write (buffer, '(es16.5)') value
       read (buffer, *) rounded
+      ! the term subtracted is at least half a unit of the last digit
       if (rounded > value) write (buffer, '(es16.5)') value*(1.0_wp - 5.0e-6_wp)
       read (buffer, *) rounded
       text = to_text(rounded)

@@ -1,5 +1,9 @@
-!> Bending moments of a Newmark run, from displacements, velocities and accelerations of the degrees of freedom, without
-!> modes (docs/theory.md, section 19). Between the ends of steps moments are interpolated linearly.
+!> Bending moments of a Newmark run at the requested positions, from displacements y, velocities v and accelerations a of
+!> the degrees of freedom, without modes (docs/theory.md, section 19). Between the ends of steps moments are interpolated
+!> linearly.
+!>
+!> Newmark steps satisfy M* a + C* v + K y = F with matrices M* and C* that contain terms in K (`newmark_stepper`), so the
+!> moments contain these terms too.
 module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
@@ -15,7 +19,7 @@ module newmark_moments
 
 contains
 
-   !> Prepare the weights of the moments.
+   !> Compute the weights of the moments, and the coefficients of M* and C*.
    pure subroutine start_moments(model, settings, response, run)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -35,19 +39,21 @@ contains
          run%has_modal_damping = allocated(settings%mode_ratios)
          if (.not. run%has_modal_damping) return
          run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%double_zeta, stepper%stiffness)
+         ! M, from which the factors are made
          run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%share_of_damping, run%mode_damping), &
             -run%share_of_stiffness, stepper%stiffness)
          call factorise(run%bare_mass, run%error)
       end associate
    end subroutine start_moments
 
-   !> Bending moments of the present state, from M* y'' + C* y' + K y. K and the damping in proportion to K contribute
-   !> by the curvature at the section; M, and the damping in proportion to M or given for each mode, contribute as
-   !> forces distributed along the beam.
+   !> Bending moments of the present state, from M* a + C* v + K y. The terms in K depend on the curvature at the cross
+   !> section; M, and the damping in proportion to M or given for each mode, contribute as forces distributed along the
+   !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%places%stiffness, 2))
 
+      ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in K
       real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
       integer :: g
 

@@ -2,8 +2,8 @@
 !>
 !> Hughes, The Finite Element Method, section 9.1: with gamma >= 1/2 and 2 beta < gamma a mode of frequency omega and
 !> damping ratio xi is stable as long as
-!>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta);
-!> with 2 beta >= gamma every step is stable.
+!>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta),
+!> with h the length of the step; with 2 beta >= gamma every step is stable.
 module newmark_stability
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use failures, only: fail, failure_t, status_run_failed
@@ -15,7 +15,7 @@ module newmark_stability
 
 contains
 
-   !> Is every step stable?
+   !> Is the scheme stable for steps of any length?
    elemental function is_unconditionally_stable(beta, gamma) result(stable)
       !> Newmark's beta
       real(wp), intent(in) :: beta
@@ -47,21 +47,23 @@ contains
       end associate
    end function critical_step
 
-   !> An upper bound of the highest frequency of (K, M), within one part in a million, by bisection on the number of
-   !> negative pivots of K - sigma M. That is the number of eigenvalues below sigma.
+   !> An upper bound of the highest frequency omega of K y = omega^2 M y, within one part in a million, by bisection for
+   !> the eigenvalue omega^2: the number of negative pivots of K - sigma M is the number of eigenvalues below sigma.
    pure subroutine highest_frequency(stiffness, mass, frequency, error)
       !> K
       type(skyline_t), intent(in) :: stiffness
       !> M, of the same profile
       type(skyline_t), intent(in) :: mass
-      !> Square root of the highest eigenvalue, or slightly above
+      !> omega, or slightly more, per unit of the time in which K and M are given
       real(wp), intent(out) :: frequency
       !> Set if no bound is found
       type(failure_t), allocatable, intent(out) :: error
 
+      ! relative error of omega^2, which is twice that of omega
       real(wp), parameter :: accuracy = 2.0e-6_wp
       integer, parameter :: max_doublings = 2000
       type(bracket_t) :: bracket
+      ! bounds of the highest eigenvalue
       real(wp) :: below, above
       integer :: i
 
@@ -78,6 +80,8 @@ contains
          call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
          return
       end if
+      ! only the sign of the values has a meaning, so the negative tolerance of the values is never met, and the length
+      ! of the bracket ends the search
       bracket = bracket_t(low=below, high=above, value_tolerance=-1.0_wp, length_tolerance=accuracy)
       call choose_point(bracket)
       do while (.not. bracket%is_found)
@@ -87,14 +91,13 @@ contains
       frequency = sqrt(bracket%high)
    end subroutine highest_frequency
 
-   !> Are all eigenvalues of (K, M) below sigma? If a pivot vanishes the answer is no, and the bound is sought above
-   !> sigma.
+   !> Are all eigenvalues of K y = omega^2 M y below sigma? If a pivot vanishes, sigma may be an eigenvalue; the answer
+   !> is then no, so that the caller seeks the bound above sigma.
    pure function all_below(stiffness, mass, sigma) result(below)
       !> K
       type(skyline_t), intent(in) :: stiffness
       !> M
       type(skyline_t), intent(in) :: mass
-      !> sigma
       real(wp), intent(in) :: sigma
       logical :: below
 
