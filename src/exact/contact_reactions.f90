@@ -1,6 +1,6 @@
 !> Decisions at an instant from accelerations and their rates (docs/theory.md, section 17): the reactions of closed
 !> rigid contacts and which of them open, whether touched compliant contacts (zero gap, zero force) close or open, and
-!> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes.
+!> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes, b their values at a contact.
 module contact_reactions
    use complementarity, only: solve_complementarity
    use damped_oscillators, only: acceleration_of => acceleration

@@ -35,7 +35,7 @@ module contact_sets
       !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
       !> Static equilibrium: modal displacements, forces of the contacts in `compliant`, gaps, reactions
-      real(wp), allocatable :: rest(:), rest_force(:), rest_gap(:), rest_reaction(:)
+      real(wp), allocatable :: rest_modes(:), rest_force(:), rest_gap(:), rest_reaction(:)
       !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
       !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
@@ -319,10 +319,10 @@ contains
          ! heights above the static state of the constrained beam
          associate (heights => -constrained%static_gap(set%compliant))
             set%rest_force = matmul(coupled%static_force, heights)
-            set%rest = matmul(coupled%static_shape, heights)
+            set%rest_modes = matmul(coupled%static_shape, heights)
          end associate
-         set%rest_gap = constrained%static_gap + matmul(set%rest, constrained%value)
-         set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest) &
+         set%rest_gap = constrained%static_gap + matmul(set%rest_modes, constrained%value)
+         set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest_modes) &
             - matmul(constrained%share(:, set%compliant), set%rest_force)
       end associate
    end subroutine find_equilibrium
@@ -380,7 +380,7 @@ contains
       type(contact_set_t), intent(in) :: set
       !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> State at the start of the phase; only modes with nodes at the compliant contacts are read, [modes]
+      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
       !> Since the start of the phase
@@ -396,7 +396,7 @@ contains
       type(contact_set_t), intent(in) :: set
       !> [terms]
       complex(wp), intent(in) :: term(:)
-      !> State at the start of the phase; only modes with nodes at the compliant contacts are read, [modes]
+      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
       real(wp), intent(in) :: time
@@ -407,7 +407,7 @@ contains
       complex(wp) :: rate
       integer :: i, m
 
-      z = set%rest
+      z = set%rest_modes
       v = 0.0_wp
       do m = 1, set%coupled%count
          rate = term(m)*set%coupled%exponent(m)

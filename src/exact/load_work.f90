@@ -113,21 +113,22 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
-      real(wp) :: cosine, even, odd, real_part, sine, imaginary_part
+      ! change of exp(i w t) (W^2 z + i w z') since the start of the phase, and sums over the modes
+      real(wp) :: cosine, real_change, imaginary_change, real_part, sine, imaginary_part
       integer :: i
 
       cosine = real(phasor, wp)
       sine = aimag(phasor)
       real_part = 0.0_wp
       imaginary_part = 0.0_wp
-      !$omp simd reduction(+:real_part, imaginary_part) private(even, odd)
+      !$omp simd reduction(+:real_part, imaginary_part) private(real_change, imaginary_change)
       do i = 1, size(z)
          associate (p => square(i)*z(i), r => load%frequency*v(i))
-            even = uncoupled(i)*(p*cosine - r*sine - square(i)*z0(i))
-            odd = uncoupled(i)*(p*sine + r*cosine - load%frequency*v0(i))
+            real_change = uncoupled(i)*(p*cosine - r*sine - square(i)*z0(i))
+            imaginary_change = uncoupled(i)*(p*sine + r*cosine - load%frequency*v0(i))
          end associate
-         real_part = real_part + (real(backward(i), wp)*even - aimag(backward(i))*odd)
-         imaginary_part = imaginary_part + (real(backward(i), wp)*odd + aimag(backward(i))*even)
+         real_part = real_part + (real(backward(i), wp)*real_change - aimag(backward(i))*imaginary_change)
+         imaginary_part = imaginary_part + (real(backward(i), wp)*imaginary_change + aimag(backward(i))*real_change)
       end do
       work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
    end function work_of_harmonic

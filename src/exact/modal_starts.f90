@@ -151,10 +151,10 @@ contains
       shape = load/spread(foundation + self%square, 2, size(load, 2))
    end subroutine bend
 
-   !> Static equilibrium if the flexibility of a slow mode exceeds the flexibility of all other modes by orders of
-   !> magnitude. Subsets of contacts are tried as bilateral supports until the violation (tension in a contact of the
-   !> subset, or penetration of another contact) is within rounding error. The subset with the smallest violation is
-   !> used.
+   !> Static equilibrium if the flexibility of a slow mode (frequency below `slow_frequency`) exceeds that of all other
+   !> modes by orders of magnitude. Subsets of contacts are tried as bilateral supports until the violation (tension in
+   !> a contact of the subset, or penetration of another contact) is within rounding error. The subset with the smallest
+   !> violation is used.
    subroutine find_slow_balance(phase, place, load, q, forces)
       type(phase_state_t), intent(in) :: phase
       !> Contacts that can support the beam

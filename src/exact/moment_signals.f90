@@ -116,7 +116,7 @@ contains
 
       type(modal_signal_t), allocatable :: modal
       type(driven_terms_t) :: terms
-      ! k - W^2 m and m of each constrained mode, and static moment
+      ! moment per unit of z + 2 zeta z' and of modal force, of each constrained mode; static moment
       real(wp), allocatable :: weight(:), mass(:)
       real(wp) :: static
 
@@ -189,7 +189,7 @@ contains
 
       associate (set => now%set, coupled => now%set%coupled, oscillators => now%set%constrained%oscillators)
          allocate (exponential)
-         exponential%offset = static + sum(weight*set%rest) + sum(force_moment*set%rest_force)
+         exponential%offset = static + sum(weight*set%rest_modes) + sum(force_moment*set%rest_force)
          allocate (exponential%exponent, source=coupled%exponent)
          allocate (exponential%amplitude, source=[(now%amplitude(m)*((1.0_wp + oscillators%two_zeta &
             *coupled%exponent(m))*sum(weight*coupled%shape(:, m)) + sum(force_moment*coupled%force(:, m))), m=1, &
@@ -198,7 +198,7 @@ contains
             call move_alloc(exponential, signal)
             return
          end if
-         ! modes with nodes at all compliant contacts are uncoupled
+         ! modes that vanish at all compliant contacts are uncoupled
          uncoupled_weight = 0.0_wp
          uncoupled_weight(coupled%inactive) = weight(coupled%inactive)
          allocate (uncoupled)

@@ -97,6 +97,7 @@ contains
       real(wp) :: state(2)
 
       class(transformable_signal_t), pointer :: signal
+      ! index of the node of the path at this time; -1: there is none
       integer :: node
 
       node = -1
@@ -155,7 +156,7 @@ contains
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
-         ! a negative gap of an open contact only recovers towards zero
+         ! minus the gap of an open contact is nowhere above its value at the end of the phase before
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. self%gap_bound(row%number) > level) return
       else if (row%number <= self%contacts) then

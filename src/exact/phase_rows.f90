@@ -195,6 +195,8 @@ contains
                end do
             else
                associate (oscillators => set%constrained%oscillators)
+                  ! underdamped: amplitude z - i (v + decay z)/spread; overdamped: two real terms, the faster one in row
+                  ! m
                   do i = 1, oscillators%underdamped
                      z(i, 1) = self%z(i)
                      z(i, 2) = -(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
@@ -259,7 +261,7 @@ contains
          if (kind == observed_tip) then
             signal%row = set%tip_row
             signal%offset = constrained%static_tip
-            if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest)
+            if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest_modes)
             if (self%loads%count > 0) load_row = set%forced%at%tip + 1
          else if (kind == end_force .and. set%force_row(k) > 0) then
             signal%row = set%force_row(k)

@@ -409,7 +409,7 @@ contains
       associate (set => self%set)
          place = findloc(set%compliant, k, dim=1)
          if (k == 0) then
-            offset = set%constrained%static_tip + sum(set%constrained%tip_value*set%rest)
+            offset = set%constrained%static_tip + sum(set%constrained%tip_value*set%rest_modes)
             allocate (amplitude, source=matmul(set%constrained%tip_value, set%coupled%shape)*factor)
          else if (place > 0) then
             offset = set%rest_force(place)

@@ -1,7 +1,7 @@
 !> Variations of a motion across its events (docs/theory.md, section 22). A variation is the derivative of the state by
 !> the initial state or by a load parameter, stored as a column of a matrix. A varied motion reaches an event (a change
-!> of the contacts) at a varied instant. So each column is shifted to that instant, mapped by the event,
-!> and shifted back to the instant of the unvaried motion.
+!> of the contacts) at a varied instant. So each column is shifted to that instant, mapped by the event, and
+!> shifted back to the instant of the unvaried motion.
 module tangent_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use certified_search, only: found_never_positive, search_t

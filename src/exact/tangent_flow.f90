@@ -276,7 +276,7 @@ contains
 
    contains
 
-      !> Propagate modes with nodes at all compliant contacts.
+      !> Propagate the modes that vanish at all compliant contacts.
       subroutine flow_inactive(z, rate)
          real(wp), intent(inout) :: z(:)
          real(wp), intent(inout) :: rate(:)
