@@ -136,7 +136,7 @@ contains
          call vectors_at(problem, s, near(m), search%distance, vectors)
          done = vectors%mode > 0 .and. abs1(vectors%value) <= tiny(1.0_wp)
          if (done) return
-         repulsion = vectors%trace + vectors%of_poles
+         repulsion = vectors%trace + vectors%pole_sum
          if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
          call root_distances(problem%secular_t, near, offset, m, search%root_distance)
          step = -1.0_wp/(repulsion - sum_of_inverses(search%root_distance))
