@@ -1,4 +1,4 @@
-!> Reading of a file with two columns, times and values, such as a measured load.
+!> Reading of a text file with two columns, times and values, such as a measured load.
 module load_table
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
@@ -42,6 +42,7 @@ contains
          line = line + 1
          last = index(text(first:), new_line('a'))
          last = merge(first + last - 2, len(text), last > 0)
+         ! # is appended so that the search succeeds in a line without comment
          call read_row(text(first:first + scan(text(first:last)//'#', '#!') - 2), numbers(:, rows + 1), rows, reason)
          if (allocated(reason)) then
             problem = file//':'//to_text(line)//': '//reason
@@ -74,6 +75,7 @@ contains
       integer :: first, last, k
       logical :: is_legal
 
+      ! two numbers are read; a third word, or only one, is an error
       last = 0
       do k = 1, 3
          first = verify(row(last + 1:), separators)

@@ -1,5 +1,5 @@
-!> Hints in messages about names: the valid name nearest to an unknown one, or all valid names, and the conditions under
-!> which a name applies.
+!> Hints in error messages about names: the valid name nearest to an unknown one, or all valid names, and the conditions
+!> under which a name may be given.
 module name_hints
    use name_table, only: table_t
    use name_types, only: name_room
@@ -17,7 +17,7 @@ module name_hints
 
 contains
 
-   !> The hint for an unknown group: the group nearest to it, or all groups.
+   !> The hint for an unknown group: the most similar group name, or all groups.
    pure function group_hint(table, program, group) result(hint)
       !> Table of all names
       type(table_t), intent(in) :: table
@@ -46,8 +46,8 @@ contains
       end if
    end function group_hint
 
-   !> The hint for an unknown name in a group: the name nearest to it, the group that has the name, or names of the
-   !> group.
+   !> The hint for an unknown name in a group: the most similar name of the group, the group that has this name, or
+   !> names of the group.
    pure function item_hint(table, program, group, name) result(hint)
       !> Table of all names
       type(table_t), intent(in) :: table
@@ -72,9 +72,9 @@ contains
          return
       end if
       do i = 1, table%entry_count
-         associate (owner => table%groups(table%entries(i)%group))
-            if (table%entries(i)%name%name /= name .or. iand(owner%programs, program) == 0) cycle
-            hint = 'it belongs to &'//trim(owner%name)
+         associate (group_of_entry => table%groups(table%entries(i)%group))
+            if (table%entries(i)%name%name /= name .or. iand(group_of_entry%programs, program) == 0) cycle
+            hint = 'it belongs to &'//trim(group_of_entry%name)
             return
          end associate
       end do
@@ -129,7 +129,7 @@ contains
    end function nearest_of
 
    !> Hint that a numbered group is missing, such as 'it needs &stop number 3, and the scene has 2' for stop_3_position;
-   !> empty: the name does not begin with the name of a group that may be repeated and a number.
+   !> empty: the name does not consist of the name of a group that may be repeated, a number and more.
    pure function missing_group(table, name) result(hint)
       type(table_t), intent(in) :: table
       !> Word that the user wrote
@@ -152,7 +152,7 @@ contains
       end do
    end function missing_group
 
-   !> The condition under which an entry applies, in words; empty: the entry always applies.
+   !> The condition under which an entry may be given, in words; empty: there is no condition.
    pure function phrase_of(table, place, from_elsewhere) result(phrase)
       type(table_t), intent(in) :: table
       !> Index of the entry

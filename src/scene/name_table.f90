@@ -1,10 +1,10 @@
 !> The names of scene files as data: one table entry for each name, with its description and its value.
 !>
-!> One procedure (`list_group` of `scene_groups`) lists all names: it opens the groups and binds each entry to a
-!> component of a scene. Quantities in units have no component; the dimensionless ratio that is computed from them has
-!> one. The procedure is called once to make the table with the values of the scene, and again to copy values of the
-!> table into the scene, so that one statement connects a name and its component. Reading a file, the echo, the
-!> reference, sweeps and cases use the table alone.
+!> Listing all names (`list_scene` and `list_group` of `scene_groups`) opens the groups one after the other and binds
+!> each entry to a component of a scene. Quantities in units have no component, because only the dimensionless value
+!> (ratio) computed from them has one. The first listing makes the table with the values of the scene; later listings
+!> copy values between the table and the scene, so that one statement connects a name with its component. Reading a
+!> file, the echo in results files, the reference (--names), sweeps and cases use the table alone.
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &
@@ -15,7 +15,7 @@ module name_table
    private
    public :: table_t, is_among, max_repeats
 
-   !> Maximum number of groups of one name; their names are fewer than the maximum that `namelist_text` parses.
+   !> Maximum number of groups of one name; all names in them are fewer than the maximum that `namelist_text` parses.
    integer, parameter :: max_repeats = 500
 
    !> Table of all groups and names.
@@ -25,20 +25,20 @@ module name_table
       type(entry_t), allocatable :: entries(:)
       integer :: group_count = 0
       integer :: entry_count = 0
-      !> Effect of listing names: `grows`, new entries are added to the table; `takes`, the table takes the values of
-      !> the scene; `gives`, the scene gets the values of the table
-      logical, private :: grows = .true.
-      logical, private :: takes = .true.
-      logical, private :: gives = .false.
-      !> The scene gets only values that have changed
-      logical, private :: gives_changes = .false.
-      !> The only name whose value the scene gets, and the number of its group; empty: all names
+      !> Effect of a listing: new entries are added to the table; the table receives the values of the scene; the scene
+      !> receives the values of the table
+      logical, private :: adds_entries = .true.
+      logical, private :: copies_from_scene = .true.
+      logical, private :: copies_to_scene = .false.
+      !> The scene receives only values that have changed
+      logical, private :: copies_changes_only = .false.
+      !> The only name whose value the scene receives, and the number of its group; an empty name: all names
       character(name_room), private :: only = ''
       integer, private :: only_in = 1
-      !> Indices of the open group and of the current entry
+      !> Indices of the open group and of the current entry; a listing advances both
       integer, private :: open_group = 0
       integer, private :: current = 0
-      !> The names of the group that was opened last must be listed
+      !> The names of the group that was opened last must be listed; if not, a listing may omit them
       logical :: is_open = .true.
       !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
       !> file
@@ -76,28 +76,29 @@ contains
       table%groups_given = names
    end subroutine expect_groups
 
-   !> Prepare the table for a second listing of the same names, which copies the values of the table into the scene.
+   !> Prepare the table for another listing of the same names, which copies the values of the table into the scene.
    subroutine give_values(table)
       class(table_t), intent(inout) :: table
 
-      table%grows = .false.
-      table%takes = .false.
-      table%gives = .true.
-      table%gives_changes = .false.
+      table%adds_entries = .false.
+      table%copies_from_scene = .false.
+      table%copies_to_scene = .true.
+      table%copies_changes_only = .false.
       table%open_group = 0
       table%current = 0
    end subroutine give_values
 
-   !> Prepare the table for a second listing of the same names, which copies the values of the scene into the table.
+   !> Prepare the table for another listing of the same names, which copies the values of the scene into the table.
    subroutine take_values(table)
       class(table_t), intent(inout) :: table
 
       call table%give_values()
-      table%takes = .true.
-      table%gives = .false.
+      table%copies_from_scene = .true.
+      table%copies_to_scene = .false.
    end subroutine take_values
 
-   !> Prepare an empty table for a listing that gives the scene a value of one name.
+   !> Prepare an empty table for a listing that copies `value` into the scene, to one name only; other entries are not
+   !> stored.
    subroutine give_one(table, occurrence, name, value)
       class(table_t), intent(inout) :: table
       !> Number of the group among several of one name
@@ -132,7 +133,7 @@ contains
       end associate
    end subroutine change
 
-   !> Prepare the table for a second listing of the names of one group, which copies the changed values into the scene,
+   !> Prepare the table for another listing of the names of one group, which copies the changed values into the scene,
    !> even if the scene does not have the group.
    subroutine give_changes(table, group)
       class(table_t), intent(inout) :: table
@@ -140,13 +141,13 @@ contains
       integer, intent(in) :: group
 
       call table%give_values()
-      table%gives_changes = .true.
+      table%copies_changes_only = .true.
       table%open_group = group - 1
       table%current = table%groups(group)%first_entry - 1
       table%groups(group)%is_changed = .false.
    end subroutine give_changes
 
-   !> How often a group that may be repeated must be opened: at least once, so that its names are in the table.
+   !> Number of groups of a name that must be listed: at least one, so that the names of the group are in the table.
    pure function openings(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
@@ -156,7 +157,7 @@ contains
 
       if (table%only /= '') then
          number = in_scene
-      else if (.not. table%grows) then
+      else if (.not. table%adds_entries) then
          number = count(table%groups(:table%group_count)%name == group)
       else
          number = max(1, in_scene)
@@ -164,8 +165,8 @@ contains
       end if
    end function openings
 
-   !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., its names need not be
-   !> listed.
+   !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., the names need not be
+   !> listed, and the table skips their entries.
    subroutine open(table, group, is_wanted)
       class(table_t), intent(inout) :: table
       type(group_t), intent(in) :: group
@@ -175,13 +176,14 @@ contains
       type(group_t), allocatable :: more(:)
 
       table%is_open = .true.
+      ! `give_one`: the table has no groups, and only names of one group are copied
       if (table%only /= '') then
          table%is_open = group%occurrence == table%only_in
          return
       end if
       table%open_group = table%open_group + 1
-      if (table%gives_changes) return
-      if (table%grows) then
+      if (table%copies_changes_only) return
+      if (table%adds_entries) then
          if (.not. allocated(table%groups)) allocate (table%groups(16))
          if (table%open_group > size(table%groups)) then
             allocate (more(2*table%group_count))
@@ -195,11 +197,11 @@ contains
          table%groups(table%group_count)%last_entry = table%current
       end if
       associate (opened => table%groups(table%open_group))
-         if (table%takes) opened%is_wanted = .true.
+         if (table%copies_from_scene) opened%is_wanted = .true.
          if (.not. present(is_wanted)) return
-         if (table%takes) opened%is_wanted = is_wanted
-         if (table%gives) is_wanted = opened%is_wanted
-         table%is_open = is_wanted .or. table%grows
+         if (table%copies_from_scene) opened%is_wanted = is_wanted
+         if (table%copies_to_scene) is_wanted = opened%is_wanted
+         table%is_open = is_wanted .or. table%adds_entries
          if (.not. table%is_open) table%current = opened%last_entry
       end associate
    end subroutine open
@@ -223,7 +225,7 @@ contains
       end if
    end subroutine open_numbered
 
-   !> Add a name that is bound to no component: its value is stored in the table only.
+   !> Add a name that is bound to no component: its value is only in the table.
    subroutine store(table, name, kind, is_list)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
@@ -250,8 +252,8 @@ contains
 
       call table%advance(name, kind_number, .false.)
       associate (entry => table%entries(table%current))
-         if (table%takes) entry%value = value
-         if (table%gives) value = entry%value
+         if (table%copies_from_scene) entry%value = value
+         if (table%copies_to_scene) value = entry%value
       end associate
    end subroutine bind_real
 
@@ -264,8 +266,8 @@ contains
 
       call table%advance(name, kind_whole, .false., words)
       associate (entry => table%entries(table%current))
-         if (table%takes) entry%value = real(value, wp)
-         if (table%gives) value = nint(entry%value)
+         if (table%copies_from_scene) entry%value = real(value, wp)
+         if (table%copies_to_scene) value = nint(entry%value)
       end associate
    end subroutine bind_integer
 
@@ -277,8 +279,8 @@ contains
 
       call table%advance(name, kind_logical, .false.)
       associate (entry => table%entries(table%current))
-         if (table%takes) entry%value = merge(1.0_wp, 0.0_wp, value)
-         if (table%gives) value = nint(entry%value) == 1
+         if (table%copies_from_scene) entry%value = merge(1.0_wp, 0.0_wp, value)
+         if (table%copies_to_scene) value = nint(entry%value) == 1
       end associate
    end subroutine bind_logical
 
@@ -290,8 +292,8 @@ contains
 
       call table%advance(name, kind_text, .false.)
       associate (entry => table%entries(table%current))
-         if (table%takes .and. allocated(value)) entry%text = value
-         if (table%gives .and. allocated(entry%text)) value = entry%text
+         if (table%copies_from_scene .and. allocated(value)) entry%text = value
+         if (table%copies_to_scene .and. allocated(entry%text)) value = entry%text
       end associate
    end subroutine bind_text
 
@@ -305,8 +307,8 @@ contains
       call table%advance(name, kind_number, .true.)
       associate (entry => table%entries(table%current))
          if (present(are_whole)) entry%kind = merge(kind_whole, kind_number, are_whole)
-         if (table%takes .and. allocated(value)) entry%list = value
-         if (table%gives .and. allocated(entry%list)) value = entry%list
+         if (table%copies_from_scene .and. allocated(value)) entry%list = value
+         if (table%copies_to_scene .and. allocated(entry%list)) value = entry%list
       end associate
    end subroutine bind_reals
 
@@ -319,12 +321,12 @@ contains
 
       call table%advance(name, kind_whole, .true., words)
       associate (entry => table%entries(table%current))
-         if (table%takes .and. allocated(value)) entry%list = real(value, wp)
-         if (table%gives .and. allocated(entry%list)) value = nint(entry%list)
+         if (table%copies_from_scene .and. allocated(value)) entry%list = real(value, wp)
+         if (table%copies_to_scene .and. allocated(entry%list)) value = nint(entry%list)
       end associate
    end subroutine bind_integers
 
-   !> Go to the next entry; if the table grows, add the entry to the open group.
+   !> Advance to the next entry; in the first listing, add the entry to the open group.
    subroutine advance(table, name, kind, is_list, words)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
@@ -335,17 +337,18 @@ contains
 
       type(entry_t), allocatable :: more(:)
 
+      ! `give_one`: the only entry of the table has the value for one name
       if (table%only /= '') then
          table%current = 1
-         table%gives = name%name == table%only
+         table%copies_to_scene = name%name == table%only
          return
       end if
       table%current = table%current + 1
-      if (table%gives_changes) then
-         table%gives = table%entries(table%current)%is_changed
+      if (table%copies_changes_only) then
+         table%copies_to_scene = table%entries(table%current)%is_changed
          table%entries(table%current)%is_changed = .false.
       end if
-      if (.not. table%grows) return
+      if (.not. table%adds_entries) return
       if (.not. allocated(table%entries)) allocate (table%entries(160))
       if (table%current > size(table%entries)) then
          allocate (more(2*table%entry_count))
@@ -409,7 +412,7 @@ contains
       has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
    end function has
 
-   !> Does the file give this name, or instead of it the quantity in units?
+   !> Does the file give this name, or a quantity in units instead of it?
    pure function has_either(table, group, name, occurrence) result(has)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
@@ -425,7 +428,7 @@ contains
       end associate
    end function has_either
 
-   !> The value of a name.
+   !> The value of a name that is a number, the index of a word, or 1 for .true.
    pure function number(table, group, name, occurrence)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
@@ -437,7 +440,7 @@ contains
       number = table%entries(table%find(table%find_group(group, occurrence), name))%value
    end function number
 
-   !> Is the condition of an entry met?
+   !> May a name be given, because the condition of its entry is met?
    pure function applies(table, place)
       class(table_t), intent(in) :: table
       integer, intent(in) :: place
@@ -465,7 +468,7 @@ contains
          else if (needs%group /= '') then
             applies = table%groups(group)%is_wanted
          end if
-         ! the names of a repeated group have default values even if the scene does not have the group
+         ! the names of a group that may be repeated are in the table even if the scene does not have the group
          if (table%groups(group)%repeats) applies = applies .and. table%groups(group)%is_wanted
       end associate
    end function applies

@@ -1,4 +1,5 @@
-!> Types that describe a name of scene files and its group.
+!> Types that describe a name of scene files (a group such as &stop has names such as `position`), its group, and its
+!> entry in the table of all names.
 module name_types
    use kinds, only: wp
    use program_identity, only: program_motion
@@ -9,45 +10,45 @@ module name_types
    public :: entry_t, group_t, name_t, condition_t, sweep_t, name_room
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
-   !> Kinds of values; the value of `kind_word` is one of several given words
+   !> Kinds of values; a value of `kind_word` is one of several allowed words
    integer, parameter :: kind_number = 1
    integer, parameter :: kind_whole = 2
    integer, parameter :: kind_logical = 3
    integer, parameter :: kind_text = 4
    integer, parameter :: kind_word = 5
 
-   !> Maximum lengths of texts
+   !> Maximum lengths of texts: names, phrases and meanings
    integer, parameter :: name_room = 48
    integer, parameter :: phrase_room = 64
    integer, parameter :: meaning_room = 180
 
-   !> Condition under which a name applies; with empty components the name always applies.
+   !> Condition under which a name may be given; with empty components there is no condition.
    type :: condition_t
-      !> Group of `name` and `without`; if both are empty, the scene must have this group. Empty: the group of the name
-      !> that has the condition
+      !> Group of `name` and `without`; empty: the group of the name that has the condition. If only `group` is given,
+      !> the scene must have this group
       character(name_room) :: group = ''
       !> Number of the group among several groups of that name
       integer :: occurrence = 1
       !> The value of this name must be one of `words`, separated by blanks; if its value is logical, it must be .true.
       character(name_room) :: name = ''
       character(phrase_room) :: words = ''
-      !> The file must give none of these names, separated by blanks
+      !> Names separated by blanks, none of which the file may give
       character(phrase_room) :: without = ''
       !> The condition in words, if "name = 'word'" or "&group" does not express it
       character(phrase_room) :: phrase = ''
    end type condition_t
 
-   !> Use of a name as a parameter of sweeps.
+   !> Use of a name as a parameter of sweeps; constructors give `order` without its keyword.
    type :: sweep_t
-      !> Number of the parameter; in a grid, parameters that change the beam vary slowest, and among parameters of one
-      !> kind those with smaller numbers. 0: the name cannot be swept
+      !> Unique number of the parameter; 0: the name cannot be swept. In a grid, parameters that change the beam vary
+      !> slowest, and among parameters of one kind those with smaller numbers
       integer :: order = 0
       !> A change of the value changes the beam or the mesh
       logical :: is_of_beam = .false.
       !> &cases may vary the parameter too
       logical :: is_in_cases = .false.
-      !> The value may change during a motion, because neither modes nor positions of surfaces nor phases of loads
-      !> depend on it
+      !> The value may change during a motion, because neither the modes nor the positions of stops nor the phases of
+      !> loads depend on it
       logical :: is_in_motion = .false.
       !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
       !> the name
@@ -65,23 +66,24 @@ module name_types
       type(range_t) :: range = range_t(-huge(1.0_wp), huge(1.0_wp))
       !> Condition under which the name applies
       type(condition_t) :: needs = condition_t()
-      !> Another name of the group for the same quantity; a file may give only one of both, and the echo has the other
-      !> name
+      !> Another name of the group for the same quantity. A file may give only one of both; the results file always has
+      !> the other name
       character(name_room) :: instead_of = ''
-      !> Quantity of a value in the units of the scene, a name in `quantity_table`: the name `instead_of` gets the
-      !> dimensionless ratio, and a sweep may vary this name if it may vary that one
+      !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of` receives the
+      !> dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
       character(name_room) :: quantity = ''
-      !> Name of another quantity of the group to which the ratio refers, instead of a unit of its own quantity
+      !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
       character(name_room) :: over = ''
-      !> The value determines the unit of displacement and is not converted to a ratio
+      !> The value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.
       !> Default value in words, if the default is not a constant
       character(phrase_room) :: default = ''
       !> The name has no effect unless the file gives it
       logical :: is_optional = .false.
-      !> Two words, each of which must be the only word of its list
+      !> Two words of a list that must each be its only word, such as 'all' and 'none'
       character(name_room) :: alone(2) = ''
-      !> Name of the group whose value chooses a parameter; the range is that of this parameter
+      !> Name in the group whose value chooses a parameter, such as `parameter` of &cases; the range is that of this
+      !> parameter
       character(name_room) :: range_of = ''
       type(sweep_t) :: sweep = sweep_t()
    end type name_t
@@ -98,10 +100,11 @@ module name_types
       character(name_room) :: label = ''
       !> The scene has the group
       logical :: is_wanted = .true.
-      !> Indices of its first and last entry
+      !> Indices of its first and last entry in the table
       integer :: first_entry = 1
       integer :: last_entry = 0
-      !> Entries of the group have changed; for several groups of one name, the flag of the first counts for all
+      !> Values of the group have changed and are not yet in the scene; the flag of the first of several groups of one
+      !> name counts for all
       logical :: is_changed = .false.
    end type group_t
 
@@ -115,11 +118,12 @@ module name_types
       logical :: is_list = .false.
       !> Allowed words
       character(name_length), allocatable :: words(:)
-      !> The file gives the name; in an echo: the name has a value
+      !> The file gives the name; in `make_echo`: the name has a value
       logical :: is_given = .false.
       !> The value has changed and is not yet in the scene
       logical :: is_changed = .false.
-      !> Value: a number, the index of a word, or 1 for .true.; a list of these, unallocated if there is none; or a text
+      !> Value: a number, the index of a word, or 1 for .true.; a list of such values, unallocated if there is none; or
+      !> a text
       real(wp) :: value = 0.0_wp
       real(wp), allocatable :: list(:)
       character(:), allocatable :: text

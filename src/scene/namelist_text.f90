@@ -1,5 +1,5 @@
-!> Parser of namelist files: groups, the items `name = values` in them, and their positions in the text. Values remain
-!> text.
+!> Parser of namelist files: it finds groups (&name ... /), the items `name = value, value ...` in them, and their
+!> positions in the text. Values remain text.
 !>
 !> The accepted syntax is a subset of the standard (Fortran 2018, 13.11): a namelist READ statement can read every
 !> accepted file. Rejected on purpose: subscripts and components, null values, texts that continue on the next line, `$`
@@ -19,7 +19,7 @@ module namelist_text
    !> longer file therefore has an unknown or a repeated name before the limit, and this name is reported.
    integer, parameter :: max_parsed = 10000
 
-   !> An item, name = values; `first` and `last` delimit the name in the text
+   !> An item, name = values; `first` and `last` are the positions of its name in the text
    type :: item_t
       integer :: first = 1
       integer :: last = 0
@@ -30,7 +30,7 @@ module namelist_text
       integer :: last_value = 0
    end type item_t
 
-   !> A group, &name ... /; `first` and `last` delimit the name in the text
+   !> A group, &name ... /; `first` and `last` are the positions of its name in the text
    type :: group_t
       integer :: first = 1
       integer :: last = 0

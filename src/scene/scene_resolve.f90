@@ -1,5 +1,6 @@
 !> Resolution of a scene that has been read: groups are checked against each other, default values that depend on other
-!> values are set, and quantities in the user's units are converted to ratios.
+!> values are set, and quantities in the user's units are converted to dimensionless values (ratios). A check that fails
+!> reports the problem to `input`, and the following steps are skipped.
 module scene_resolve
    use kinds, only: lambda1, wp
    use name_table, only: table_t
@@ -38,17 +39,18 @@ module scene_resolve
    !> appended, the name remains below 255 bytes.
    integer, parameter :: max_stem_length = 200
 
-   !> Maximum ratio of element lengths for a table of frequencies alone; the limit is larger than `largest_spread`
-   !> because the solvers use lengths of elements and distances to the tip instead of positions.
-   real(wp), parameter :: largest_spread_in_table = 1.0e30_wp
-   !> Maximum number of elements for a solver with full matrices.
+   !> Maximum ratio of the longest to the shortest element for a table of frequencies alone; larger than
+   !> `largest_spread` for motions, because the eigenvalue solvers use lengths of elements and distances to the tip
+   !> instead of positions, which rounding would make equal.
+   real(wp), parameter :: max_length_ratio_in_table = 1.0e30_wp
+   !> Maximum number of elements for a solver with full matrices (`dsygv` and `natural`).
    integer, parameter :: max_elements_full = 5000
-   !> Maximum number of elements for which `natural` is the default solver, 0.03 s; with more elements the default is
-   !> `auto`.
+   !> Maximum number of elements for which `natural`, whose run time grows with the third power of this number, is the
+   !> default solver; it takes 0.03 s at the maximum. With more elements the default is `auto`.
    integer, parameter :: max_elements_natural = 100
-   !> Maximum number of elements for damping ratios of single modes with Newmark's method, which requires all modes and
-   !> one full matrix for each length of the step: 10 s before the first step and 0.2 GB at this number. The time grows
-   !> with the third power of the number of elements.
+   !> Maximum number of elements if each mode has its own damping ratio and the method is Newmark's, which then requires
+   !> all modes and one full matrix for each length of the step: 10 s before the first step and 0.2 GB at this number.
+   !> The time grows with the third power of the number of elements.
    integer, parameter :: max_elements_damped = 500
 
 contains
@@ -57,9 +59,9 @@ contains
    subroutine resolve_scene(input, table, program, scene)
       !> The parsed file, which also records problems
       type(scene_input_t), intent(inout) :: input
-      !> In: names with the values of the file; out: with the ratios of quantities in units
+      !> In: names with the values of the file; out: with the ratios computed from quantities in units
       type(table_t), intent(inout) :: table
-      !> One of the `program_` constants, or a sum of them
+      !> The programs that may run the scene: one of the `program_` constants, which are powers of two, or a sum of them
       integer, intent(in) :: program
       !> In: values as read; out: resolved
       type(scene_t), intent(inout) :: scene
@@ -78,7 +80,7 @@ contains
       if (allocated(scene%mesh%nodes)) call resolve_nodes(input, scene)
       if (input%has_problem()) return
       ! the table of frequencies uses this mesh too; the check comes first so that a problem is reported in &mesh
-      call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
+      call check_length_ratio(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
       call resolve_mesh(input, scene)
       call check_root(input, scene)
@@ -106,13 +108,13 @@ contains
       call check_output(input, scene)
    end subroutine resolve_scene
 
-   !> Convert quantities in units to ratios, and copy all changed values of the table into the scene. Problems are
-   !> reported to `input`; the scene then does not change.
+   !> Convert quantities in units to ratios, and copy all changed values of the table into the scene. If there is a
+   !> problem, the scene does not change.
    subroutine resolve_units(input, table, places, scene)
       type(scene_input_t), intent(inout) :: input
       !> In: names with their values; out: with the ratios
       type(table_t), intent(inout) :: table
-      !> Indices of entries in units, ascending
+      !> Indices of the entries of the table that the file gives in units, ascending
       integer, intent(in) :: places(:)
       !> Scene with known scales
       type(scene_t), intent(inout) :: scene
@@ -175,7 +177,7 @@ contains
    !> Check that the scene requests results, and results that this program computes.
    subroutine check_requests(input, program, scene)
       type(scene_input_t), intent(inout) :: input
-      !> One of the `program_` constants, or a sum of them
+      !> The programs that may run the scene: one of the `program_` constants, or a sum of them
       integer, intent(in) :: program
       type(scene_t), intent(in) :: scene
 
@@ -198,7 +200,7 @@ contains
       if (answer) answer = scan(name(1:1), '.- ') == 0 .and. len_trim(name) == len(name) .and. character_count(name) > 0
    end function can_name_a_file
 
-   !> Find the scales, which are those of the uniform beam of mean section.
+   !> Find the scales: L, omega1, E, E Ibar, mass and hbar / L of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)
       type(scene_input_t), intent(inout) :: input
       type(beam_settings_t), intent(in) :: beam
@@ -210,6 +212,7 @@ contains
 
       call mean_section(beam, area, inertia)
       scales%length = beam%length
+      ! the height of a rectangle with this area and second moment of area
       scales%height_ratio = sqrt(12.0_wp*inertia/area)/beam%length
       if (beam%shape == shape_taper) then
          scales%height_ratio = 0.5_wp*(beam%height_root + beam%height_tip)/beam%length
@@ -252,6 +255,7 @@ contains
 
       problem = ''
       elements = scene%mesh%elements
+      ! the error estimate also runs on meshes with two and four times as many elements
       if (scene%mesh%estimate) elements = 4*elements
       if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= max_elements_damped) return
       if (scene%response%method == method_exact .or. scene%mesh%tolerance > 0.0_wp) return
@@ -274,7 +278,8 @@ contains
          call input%complain('response', 'modes', 'is a number that is given; it does not go with accuracy, ' &
             //'mode_tolerance or keep_all_modes')
       end if
-      ! a tolerance of 0 was given: no truncation is allowed
+      ! the file gives mode_tolerance = 0, which means that no mode is omitted. `list_response` does not copy this 0
+      ! into the component, so that it still has its default value `huge`
       if (input%has('response', 'mode_tolerance') .and. .not. response%mode_tolerance < huge(1.0_wp)) then
          response%keep_all_modes = .true.
       end if
@@ -310,7 +315,7 @@ contains
       !> In: beam and mesh are resolved; out: with solvers, meshes and reference
       type(scene_t), intent(inout) :: scene
 
-      logical :: has_exact
+      logical :: has_exact_values
 
       associate (frequencies => scene%frequencies)
          if (.not. allocated(frequencies%solver)) then
@@ -328,17 +333,17 @@ contains
                //to_text(2*maxval(frequencies%mesh_elements))//' modes (2 for each element)')
          end if
 
-         has_exact = .false.
+         has_exact_values = .false.
          if (scene%beam%shape == shape_section) then
-            has_exact = is_uniform(scene%beam%section) .or. scene%beam%section%profile == profile_stepped
+            has_exact_values = is_uniform(scene%beam%section) .or. scene%beam%section%profile == profile_stepped
          else if (scene%beam%shape == shape_taper) then
             ! no exact frequencies exist with a mass at the tip of a full wedge, because the flexibility of the tip is
             ! unbounded
-            has_exact = .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
+            has_exact_values = .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
                .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
-            has_exact = has_exact .or. abs(scene%beam%height_root - scene%beam%height_tip) <= 0.0_wp
+            has_exact_values = has_exact_values .or. abs(scene%beam%height_root - scene%beam%height_tip) <= 0.0_wp
          end if
-         if (has_exact) return
+         if (has_exact_values) return
          if (.not. input%has('frequencies', 'reference')) then
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
@@ -348,7 +353,8 @@ contains
       end associate
    end subroutine resolve_frequencies
 
-   !> Set the lists of &precision that the file does not give.
+   !> Set the lists of &precision that the file does not give: integration methods, Newmark's steps and the values of
+   !> `hop_tolerance` that are compared.
    pure subroutine resolve_precision(precision)
       !> In: as read; out: resolved
       type(precision_settings_t), intent(inout) :: precision
@@ -364,50 +370,51 @@ contains
       end if
    end subroutine resolve_precision
 
-   !> Complete the meshes of the frequency table: as many ratios as numbers of elements.
+   !> Complete the meshes of the frequency table: a list with one value is extended to the length of the other list.
    subroutine resolve_meshes(input, mesh, frequencies)
       type(scene_input_t), intent(inout) :: input
       !> &mesh, used if the table gives no mesh
       type(mesh_settings_t), intent(in) :: mesh
-      !> In: numbers of elements and ratios as read; out: equally many of both
+      !> In: numbers of elements and ratios of neighbouring lengths as read; out: equally many of both
       type(frequency_settings_t), intent(inout) :: frequencies
 
-      integer :: count, i, worst
+      integer :: meshes, i, max_elements
 
       if (.not. allocated(frequencies%mesh_elements)) allocate (frequencies%mesh_elements(1), source=mesh%elements)
       if (.not. allocated(frequencies%mesh_ratios)) allocate (frequencies%mesh_ratios(1), source=mesh%ratio)
       associate (elements => frequencies%mesh_elements, ratios => frequencies%mesh_ratios)
-         count = max(size(elements), size(ratios))
-         if (min(size(elements), size(ratios)) < count .and. min(size(elements), size(ratios)) > 1) then
+         meshes = max(size(elements), size(ratios))
+         if (min(size(elements), size(ratios)) < meshes .and. min(size(elements), size(ratios)) > 1) then
             call input%complain('frequencies', 'mesh_ratios', 'needs one value or as many as mesh_elements, ' &
                //to_text(size(elements))//'; '//to_text(size(ratios))//' given')
             return
          end if
       end associate
-      if (size(frequencies%mesh_elements) < count) then
-         frequencies%mesh_elements = spread(frequencies%mesh_elements(1), 1, count)
-      else if (size(frequencies%mesh_ratios) < count) then
-         frequencies%mesh_ratios = spread(frequencies%mesh_ratios(1), 1, count)
+      if (size(frequencies%mesh_elements) < meshes) then
+         frequencies%mesh_elements = spread(frequencies%mesh_elements(1), 1, meshes)
+      else if (size(frequencies%mesh_ratios) < meshes) then
+         frequencies%mesh_ratios = spread(frequencies%mesh_ratios(1), 1, meshes)
       end if
 
-      do i = 1, count
-         call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), &
-            frequencies%mesh_ratios(i), largest_spread_in_table)
+      do i = 1, meshes
+         call check_length_ratio(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), &
+            frequencies%mesh_ratios(i), max_length_ratio_in_table)
          if (input%has_problem()) return
       end do
-      worst = maxval(frequencies%mesh_elements)
-      if (worst <= max_elements_full) return
+      max_elements = maxval(frequencies%mesh_elements)
+      if (max_elements <= max_elements_full) return
       do i = 1, size(frequencies%solver)
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
-            //' takes at most '//to_text(max_elements_full)//' elements, a mesh has '//to_text(worst) &
+            //' takes at most '//to_text(max_elements_full)//' elements, a mesh has '//to_text(max_elements) &
             //"; use 'lanczos' or 'auto'")
          return
       end do
    end subroutine resolve_meshes
 
-   !> Check the ratio of the longest to the shortest element, r^(n - 1) for the ratio r of neighbouring lengths.
-   subroutine check_spread(input, group, name, elements, ratio, limit)
+   !> Check the ratio of the longest to the shortest element, r^(n - 1) for n elements with the ratio r of neighbouring
+   !> lengths.
+   subroutine check_length_ratio(input, group, name, elements, ratio, limit)
       type(scene_input_t), intent(inout) :: input
       !> Group and name of the ratio, for messages
       character(*), intent(in) :: group
@@ -425,7 +432,7 @@ contains
       if (decades > log10(limit)) call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio ' &
          //to_text(ratio)//' '//spread_problem(decades, limit)//'; this ratio goes with at most ' &
          //to_text(1 + int(log10(limit)/abs(log10(ratio))))//' elements')
-   end subroutine check_spread
+   end subroutine check_length_ratio
 
    !> Check &output against the other settings.
    subroutine check_output(input, scene)

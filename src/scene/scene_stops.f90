@@ -1,5 +1,6 @@
-!> &stop and &support: the names of the groups, the stop from which the beam is released, the unit of displacement, and
-!> checks for stops and supports that are not compatible. A file may have any number of each group.
+!> &stop and &support: the names of the groups, the stop from which the beam is released, the unit of displacement D,
+!> and checks for stops and supports that are not compatible. A file may have any number of each group. The `scene` has
+!> a first stop and a list of further stops (`more_stops`).
 module scene_stops
    use kinds, only: wp
    use load_settings, only: start_release
@@ -18,22 +19,24 @@ module scene_stops
    private
    public :: list_stops, list_supports, find_displacement, check_stops, check_supports
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: words of `side` or of `law` with which they may be given
    type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
    type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
    type(condition_t), parameter :: restitution = condition_t(name='law', words='restitution')
    type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
-   type(condition_t), parameter :: yielding = condition_t(name='law', words='three_element spring_damper')
+   type(condition_t), parameter :: compliant = condition_t(name='law', words='three_element spring_damper')
 
-   ! Range that several names have in common
+   ! Range of heights in the user's units
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
 
-   !> Names that determine the position of a stop's surface; messages name the first of them in the file.
+   !> Names that determine the surface of a stop; messages name the first of them that the file gives.
    character(*), parameter :: names_of_place = 'position side preload surface_height clearance_ratio clearance'
 
 contains
 
    !> List the names of all &stop groups in the table, and bind them to the components of the scene.
+   !>
+   !> At least one &stop is listed, so that its names are known, even if the file has none.
    subroutine list_stops(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its stops are bound
@@ -54,18 +57,20 @@ contains
       end do
    end subroutine list_stops
 
-   !> List the names of one &stop in the table, and bind them to the components of the scene.
+   !> List the names of one &stop in the table, and bind them to the components of the scene. The number that begins a
+   !> `sweep_t` is the unique number of the parameter in sweeps. The mesh moves a stop near the tip to the tip if the
+   !> element between them would be shorter than 1/100 of its neighbour.
    subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
       !> Number of this stop, and number of stops
       integer, intent(in) :: which
       integer, intent(in) :: number
       type(stop_settings_t), intent(inout) :: stop
-      !> Number of the stop from which the beam is released
+      !> Number of the stop from which the beam is released; 0: not chosen
       integer, intent(inout) :: release_stop
 
       real(wp) :: clearance
-      logical :: is_release_contact
+      logical :: is_release_stop
 
       call table%bind(stop%position, name_t('position', &
          'position of the stop Lc over length; ' &
@@ -73,13 +78,15 @@ contains
          sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
          side_names)
-      is_release_contact = release_stop == which .and. number > 1
-      call table%bind(is_release_contact, name_t('pulled', 'the beam is released from this stop', default='that with ' &
+      ! the file chooses this stop by `pulled = .true.`; with a single stop there is no choice
+      is_release_stop = release_stop == which .and. number > 1
+      call table%bind(is_release_stop, name_t('pulled', 'the beam is released from this stop', default='that with ' &
          //'initial_height, or the one nearest the tip', is_optional=.true.))
-      if (is_release_contact) release_stop = which
+      if (is_release_stop) release_stop = which
       call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
          range_t(-1.0e6_wp, 1.0e6_wp), one_side, &
          sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
+      ! `preload` is minus the clearance of a stop on both sides; the subtraction avoids a negative zero
       clearance = 0.0_wp - stop%preload
       call table%bind(clearance, name_t('clearance_ratio', 'distance of the unstressed beam to each side over ' &
          //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), both_sides, default='none: give one', &
@@ -108,17 +115,17 @@ contains
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
+         stiffness_range, compliant, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
       call table%store(name_t('stiffness', 'spring k, force over length', physical_range, &
-         yielding, instead_of='stiffness_ratio', quantity='stiffness'))
+         compliant, instead_of='stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., is_in_motion=.true.)))
       call table%store(name_t('branch_stiffness', 'spring beta k, force over length', &
          physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
-         //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
+         //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
          sweep=sweep_t(13, is_in_cases=.true., is_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%store(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
+      call table%store(name_t('damper', 'damper c, force over velocity', physical_range, compliant, &
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
 
@@ -160,10 +167,11 @@ contains
    end subroutine list_support
 
    !> Find the stop from which the beam is released and the unit of displacement D. For a beam that is released above a
-   !> stop, D is the initial height above this stop. Otherwise D is `displacement_scale` of the file; if a quantity in
-   !> units requires D and the file does not give it, D is the maximum height or clearance of the stops that is given in
-   !> units, or else the mean height of the beam. The heights of all stops are checked against D. Problems are reported
-   !> to `input`.
+   !> stop, D is y_c(0) - d, the initial distance of the beam from the surface of this stop: `initial_height` minus
+   !> `surface_height`. Otherwise D is `displacement_scale` of the file; if a quantity in units requires D and the file
+   !> does not give it, D is the maximum height or clearance of the stops that is given in units, or else the mean
+   !> height of the cross-section of the beam. The heights of all stops are checked against D. Problems are reported to
+   !> `input`.
    subroutine find_displacement(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -198,13 +206,13 @@ contains
       if (allocated(scene%more_stops)) stop_count = 1 + size(scene%more_stops)
    end function stop_count
 
-   !> Find the stop from which the beam is released: the stop with the initial height or with `pulled`.
+   !> Find the stop from which the beam is released: the stop with `initial_height` or with `pulled`.
    subroutine find_released(input, table, stops, released)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Number of stops
       integer, intent(in) :: stops
-      !> Number of this stop; 0: no stop has either
+      !> Number of the stop found; 0: no stop has either name
       integer, intent(out) :: released
 
       integer :: k
@@ -221,7 +229,7 @@ contains
       end do
    end subroutine find_released
 
-   !> Find the unit of displacement from the initial height, if it is given, and check the heights of all stops against
+   !> Find the unit of displacement from `initial_height`, if it is given, and check the heights of all stops against
    !> this unit.
    subroutine check_heights(input, table, scene)
       type(scene_input_t), intent(inout) :: input
@@ -242,7 +250,7 @@ contains
             call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what ' &
                //'the unit of displacement is', scene%release_stop)
          else if (has_height) then
-            call find_unit(input, table, scene%release_stop, scene%scales)
+            call find_displacement_unit(input, table, scene%release_stop, scene%scales)
          end if
          if (input%has_problem()) return
          do k = 1, stop_count(scene)
@@ -271,9 +279,9 @@ contains
       end associate
    end subroutine check_heights
 
-   !> Find the unit of displacement, the initial height of the beam above the surface of the stop from which it is
-   !> released.
-   subroutine find_unit(input, table, released, scales)
+   !> Find the unit of displacement, the initial distance of the beam from the surface of the stop from which it is
+   !> released; for a stop on both sides, from its lower surface.
+   subroutine find_displacement_unit(input, table, released, scales)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
@@ -282,11 +290,11 @@ contains
       !> In: with the scale of lengths; out: with that of displacements
       type(scales_t), intent(inout) :: scales
 
-      ! minimum height over the length of the beam; smaller heights are not distinct from 0
-      real(wp), parameter :: smallest_lift = 1.0e-15_wp
+      ! minimum initial distance over the length of the beam; a smaller distance is not distinct from 0
+      real(wp), parameter :: min_distance = 1.0e-15_wp
       character(*), parameter :: too_long = "must be smaller in size than the beam's length, "
       character(:), allocatable :: name
-      real(wp) :: given, start, lift
+      real(wp) :: stop_height, start_height, initial_distance
       integer :: side
 
       side = nint(table%number('stop', 'side', released))
@@ -295,34 +303,34 @@ contains
          call input%complain('stop', 'initial_height', 'needs '//name//' too', released)
          return
       end if
-      given = table%number('stop', name, released)
-      start = table%number('stop', 'initial_height', released)
-      lift = start - given
-      if (side == side_above) lift = given - start
-      if (side == side_both) lift = start + given
+      stop_height = table%number('stop', name, released)
+      start_height = table%number('stop', 'initial_height', released)
+      initial_distance = start_height - stop_height
+      if (side == side_above) initial_distance = stop_height - start_height
+      if (side == side_both) initial_distance = start_height + stop_height
       associate (range => table%range_of('stop', 'preload'))
-         if (abs(given) > scales%length) then
+         if (abs(stop_height) > scales%length) then
             call input%complain('stop', name, too_long//to_text(scales%length), released)
-         else if (abs(start) > scales%length) then
+         else if (abs(start_height) > scales%length) then
             call input%complain('stop', 'initial_height', too_long//to_text(scales%length), released)
-         else if (side == side_both .and. abs(start) > given) then
+         else if (side == side_both .and. abs(start_height) > stop_height) then
             call input%complain('stop', 'initial_height', 'must be between both sides, at most clearance = ' &
-               //to_text(given)//' in size', released)
-         else if (lift < smallest_lift*scales%length) then
+               //to_text(stop_height)//' in size', released)
+         else if (initial_distance < min_distance*scales%length) then
             if (side == side_both) name = 'the lower side, -'//name
             call input%complain('stop', 'initial_height', 'must be ' &
                //trim(merge('below', 'above', side == side_above))//' '//name//' = ' &
-               //to_text(merge(-given, given, side == side_both)), released)
-         else if (abs(given) > range%maximum*lift) then
+               //to_text(merge(-stop_height, stop_height, side == side_both)), released)
+         else if (abs(stop_height) > range%maximum*initial_distance) then
             call input%complain('stop', 'initial_height', 'is too near to '//name//': preload must be ' &
                //range_text(range), released)
          else
-            scales%displacement = lift
+            scales%displacement = initial_distance
          end if
       end associate
-   end subroutine find_unit
+   end subroutine find_displacement_unit
 
-   !> The name in &stop that gives the height of the surface.
+   !> The name in &stop that gives the height of the surface, or the distance to both surfaces.
    pure function height_name(side) result(name)
       !> One of the `side_` constants
       integer, intent(in) :: side
