@@ -103,6 +103,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      ! contacts in the impact problem, and velocity change of each per unit impulse at each other
       type(impact_contact_t) :: struck(size(reached))
       real(wp) :: mobility(size(struck), size(struck)), velocity
       integer :: a, i, k, n

@@ -93,6 +93,7 @@ contains
             + sum([(energy_in(now%states(k)), k=1, size(contacts))])
          call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%max_peaks, &
             motion%observers%measures)
+         ! accumulator 0 serves a run without contacts
          call open_accumulator(.false., response%initial_energy, 0.0_wp, static_energy, settings%height_ratio, &
             motion%observers%measures%of(0)%accumulator)
          do k = 1, size(contacts)
@@ -256,8 +257,10 @@ contains
       logical, intent(in) :: is_active(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: force(:)
+      !> Energy of beam and stops
       real(wp), intent(out) :: energy
 
+      ! displacement at each contact per unit force at each other
       real(wp) :: compliance(size(is_active), size(is_active))
       logical :: is_loaded(size(is_active))
       integer :: j, k
@@ -268,10 +271,10 @@ contains
          end do
          if (.not. now%states(k)%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/now%states(k)%spring%stiffness
       end do
+      ! an inactive contact is treated as infinitely far away
       call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), is_active), force, is_loaded)
       energy = 0.5_wp*dot_product(force, now%beam%height)
    end subroutine find_equilibrium
-
 
    !> Store contact records and measures in the response, contacts in the order of the input file.
    subroutine finish_exact(settings, phase, motion, response)

@@ -78,6 +78,7 @@ contains
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
 
+      ! force plus `error`, its rounding error; evaluations of the first search
       class(transformable_signal_t), allocatable :: raised
       integer(i8) :: before
       real(wp) :: error
@@ -104,6 +105,7 @@ contains
 
       call find_gap_signal(self, k, gap)
       associate (state => self%states(k), forced => self%forced)
+         ! the search stores the state at its last instant, so that the end of the phase need not compute it again
          gap%last => self%set%last
          if (allocated(state%spring)) then
             if (.not. state%moves_with_beam) gap%relaxation = state%depth

@@ -38,7 +38,8 @@ contains
       type(stop_settings_t), allocatable :: stops(:)
       integer, allocatable :: nodes(:)
 
-      ! without a tip mass the redistributed node is massless, which only exact motion with one rigid contact can treat
+      ! without a tip mass, redistribution leaves a massless node, which only exact motion with one rigid contact can
+      ! treat
       answer = has_one_contact(settings, 0) .and. is_rigid(settings%stop) .and. &
          settings%stop%impulse == impulse_nodal .and. settings%response%method == method_exact
       if (answer .or. tip_mass_ratio <= 0.0_wp) return
