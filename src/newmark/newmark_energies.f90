@@ -90,8 +90,8 @@ contains
       end do
    end subroutine find_mean_velocity
 
-   !> Quadratic form x . K x from the main diagonal of the symmetric matrix K and the three diagonals above it, summed by
-   !> vector instructions: this takes a third of the time of a matrix product followed by a scalar product.
+   !> Quadratic form x . K x from the main diagonal of the symmetric matrix K and the three diagonals above it, summed
+   !> by vector instructions: this takes a third of the time of a matrix product followed by a scalar product.
    pure function quadratic_form(order, diagonals, x) result(form)
       !> Number of degrees of freedom
       integer, intent(in) :: order

@@ -1,5 +1,6 @@
-!> Onsets and ends of contact at the end of a Newmark step. A step that would violate a contact condition is halved until
-!> the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens there.
+!> Onsets and ends of contact at the end of a Newmark step. A step that would violate a contact condition is halved
+!> until the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens
+!> there.
 module newmark_events
    use contact_rows, only: along
    use failures, only: fail, status_run_failed
@@ -99,7 +100,8 @@ contains
    end subroutine check_open
 
 
-   !> Open an unloaded spring and damper if the beam has left it, or mark it as closing if its force is compressive again.
+   !> Open an unloaded spring and damper if the beam has left it, or mark it as closing if its force is compressive
+   !> again.
    pure subroutine check_unloaded(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact

@@ -1,4 +1,6 @@
-!> Impacts at rigid contacts of a finite-element beam.
+!> Impacts at rigid contacts of a finite-element beam. All contacts that are hit at one instant form one linear
+!> complementarity problem for their impulses (module `impact_problem`). A contact captures the beam, that is, brings it
+!> to rest without restitution, if its last flight stayed below the hop height.
 module newmark_impacts
    use complementarity, only: solve_active
    use contact_rows, only: set_along
@@ -55,15 +57,17 @@ contains
    end subroutine apply_impacts
 
 
-   !> Find the contacts that take part in an impact: if any contact replaces nodal velocities, only those; otherwise
-   !> all.
+   !> Find the contacts that take part in an impact problem: if any of them applies Newton's law to the velocity of its
+   !> node alone (`impulse_nodal`), only contacts that do so; otherwise all.
    pure subroutine find_struck(run, is_last, struck, n, is_nodal)
       type(newmark_run_t), intent(in) :: run
       !> Last round of impact problems, in which restitution is zero at every contact
       logical, intent(in) :: is_last
+      !> The contacts of the problem, with their velocities before the impact
       type(impact_contact_t), intent(inout) :: struck(:)
-      !> Number of contacts that take part
+      !> Number of these contacts
       integer, intent(out) :: n
+      !> The contacts replace nodal velocities
       logical, intent(out) :: is_nodal
 
       integer :: k, part
@@ -104,6 +108,7 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! a contact chatters after this number of captures without a flight above the hop height in between
       integer, parameter :: chatter_limit = 10
       logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
@@ -179,7 +184,7 @@ contains
    end subroutine bring_to_rest
 
 
-   !> Shorten the first step after an impulse; the next steps grow again.
+   !> Shorten the first step after an impulse; the steps after it become longer again.
    pure subroutine shorten_next_step(run)
       type(newmark_run_t), intent(inout) :: run
 
@@ -188,8 +193,8 @@ contains
    end subroutine shorten_next_step
 
 
-   !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
-   !> these modes ring instead, and their accelerations would lose digits; so the first step should be that short.
+   !> Find the length of the first step after an impulse. The highest mode, strongly damped, comes to rest within
+   !> 1/(zeta omega^2); longer steps would make it oscillate instead, and its accelerations would lose digits.
    pure subroutine find_impulse_level(stepper, level, error)
       type(newmark_stepper_t), intent(in) :: stepper
       !> Number of halvings of the step
@@ -217,9 +222,10 @@ contains
    end function is_touched
 
 
-   !> Replace nodal velocities by Newton's law, whatever the change of energy in the adjacent elements.
+   !> Replace the velocities of the nodes at the contacts by Newton's law, even if the energy increases.
    pure subroutine replace_velocities(run, struck)
       type(newmark_run_t), intent(inout) :: run
+      !> The contacts; receive velocities and impulses
       type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
@@ -237,9 +243,10 @@ contains
    end subroutine replace_velocities
 
 
-   !> Find impulses from the mobility matrix of the contacts, and add their velocities.
+   !> Find the impulses that satisfy Newton's law, and add the velocities of the beam due to them.
    pure subroutine distribute_impulses(run, struck)
       type(newmark_run_t), intent(inout) :: run
+      !> The contacts; receive velocities and impulses
       type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
@@ -260,6 +267,7 @@ contains
    !> Update one contact that took part in an impact, and record its event.
    pure subroutine after_impulse(run, struck, only_captures, response)
       type(newmark_run_t), intent(inout) :: run
+      !> The contact, with its velocities and impulse
       type(impact_contact_t), intent(in) :: struck
       !> Every contact that was hit captured the beam
       logical, intent(in) :: only_captures
@@ -274,6 +282,7 @@ contains
          case (gets_impulse)
             call record_closed_impulse(run, k, struck%impulse, response)
          case (is_released)
+            ! an open contact that the beam leaves without an impulse has no event
             if (struck%part /= holds) return
             event = event_now(run, k, event_release)
             event%velocity_before = 0.0_wp

@@ -1,8 +1,9 @@
 !> Applied loads of Newmark's steps, and damping that is not proportional to the stiffness.
 !>
 !> A step ends at each jump of a load, as it does at an event: the step is halved until it ends there, with the load
-!> before the jump, and the next step begins with the load after the jump. A kink of a load needs no step of its own:
-!> its contribution to the error of one step is of second order, and the number of kinks does not depend on the step.
+!> before the jump, and the next step begins with the load after the jump. A kink of a load (a jump of its rate) may lie
+!> within a step: it adds an error of second order to this one step, and the number of kinks does not depend on the
+!> length of the steps, so the order of the method remains two.
 module newmark_loads
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
@@ -84,6 +85,7 @@ contains
       !> Instant at which the load was evaluated
       real(wp), intent(out) :: instant
 
+      ! the load is evaluated at least this share of the undivided step before the jump
       real(wp), parameter :: before = 1.0e-9_wp
 
       instant = tau
@@ -97,7 +99,7 @@ contains
       call load_at(run, instant, load)
    end subroutine load_at_end
 
-   !> Distance within which an instant counts as the instant of the jump.
+   !> Distance within which an instant counts as the instant of the jump: the shortest step, or rounding.
    pure function jump_tolerance(stepper, jump) result(distance)
       type(newmark_stepper_t), intent(in) :: stepper
       real(wp), intent(in) :: jump
@@ -109,6 +111,7 @@ contains
    !> Minimum number of halvings of the step so that it does not pass the next jump.
    pure function level_to_jump(run, min_level) result(level)
       type(newmark_run_t), intent(in) :: run
+      !> Number of halvings required for other reasons
       integer, intent(in) :: min_level
       integer :: level
 
@@ -125,8 +128,10 @@ contains
    !> If the present state is at a jump, set its load to the load after the jump.
    pure subroutine pass_jump(run, has_passed)
       type(newmark_run_t), intent(inout) :: run
+      !> The state is at a jump
       logical, intent(out) :: has_passed
 
+      ! instant of the last jump passed
       real(wp) :: last
 
       has_passed = .false.
@@ -146,13 +151,14 @@ contains
       end associate
    end subroutine pass_jump
 
-   !> Damping besides 2 zeta K: proportional to the mass, or given for each mode. Modal damping extends the matrices of
-   !> the supported beam to the full profile.
+   !> Damping besides 2 zeta K: proportional to M, or modal damping, the sum of 2 xi_i W_i (M phi_i)(M phi_i)^T over the
+   !> modes phi_i, with M-norm 1, of frequency W_i and damping ratio xi_i. That matrix is full, so the matrices of the
+   !> supported beam are extended to the full profile.
    subroutine additional_damping(settings, model, supported, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam with free rigid supports, whose modes have the damping ratios
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed; its matrices are extended to the full profile
+      !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile
       type(beam_model_t), intent(inout) :: supported
       !> Damping besides 2 zeta K; unallocated: there is none
       type(skyline_t), allocatable, intent(out) :: damping
@@ -175,6 +181,7 @@ contains
          allocate (force(supported%mass%order))
          do i = 1, size(modes%square)
             call multiply(supported%mass, modes%mode(:, i), force)
+            ! the last ratio holds for all higher modes
             associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
                do column = 1, damping%order
                   do row = 1, column
@@ -191,7 +198,7 @@ contains
       end if
    end subroutine additional_damping
 
-   !> The matrix stored with the full profile, zeros included.
+   !> The matrix stored with all entries of each column down to the diagonal, zeros included.
    pure function full_profile(matrix) result(full)
       type(skyline_t), intent(in) :: matrix
       type(skyline_t) :: full

@@ -1,9 +1,9 @@
-!> Bending moments of a Newmark run at the requested positions, from displacements y, velocities v and accelerations a of
-!> the degrees of freedom, without modes (docs/theory.md, section 19). Between the ends of steps moments are interpolated
-!> linearly.
+!> Bending moments of a Newmark run at the requested positions, from displacements y, velocities v and accelerations a
+!> of the degrees of freedom, without modes (docs/theory.md, section 19). Between the ends of steps moments are
+!> interpolated linearly.
 !>
-!> Newmark steps satisfy M* a + C* v + K y = F with matrices M* and C* that contain terms in K (`newmark_stepper`), so the
-!> moments contain these terms too.
+!> Newmark steps satisfy M* a + C* v + K y = F with matrices M* and C* that contain terms in K (`newmark_stepper`), so
+!> the moments contain these terms too.
 module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
@@ -53,7 +53,8 @@ contains
       type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%places%stiffness, 2))
 
-      ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in K
+      ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in
+      ! K
       real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
       integer :: g
 

@@ -1,9 +1,10 @@
-!> Motion of a beam with any number of contacts by Newmark steps, which are halved at an event until the condition of
-!> each contact is met: a second method beside exact motion (docs/theory.md, section 10). Rigid supports are fixed
+!> Motion of a beam with any number of contacts by Newmark steps, which are halved at an event until they violate no
+!> contact condition: a second method beside exact motion (docs/theory.md, section 10). Rigid supports are fixed
 !> exactly.
 !>
-!> Every state lies at a dyadic fraction of the step. After an event the steps grow again as fast as this grid allows,
-!> so that the samples are met exactly. A step is rejected by leaving the index of the present state as it is.
+!> Every state lies at a dyadic fraction of the undivided step. After an event the steps become longer again as fast as
+!> this grid allows, so that states fall exactly on the samples. Two states are stored: a trial step overwrites the one
+!> that is not the present state; if the step is accepted, the present state becomes the other one.
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
@@ -123,7 +124,8 @@ contains
       allocate (response%contacts(size(run%contacts)))
       do k = 1, size(run%contacts)
          associate (contact => run%contacts(k)%contact)
-            ! histories that the file does not need would take 7 % of the time of a long run
+            ! the histories of a single contact are those of the run; recording them twice would take 7 % of the time of
+            ! a long run
             output = settings%output
             output%history = output%history .and. .not. has_one_contact(settings, size(model%supports))
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
@@ -155,7 +157,7 @@ contains
       if (run%begins_flight) call record_flight_start(run, response%event_count)
    end subroutine begin
 
-   !> Store final values and measures in the response.
+   !> Store the final values and the results of the observers in the response.
    subroutine finish(run, response)
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
@@ -216,7 +218,7 @@ contains
       end if
       call divide_step(supported, settings%zeta, settings%response, run%steps_per_sample, error)
       if (allocated(error)) return
-      ! checked before modal damping extends the matrices to the full profile
+      ! this check precedes `additional_damping`, which may extend the matrices to the full profile
       call check_mesh(supported, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call explain_mesh_error(error)
@@ -283,7 +285,7 @@ contains
          end do
          associate (contact => run%contacts(k))
             if (.not. allocated(contact%stop)) cycle
-            ! length of the first step, from the time in which the contact force develops
+            ! the first step in contact is no longer than the time constant of the contact force
             if (contact%stop%viscosity > 0.0_wp) then
                contact%contact_level = level_of(run%stepper%step, 1.0_wp/(contact%stop%viscosity*run%mobility(k, k)))
             else if (contact%stop%branch_stiffness > 0.0_wp .and. contact%stop%relaxation_rate > 0.0_wp) then
@@ -293,7 +295,7 @@ contains
       end do
    end subroutine make_contacts
 
-   !> Check a contact against an opposite contact at the same point.
+   !> Check that the tolerances of a contact and of an opposite contact at the same point do not overlap.
    pure subroutine check_contact(run, k, error)
       !> The run, with all contacts up to this one
       type(newmark_run_t), intent(in) :: run
@@ -303,6 +305,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: j
+      ! distance between the two contact surfaces
       real(wp) :: clearance
 
       associate (contact => run%contacts(k))
@@ -320,13 +323,14 @@ contains
       end associate
    end subroutine check_contact
 
-   !> Take one accepted step and process the events at its end, or process the events that even the shortest step cannot
-   !> pass.
+   !> Take one accepted step and process the events at its end; if even the shortest step violates a contact condition,
+   !> process the events at the present state instead.
    subroutine advance(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives events and counters
       type(response_t), intent(inout) :: response
 
+      ! number of halvings of the step, and its length in units of the shortest step
       integer :: level
       integer(i8) :: span
       logical :: has_passed, is_accepted
@@ -336,6 +340,7 @@ contains
       if (allocated(run%places)) moments(:, 1) = moments_now(run)
       level = run%next_level
       run%next_level = 0
+      ! a step begins at a multiple of its own length
       if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
       if (run%next_jump <= size(run%jumps)) level = level_to_jump(run, level)
       do
@@ -389,7 +394,7 @@ contains
       end if
    end subroutine advance
 
-   !> Fail if the energy of beam and stops differs from the energy by the ledger.
+   !> Fail if the energy of the present state of beam and stops differs from the energy that follows from the ledger.
    pure subroutine check_energy(run)
       !> The run, which records its ledger
       type(newmark_run_t), intent(inout) :: run
@@ -409,7 +414,7 @@ contains
          + run%absolute_work, run%error)
    end subroutine check_energy
 
-   !> Prepare the measures of each contact.
+   !> Prepare the measures of each contact, which refer to the contact forces and the energy at static equilibrium.
    subroutine start_measures(model, settings, run, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings

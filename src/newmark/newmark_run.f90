@@ -1,5 +1,9 @@
-!> State of a Newmark run with any number of contacts: the beam, the status of each contact, the present state, and its
-!> position on the time grid.
+!> Data of a Newmark run with any number of contacts: the beam, the status of each contact, the present state, and its
+!> position on the time grid, and quantities of a contact that follow from a state.
+!>
+!> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The row w of a contact at height d is a
+!> vector whose only entry is the sign s: 1 for a contact below the beam, -1 for one above it. The gap is w . y - s d,
+!> with y the displacements of the degrees of freedom.
 module newmark_run
    use applied_loads, only: applied_loads_t
    use contact_measures, only: measurer_t
@@ -44,7 +48,8 @@ module newmark_run
    integer, parameter :: begins_now = -1
    integer, parameter :: is_interrupted = -2
 
-   !> State of the beam, and force P, indentation u and branch force of each contact.
+   !> State of the beam, and force P = k u + P2, indentation u and branch force P2 of each contact (module
+   !> `compliant_stop`).
    type :: run_state_t
       type(newmark_state_t) :: beam
       real(wp), allocatable :: force(:)
@@ -58,19 +63,20 @@ module newmark_run
    type :: contact_progress_t
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
-      !> The flight counts as a capture if it stays below the hop height
+      !> A flight is in progress that has stayed below the hop height: if it ends so, it is replaced by a capture
       logical :: may_be_capture = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
-      !> The contact may close again
+      !> The contact may close; false after it opened, until the gap grows
       logical :: may_close = .true.
-      !> The beam moves out from behind the contact surface, where relaxation of the stop or rounding left it
+      !> The beam is beyond the contact surface by more than the contact tolerance, due to relaxation of the stop or
+      !> rounding, and moves out
       logical :: leaving = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
       integer :: flight_events = is_interrupted
       !> Rigid contact: an impact brought the beam to rest on it
       logical :: is_stopped = .false.
-      !> The event list holds that impact as a capture
+      !> That impact has been recorded as a capture, so that closing the contact is not recorded again
       logical :: is_captured = .false.
       !> Number of captures since the gap last exceeded the hop height, or an impact with restitution opened the contact
       integer :: captures = 0
@@ -84,12 +90,15 @@ module newmark_run
       integer :: flights = 0
    end type contact_progress_t
 
+   !> A contact with its status.
    type, extends(contact_progress_t) :: newmark_contact_t
+      !> Position, height and law
       type(contact_t) :: contact
+      !> Row w
       type(contact_row_t) :: row
       !> Unallocated: the contact is rigid
       class(compliant_stop_t), allocatable :: stop
-      !> The stop is a spring and damper, which does not recover before the beam leaves it
+      !> The stop is a spring and damper; its surface stays on the beam until the beam reaches the undeformed position
       logical :: is_viscous = .false.
       !> Number of halvings of the first step of a contact
       integer :: contact_level = 0
@@ -97,8 +106,9 @@ module newmark_run
       real(wp) :: work = 0.0_wp
    end type newmark_contact_t
 
-   !> Coefficients of a step of given length, besides the factors of the stepper.
+   !> Coefficients of a step of given length, besides the factors of the stepper; A is the matrix of the step.
    type :: contact_factors_t
+      !> The coefficients have been computed
       logical :: made = .false.
       !> A^-1 w_j of each contact row, padded with zeros, [-2 : order + 3, contacts]
       real(wp), allocatable :: columns(:, :)
@@ -150,9 +160,10 @@ module newmark_run
    type, extends(run_progress_t) :: newmark_run_t
       type(newmark_stepper_t) :: stepper
       type(newmark_contact_t), allocatable :: contacts(:)
-      !> Index of the contact from which the beam is released, whose histories are recorded; 0: there are no contacts
+      !> Index of the contact from which the beam is released, to which the histories of the run refer; 0: there are no
+      !> contacts
       integer :: release_contact = 1
-      !> s d of that contact, in the unit of displacement
+      !> Height d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
@@ -168,13 +179,13 @@ module newmark_run
       integer :: samples = 0
       !> Gap within which an approaching beam closes the contact
       real(wp) :: contact_tolerance = 0.0_wp
-      !> Force below which a closed contact opens, if a longer step would make the force tensile
+      !> Force below which a closed contact opens, if a longer step has made the force tensile
       real(wp) :: release_force = 0.0_wp
       !> Hop height: a flight after a rebound that never exceeds it counts as a capture
       real(wp) :: hop_height = 0.0_wp
       !> Maximum number of events
       integer :: event_limit = 0
-      !> Pbar per unit of contact force
+      !> hbar/L, which is Pbar per unit of contact force
       real(wp) :: height_ratio = 0.0_wp
       !> Each step adds to the ledger of energies
       logical :: records_ledger = .false.
@@ -200,17 +211,18 @@ module newmark_run
       !> Applied loads, and the instants at which they may jump
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
-      !> Weights of the bending moments; unallocated: no moments are requested
+      !> Weights of the bending moments at the requested positions; unallocated: no moments are requested
       type(moment_places_t), allocatable :: places
       !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
       real(wp) :: share_of_stiffness = 0.0_wp
       real(wp) :: share_of_damping = 0.0_wp
-      !> Factor of mass-proportional damping
+      !> Damping proportional to M, as a multiple of M
       real(wp) :: mass_damping = 0.0_wp
       !> Damping is given for each mode
       logical :: has_modal_damping = .false.
-      !> The matrix of modal damping, and the factors of M
+      !> The matrix of modal damping, C* less its multiple of K, and the factors of M
       type(skyline_t) :: mode_damping, bare_mass
+      !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
       !> Indices of the closed contacts in the equations for their forces
       integer, allocatable :: closed(:)
@@ -252,7 +264,8 @@ contains
          /real(run%steps_per_sample, wp))*run%sample_step
    end function instant_of
 
-   !> Gap between the beam and a contact, which may still be deformed.
+   !> Gap between the beam and the contact surface. The surface of an open three-element stop is still displaced by its
+   !> indentation.
    pure function gap_at(run, k, state) result(gap)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
@@ -294,7 +307,7 @@ contains
       end associate
    end function depth_at
 
-   !> Force k u + c u' of a spring and damper, without regard to its sign.
+   !> Force of a spring and damper with the indentation u, k u + c du/dtau, which may be tensile.
    pure function spring_damper_force(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
@@ -373,7 +386,7 @@ contains
       real(wp), intent(in) :: time
       integer :: level
 
-      ! with more halvings, an instantaneous change and one within the shortest step differ by less than rounding
+      ! a change that takes less than 2^-30 of the step differs from an instantaneous change by less than rounding
       integer, parameter :: deepest_start = 30
 
       level = 0

@@ -1,4 +1,5 @@
-!> Recording of a Newmark run: its state at a sample, and shapes of the beam within a step.
+!> Recording of a Newmark run: histories at the samples, and displacements of the whole beam (shapes) at instants within
+!> a step.
 module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
@@ -66,7 +67,7 @@ contains
 
    !> Interpolate the requested shapes within a step: displacements by the Hermite cubic through both states, velocities
    !> linearly. At the instant of an event the state before the event is recorded.
-   pure subroutine interpolate_shapes(root_dofs, old, new, tau, step, preload, next, response)
+   pure subroutine interpolate_shapes(root_dofs, old, new, tau, step, height, next, response)
       !> Displacement and rotation of the root among the degrees of freedom, numbered after those of the nodes; 0: fixed
       integer, intent(in) :: root_dofs(2)
       !> State at the beginning of the step
@@ -75,15 +76,18 @@ contains
       type(newmark_state_t), intent(in) :: new
       !> Instant of the end of the step, tau
       real(wp), intent(in) :: tau
+      !> Length of the step; 0: the start of the run
       real(wp), intent(in) :: step
-      !> Height d of the release contact, which is subtracted from displacements
-      real(wp), intent(in) :: preload
+      !> Height d of the release contact, from which displacements are measured
+      real(wp), intent(in) :: height
       !> Index of the next shape to record
       integer, intent(inout) :: next
       !> Receives the shapes
       type(response_t), intent(inout) :: response
 
+      ! position within the step, 0 to 1, and the Hermite polynomials there
       real(wp) :: s, weight(4)
+      ! number of degrees of freedom of the nodes besides the root
       integer :: order
 
       order = 2*(size(response%shape_displacement, 1) - 1)
@@ -96,16 +100,16 @@ contains
             s**2*(3.0_wp - 2.0_wp*s), -step*s**2*(1.0_wp - s)]
          associate (y => response%shape_displacement(:, next), slope => response%shape_slope(:, next), &
             v => response%shape_velocity(:, next), slope_rate => response%shape_slope_velocity(:, next))
-            y(1) = -preload
+            y(1) = -height
             y(2:) = weight(1)*old%displacement(1:order:2) + weight(2)*old%velocity(1:order:2) &
-               + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - preload
+               + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - height
             slope(2:) = weight(1)*old%displacement(2:order:2) + weight(2)*old%velocity(2:order:2) &
                + weight(3)*new%displacement(2:order:2) + weight(4)*new%velocity(2:order:2)
             v(2:) = (1.0_wp - s)*old%velocity(1:order:2) + s*new%velocity(1:order:2)
             slope_rate(2:) = (1.0_wp - s)*old%velocity(2:order:2) + s*new%velocity(2:order:2)
             associate (dofs => root_dofs)
                if (dofs(1) > 0) then
-                  y(1) = value_within(dofs(1)) - preload
+                  y(1) = value_within(dofs(1)) - height
                   v(1) = (1.0_wp - s)*old%velocity(dofs(1)) + s*new%velocity(dofs(1))
                end if
                if (dofs(2) > 0) then
@@ -119,6 +123,7 @@ contains
 
    contains
 
+      !> Interpolated value of a degree of freedom.
       pure function value_within(dof) result(value)
          integer, intent(in) :: dof
          real(wp) :: value

@@ -1,5 +1,5 @@
-!> Start of a Newmark run from the final state of an earlier run, and storage of its own final state (docs/theory.md,
-!> section 21).
+!> Start of a Newmark run from a stored state, mostly the final state of an earlier run, and storage of its own final
+!> state. Such states are used as Poincare sections: one state in each period of the load (docs/theory.md, section 21).
 module newmark_sections
    use contact_rows, only: along
    use kinds, only: wp
@@ -57,7 +57,7 @@ contains
                contact%peak = state%hop_tolerance(k)
                if (state%is_deformed(k)) contact%status = is_unloaded
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
-               ! the stored indentation fixes the gap at which contact began
+               ! the indentation is measured from the gap at which contact began, which is not stored
                if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%contact%height &
                   + along(contact%row, now%beam%displacement)
                contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
@@ -75,6 +75,7 @@ contains
    !> once.
    pure subroutine resume(run, response)
       type(newmark_run_t), intent(inout) :: run
+      !> Receives the events, and which contacts were closed
       type(response_t), intent(inout) :: response
 
       integer :: k

@@ -1,4 +1,5 @@
-!> Initial state of a Newmark run.
+!> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with initial velocities; and
+!> the contacts that are closed or hit in this state.
 module newmark_start
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
@@ -111,11 +112,13 @@ contains
       end do
    end subroutine make_flexible
 
-   !> Static displacements of the degrees of freedom under given loads, on an elastic foundation in proportion to the
-   !> mass.
+   !> Static displacements of the degrees of freedom under given loads. An elastic foundation, whose stiffness is
+   !> proportional to the mass, makes the problem regular if the beam can move as a rigid body.
    pure subroutine bend(self, foundation, load, shape, error)
       class(finite_beam_t), intent(in) :: self
+      !> Stiffness of the foundation as a multiple of the mass
       real(wp), intent(in) :: foundation
+      !> Loads and displacements, one load case in each column, [order, cases]
       real(wp), intent(in) :: load(:, :)
       real(wp), intent(out) :: shape(:, :)
       !> Set if the stiffness cannot be factorised
@@ -134,8 +137,9 @@ contains
       end do
    end subroutine bend
 
-   !> Initial velocities M^-1 M_b v that satisfy the boundary conditions; for a mode or a table, initial displacements
-   !> too.
+   !> Initial velocities, and for a mode or a table initial displacements. A motion that violates the boundary
+   !> conditions, such as a uniform velocity, is projected: the velocities of the supported beam are M^-1 p, with p the
+   !> momenta of that motion at the degrees of freedom.
    subroutine set_in_motion(model, supported, start, displacement, velocity, error)
       type(beam_model_t), intent(in) :: model
       !> The beam with its rigid supports fixed
@@ -160,6 +164,7 @@ contains
          end associate
          return
       end if
+      ! until they are multiplied by M^-1, both vectors are products of mass and motion
       call find_start_momenta(model, start, displacement, velocity)
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness > 0.0_wp) cycle

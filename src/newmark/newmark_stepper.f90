@@ -1,13 +1,16 @@
-!> One Newmark step of the beam: M y'' + C y' + K y = sum f_j w_j + F(tau), with C = 2 zeta K or any other damping, and
-!> w_j the row of contact j. Time is tau; K is the stiffness of a beam with E Ibar = rho Abar = L = 1, over lambda1^4.
+!> One Newmark step of the beam: M y'' + C y' + K y = sum f_j w_j + F(tau), with C = 2 zeta K or any other damping, f_j
+!> the force of contact j and w_j its row, so that w_j . y is the displacement normal to the contact. A prime is d/dtau,
+!> v = y'. K is the stiffness of a beam with E Ibar = rho Abar = L = 1, over lambda1^4; D is the unit of displacement,
+!> so forces are in lambda1^4 E Ibar D/L^3.
 !>
 !> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a beam
 !> with
 !>    M* = M + (gamma - 1/2) h C + (beta - gamma/2) h^2 K,   C* = C + (gamma - 1/2) h K
 !> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and
 !> accelerations from three steps). The program therefore uses M* and C* throughout, for impulses too, and does not
-!> change M* and C* when it halves the step. With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
-!>    -h u C* u + sum w_j . (y+ - y) (f_j + f_j+)/2,   u = (v + v+)/2,
+!> change M* and C* when it halves the step. With + for values at the end of a step, y+ - y = h (v + v+)/2, and the
+!> energy v . M* v/2 + y . K y/2 changes by
+!>    -h u . C* u + sum w_j . (y+ - y) (f_j + f_j+)/2,   u = (v + v+)/2,
 !> for any sequence of step lengths: in free motion, at closed rigid contacts (w_j . y+ = w_j . y) and at impulses the
 !> energy never grows. M* is positive definite up to just below the stability limit. Velocities and accelerations
 !> computed in the usual way, with M, do not satisfy an energy balance: an impulse that adds the velocity v makes M y''
@@ -15,11 +18,11 @@
 !>
 !> The acceleration is the unknown (Hughes, The Finite Element Method, section 9.1): one matrix product and one solution
 !> a step. The forces f of contacts enter afterwards through the columns A^-1 w of their rows, so that one factorisation
-!> of A = M* + h C*/2 + h^2 K/4 serves free motion, closed rigid contacts and closed compliant contacts.
+!> with A = M* + h C*/2 + h^2 K/4 serves free motion, closed rigid contacts and closed compliant contacts.
 !>
-!> The profile of the beam is known, so product and solution run over diagonals, three beside the main one, padded with
-!> zeros. Without branches a whole step takes less time than the general skyline product and solution alone (measured at
-!> n = 8: 0.10 against 0.18 microseconds).
+!> The half bandwidth of the beam's matrices is three, so product and solution run over diagonals, and vectors are
+!> padded with zeros at both ends instead of testing for the ends. A whole step thus takes less time than the general
+!> skyline product and solution alone (measured at 8 elements: 0.10 against 0.18 microseconds).
 module newmark_stepper
    use beam_model, only: beam_model_t
    use contact_rows, only: band, contact_row_t, set_along
@@ -37,7 +40,7 @@ module newmark_stepper
 
    !> Displacement, velocity and acceleration of all degrees of freedom.
    type :: newmark_state_t
-      !> y, y', y'', padded with zeros, [-2 : order + 3]
+      !> y, y', y'' of the degrees of freedom, padded with zeros, [-2 : order + 3]
       real(wp), allocatable :: displacement(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: acceleration(:)
@@ -57,7 +60,7 @@ module newmark_stepper
       !> If inertia was redistributed, the slope at the tip is coupled to the last node but two as well: L(order, order
       !> - 5) and L(order, order - 4)
       real(wp) :: lower_left(2) = 0.0_wp
-      !> Skyline factors, used instead of these bands if damping is not proportional to the stiffness
+      !> Skyline factors of A, used instead of the diagonals if the stepper `is_general`
       type(skyline_t) :: skyline_factors
    end type newmark_factors_t
 
@@ -67,9 +70,10 @@ module newmark_stepper
       !> Degrees of freedom of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> 2 zeta + (gamma - 1/2) step, so that C* = `double_zeta` K
+      !> 2 zeta + (gamma - 1/2) step, so that C* = `double_zeta` K if C = 2 zeta K
       real(wp) :: double_zeta = 0.0_wp
-      !> C* is the matrix `damping` instead of `double_zeta` K
+      !> C* is not a multiple of K, or the root is not fixed: products and solutions use skyline matrices instead of
+      !> diagonals, and `damping` is C*
       logical :: is_general = .false.
       type(skyline_t) :: damping
       !> Length of the undivided step
@@ -92,8 +96,9 @@ module newmark_stepper
 contains
 
    !> Prepare everything that does not depend on the length of the step.
-   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, further)
+   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, more_damping)
       type(beam_model_t), intent(in) :: model
+      !> Damping C = 2 zeta K
       real(wp), intent(in) :: zeta
       !> Newmark's beta and gamma; the step is stable with these
       real(wp), intent(in) :: beta
@@ -105,7 +110,7 @@ contains
       !> Set if the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
       !> Damping besides 2 zeta K, with the profile of the model; absent: there is none
-      type(skyline_t), intent(in), optional :: further
+      type(skyline_t), intent(in), optional :: more_damping
 
       integer :: column, row
       real(wp) :: entry
@@ -120,10 +125,10 @@ contains
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
       ! the root's degrees of freedom are numbered last, outside the band of those to which they are coupled
-      stepper%is_general = present(further) .or. any(model%root_dofs > 0)
-      if (present(further)) then
-         stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), further)
-         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 1.0_wp, further)
+      stepper%is_general = present(more_damping) .or. any(model%root_dofs > 0)
+      if (present(more_damping)) then
+         stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), more_damping)
+         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 1.0_wp, more_damping)
       else if (stepper%is_general) then
          stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 0.0_wp, stepper%stiffness)
       end if
@@ -223,7 +228,7 @@ contains
 
    !> Forces F - K y - C* v on the degrees of freedom.
    pure subroutine find_forces(stepper, state)
-      !> The beam; its `work` holds y + 2 zeta v
+      !> The beam; its `work` holds y + `double_zeta` v
       type(newmark_stepper_t), intent(inout) :: stepper
       !> The forces replace its acceleration
       type(newmark_state_t), intent(inout) :: state
@@ -259,14 +264,14 @@ contains
       end associate
    end subroutine predict_step
 
-   !> Predictors of displacement, y + h v + h^2 a/4, and velocity, v + h a/2, and the combination y + 2 zeta v of the
-   !> two.
+   !> Predictors of displacement, y + h v + h^2 a/4, and velocity, v + h a/2, and the combination of both by which
+   !> stiffness and damping forces are a single product with K.
    pure subroutine predict(order, h, double_zeta, y, v, a, y_new, v_new, combined)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> Length of the step
       real(wp), intent(in) :: h
-      !> 2 zeta
+      !> C* as a multiple of K
       real(wp), intent(in) :: double_zeta
       !> State at the beginning
       real(wp), intent(in) :: y(1 - band:order + band)
@@ -275,7 +280,7 @@ contains
       !> Predictors
       real(wp), intent(inout) :: y_new(1 - band:order + band)
       real(wp), intent(inout) :: v_new(1 - band:order + band)
-      !> The combination y + 2 zeta v, to which the stiffness is applied
+      !> Predictor of displacement + `double_zeta` times that of velocity
       real(wp), intent(inout) :: combined(1 - band:order + band)
 
       real(wp) :: factor_y, factor_v
@@ -310,8 +315,8 @@ contains
       end do
    end subroutine negative_product
 
-   !> Solve L D L^T x = b. The entry computed last enters the sum last, which keeps the chain of dependent operations
-   !> short.
+   !> Solve L D L^T x = b. In each sum the entry of x computed last comes last, so that most operations do not wait for
+   !> it.
    pure subroutine solve_banded(order, lower, lower_left, reciprocal_pivot, x)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -378,7 +383,7 @@ contains
       !> Number of degrees of freedom
       integer, intent(in) :: order
       real(wp), intent(in) :: force
-      !> A^-1 w or M^-1 w
+      !> A^-1 w or M*^-1 w
       real(wp), intent(in) :: column(1 - band:order + band)
       real(wp), intent(inout) :: acceleration(1 - band:order + band)
 

@@ -2,10 +2,11 @@
 !> is implicit in the step.
 !>
 !> The contact forces f at the end of a step enter through the columns A^-1 w of the contact rows, so the closed
-!> contacts yield a small system of linear equations for their forces. At a rigid contact the displacement of the point
-!> does not change. At a three-element stop the mean force P over the step follows from the indentation u+ at its end: P
-!> = slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c u'+ at the end of
-!> the step.
+!> contacts yield a small system of linear equations for their forces. A is the matrix of a step (`newmark_stepper`),
+!> and the row w of a contact gives the normal displacement w . y of its point. At a rigid contact the displacement of
+!> the point does not change. At a three-element stop the mean of the force P over the step follows from the indentation
+!> u+ at its end: slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c du/dtau
+!> at the end of the step.
 module newmark_steps
    use contact_rows, only: along, band, set_along
    use kinds, only: wp
@@ -80,11 +81,11 @@ contains
       end if
       call finish_step(run%stepper, level, size(run%contacts), run%factors(level)%columns, count_closed, run%closed, &
          run%right, run%states(3 - run%now)%beam)
-      if (count_closed > count_constrained) call correct_yielding(run, level, count_constrained, count_closed)
+      if (count_closed > count_constrained) call correct_compliant(run, level, count_constrained, count_closed)
       do j = 1, count_constrained
          associate (row => run%contacts(run%closed(j))%row, old => run%states(run%now)%beam, &
             new => run%states(3 - run%now)%beam)
-            ! removes rounding errors
+            ! these values are exact but for rounding errors
             new%displacement(row%dof) = old%displacement(row%dof)
             call set_along(row, 0.0_wp, new%velocity)
             call set_along(row, 0.0_wp, new%acceleration)
@@ -142,7 +143,11 @@ contains
       !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      real(wp) :: acceleration, factor, displacement_factor, velocity_factor, slope, intercept, y, v
+      ! normal components of acceleration, displacement and velocity at the end of the step without contact forces
+      real(wp) :: acceleration, y, v
+      ! derivatives of contact force, displacement and velocity with respect to the acceleration
+      real(wp) :: factor, displacement_factor, velocity_factor
+      real(wp) :: slope, intercept
       integer :: i, j, k
 
       velocity_factor = 0.5_wp*run%stepper%factors(level)%step
@@ -192,7 +197,7 @@ contains
 
    !> Replace the mean force of three-element stops by the force at the end of the step, and correct accelerations and
    !> rigid reactions accordingly.
-   pure subroutine correct_yielding(run, level, count_constrained, count_closed)
+   pure subroutine correct_compliant(run, level, count_constrained, count_closed)
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
       integer, intent(in) :: level
@@ -237,7 +242,7 @@ contains
             end do
          end if
       end associate
-   end subroutine correct_yielding
+   end subroutine correct_compliant
 
    !> Add a contact force and its acceleration to the state at the end of the trial step.
    pure subroutine add_force(run, k, force)
@@ -252,7 +257,8 @@ contains
       end associate
    end subroutine add_force
 
-   !> Solve a small system whose matrix is positive definite except for positive factors of its rows.
+   !> Solve a small system whose matrix is positive definite except for positive factors of its rows, so that
+   !> elimination needs no pivoting.
    pure subroutine eliminate(rows, right, n)
       !> The matrix, of which the leading [n, n] part is used
       real(wp), intent(inout) :: rows(:, :)
@@ -290,7 +296,7 @@ contains
       real(wp) :: gap, min_gap
       integer :: k
 
-      ! in the shortest step only rounding may be left of the gap
+      ! the shortest step cannot be halved, so more rounding of the gap is permitted
       min_gap = -run%contact_tolerance
       if (level == deepest_level) min_gap = 2.0_wp*min_gap
       is_accepted = .true.
@@ -312,7 +318,7 @@ contains
       end associate
    end subroutine find_violations
 
-   !> Add the work of loads and the dissipated energy of the accepted step to the ledger.
+   !> Add the work of loads and the dissipated energy of the accepted step to the ledger of energies.
    pure subroutine account_step(run, step)
       type(newmark_run_t), intent(inout) :: run
       !> Length of the step
@@ -360,6 +366,8 @@ contains
          interval%energies = energies
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
+               ! the last components: `yields`, `has_force`, `is_active`, `holds` and `flights`; `holds` is false
+               ! because the gap of a closed contact is zero to rounding only
                seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)

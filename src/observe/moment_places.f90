@@ -1,7 +1,8 @@
-!> Bending moment and stress at places of the beam, for either method: weights by which the moments follow from the
-!> state and the loads, and recorded extremes (docs/theory.md, section 19).
+!> Bending moment and stress at given positions ("places") of the beam, for either method: weights by which the moments
+!> follow from the state and the loads, and recorded extremes (docs/theory.md, section 19).
 !>
-!> Moments are in the unit of Pbar times L, stresses in E D/L.
+!> Displacements are in D, times in tau. Moments are in the unit of Pbar times L, lambda1^4 E Ibar D/(hbar L), stresses
+!> in E D/L; hbar is the mean height of the beam, `height_ratio` is hbar/L.
 module moment_places
    use applied_loads, only: applied_loads_t, count_forces
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
@@ -16,10 +17,11 @@ module moment_places
    private
    public :: moment_places_t, gather_places, open_moments, track_moments, finish_moments
 
-   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + mass-proportional damping) + load.F, with the
-   !> values F of the time courses of the loads.
+   !> Weights of the moments. The moment at a place is stiffness . (y + 2 zeta y') + mass . (y'' + alpha y') + load . F,
+   !> with y the displacements of the degrees of freedom, a prime for d/dtau, alpha the coefficient of mass-proportional
+   !> damping, and F the values of the time courses of the loads.
    type :: moment_places_t
-      !> Weights of displacements and of accelerations, [order, places]
+      !> Weights of the terms in y + 2 zeta y' and in y'' + alpha y', [order, places]
       real(wp), allocatable :: stiffness(:, :)
       real(wp), allocatable :: mass(:, :)
       !> Moment per unit of the time course of a load, [loads, places]
@@ -33,15 +35,17 @@ contains
       type(beam_model_t), intent(in) :: model
       !> Settings that request moments
       type(run_settings_t), intent(in) :: settings
-      !> Applied loads; their count may be 0
+      !> Applied loads, the forces first and then the motions of the base; their count may be 0
       type(applied_loads_t), intent(in) :: loads
+      !> The weights
       type(moment_places_t), intent(out) :: places
 
+      !> Weights at one place, for E Ibar = rho Abar = L = 1
       type(moment_weights_t) :: weights
       real(wp) :: moment_unit
       integer :: forces, g, i, p
 
-      ! in units of E Ibar D/L^2
+      ! E Ibar D/L^2 in the unit of moments
       moment_unit = settings%height_ratio/lambda1_power4
       forces = count_forces(settings)
       associate (x => settings%stress%position, order => model%mass%order)
@@ -61,6 +65,7 @@ contains
                   end if
                end associate
             end do
+            ! forces of the settings are in 3 E Ibar D/L^3
             places%load(:forces, p) = 3.0_wp*moment_unit*places%load(:forces, p)
             places%load(forces + 1:, p) = settings%height_ratio*weights%base
          end do
@@ -73,7 +78,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Number of samples after the one at the start
       integer, intent(in) :: samples
-      !> The response, whose other histories are allocated
+      !> The response; its other histories are allocated already
       type(response_t), intent(inout) :: response
 
       integer :: i, p
@@ -83,6 +88,7 @@ contains
          allocate (response%moments(size(x)))
          response%moments%position = x
          do p = 1, size(x)
+            ! the section is described by the distance 1 - x to the tip; `outer_fibre` is 0 if it is unknown
             associate (moment => response%moments(p), fibre => outer_fibre(model%section, 1.0_wp - x(p)), &
                section_inertia => inertia(model%section, 1.0_wp - x(p)))
                moment%has_stress = fibre > 0.0_wp .or. section_inertia <= 0.0_wp
@@ -96,18 +102,20 @@ contains
       allocate (response%tau, source=[(real(i, wp)*settings%response%step, i=0, samples)])
    end subroutine open_moments
 
-   !> Update the extremes of moments by an interval.
+   !> Update the extremes of the moments by an interval of the motion (a phase or a step).
    subroutine track_moments(interval, moments)
       class(interval_t), intent(inout) :: interval
       !> Recorded moments, [places]
       type(moment_record_t), intent(inout) :: moments(:)
 
+      ! value and rate of the moment
       real(wp) :: state(2)
       integer :: p
 
       do p = 1, size(moments)
          associate (moment => moments(p))
-            ! the values at both ends mostly make a search unnecessary
+            ! `seek_peak` returns at once if a bound of the moment does not exceed the extremes so far, which the values
+            ! at both ends mostly raise
             state = interval%evaluate(output_row_t(interval%moment_row(p)), 0.0_wp)
             call update_extremes(moment, state(1), interval%start)
             state = interval%evaluate(output_row_t(interval%moment_row(p)), interval%length)
@@ -119,7 +127,7 @@ contains
 
    contains
 
-      !> Search for a value of sign times the moment above a threshold.
+      !> Search for a value of sign times the moment that exceeds a threshold.
       subroutine seek_extreme(sign, threshold, search_state)
          real(wp), intent(in) :: sign
          real(wp), intent(in) :: threshold
@@ -128,6 +136,7 @@ contains
          type(peak_t) :: peak
 
          peak%search_state = search_state
+         ! the row is sign times the moment plus 0; the tolerance refers to the maximum magnitude so far
          call interval%seek_peak(output_row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
             -moments(p)%least)), [0.0_wp, interval%length], threshold, peak)
          search_state = peak%search_state
@@ -151,7 +160,8 @@ contains
       end if
    end subroutine update_extremes
 
-   !> Store the extremes over all places among the measures at the end of the run.
+   !> Store the extremes over all places among the measures at the end of the run. Measures named `greatest` are maxima
+   !> of the magnitude; `greatest` and `least` of a place are its signed maximum and minimum.
    pure subroutine finish_moments(response)
       type(response_t), intent(inout) :: response
 
@@ -167,6 +177,7 @@ contains
          measures%has_stress = all(moments%has_stress)
          if (.not. measures%has_stress) return
          measures%stress_range = maxval(moments%stress_ratio*(moments%greatest - moments%least))
+         ! the place of the maximum stress
          p = maxloc(moments%stress_ratio*max(moments%greatest, -moments%least), dim=1)
          associate (moment => moments(p))
             measures%greatest_stress = moment%stress_ratio*max(moment%greatest, -moment%least)

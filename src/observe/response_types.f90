@@ -1,9 +1,10 @@
-!> Result of a run: events, histories at equal steps, shapes, energies. Both methods (`newmark`, `exact`) fill it;
-!> measures, files and tables read it.
+!> Result of a run: events, histories at equal time steps, shapes of the whole beam, energies, and measures (scalar
+!> results). Both methods (`newmark`, `exact`) fill it; files and tables are written from it.
 !>
 !> All values are dimensionless (docs/theory.md, section 2): displacement eta = (y - d)/(y_c(0) - d), time tau = omega1
-!> t, mass in rho Abar L. Energies are therefore in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in rho Abar L omega1
-!> (y_c(0) - d), and forces are Pbar of the paper.
+!> t, mass in rho Abar L, with d the height of the contact from which the beam is released. Energies are therefore in
+!> rho Abar L omega1^2 (y_c(0) - d)^2, impulses in rho Abar L omega1 (y_c(0) - d), and forces are Pbar of Irie, Yamada
+!> and Asano (1977).
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
@@ -39,6 +40,7 @@ module response_types
    !> The energy has decayed when at most this share of the initial energy is left, both above the energy at rest.
    real(wp), parameter :: settled_energy = 0.01_wp
 
+   !> An event: an instant at which contacts open, close or are hit.
    type :: event_t
       !> Instant
       real(wp) :: tau = 0.0_wp
@@ -59,7 +61,7 @@ module response_types
 
    !> Energies at the sample times. Kinetic + strain + stop + dissipated_* - created - work is constant.
    type :: energy_t
-      !> Kinetic energy of beam and tip mass; for Newmark's method with its mass matrix M*
+      !> Kinetic energy of beam and tip mass; by Newmark's method with the mass matrix M* (module `newmark_stepper`)
       real(wp), allocatable :: kinetic(:)
       !> Strain energy of the beam
       real(wp), allocatable :: strain(:)
@@ -97,8 +99,8 @@ module response_types
       real(wp) :: total_contact = 0.0_wp
       !> Tolerance of peaks and of extremes of moments and statistics, as a share of the value
       real(wp) :: extremes_tolerance = peak_tolerance
-      !> Maximum contact force, as Pbar; for a rigid stop the maximum mean force over `force_window` from the beginning
-      !> of an episode
+      !> Maximum contact force, as Pbar; for a rigid stop the maximum over all episodes (module `run_measures`) of the
+      !> mean force over `force_window` from the beginning of the episode
       real(wp) :: greatest_force = 0.0_wp
       !> Maximum impulse of an episode, less the impulse of the force at rest during its contacts
       real(wp) :: greatest_impulse = 0.0_wp
@@ -128,11 +130,11 @@ module response_types
       real(wp) :: left = 0.0_wp
       !> Bending moments are requested
       logical :: has_moment = .false.
-      !> Maximum moment in magnitude over all places of &stress
+      !> Maximum magnitude of the moment over all places of &stress
       real(wp) :: greatest_moment = 0.0_wp
       !> Stresses are defined at all places
       logical :: has_stress = .false.
-      !> Maximum stress in magnitude over all places, its instant and its position x/L
+      !> Maximum magnitude of the stress over all places, its instant and its position x/L
       real(wp) :: greatest_stress = 0.0_wp
       real(wp) :: greatest_stress_tau = 0.0_wp
       real(wp) :: greatest_stress_position = 0.0_wp
@@ -163,9 +165,9 @@ module response_types
       real(wp) :: difference = 0.0_wp
       !> Requested tolerance of eta
       real(wp) :: tolerance = 0.0_wp
-      !> The difference is well within the tolerance
+      !> The difference is so small that the retained modes are accepted
       logical :: agrees = .false.
-      !> The motion continues under harmonic loads after the horizon
+      !> Harmonic loads act throughout the run, so that the motion does not decay after the horizon
       logical :: persists = .false.
       !> Evaluations in trials, and sum over the trials of evaluations times modes
       integer(i8) :: evaluations = 0_i8
@@ -174,6 +176,7 @@ module response_types
 
    !> Mesh of a run, and comparison with a finer one.
    type :: mesh_check_t
+      !> Number of elements
       integer :: elements = 0
       !> Length of an element over that of the next element towards the tip
       real(wp) :: ratio = 1.0_wp
@@ -189,7 +192,7 @@ module response_types
       !> settling
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
-      !> The difference is within the tolerance
+      !> The difference is within the tolerance, so the mesh is accepted
       logical :: is_settled = .false.
    end type mesh_check_t
 
@@ -222,13 +225,13 @@ module response_types
    type :: moment_record_t
       !> Position x/L
       real(wp) :: position = 0.0_wp
-      !> Stress at the outer fibre below the axis, per moment
+      !> Stress at the outer fibre below the axis, positive in tension, per moment
       real(wp) :: stress_ratio = 0.0_wp
       !> The stress is defined at this place
       logical :: has_stress = .false.
       !> Moment at the sample times; unallocated: not requested
       real(wp), allocatable :: moment(:)
-      !> Minimum and maximum moment, and their instants; the initial values mean that nothing has been measured
+      !> Minimum and maximum moment, signed, and their instants; the initial values mean that nothing has been measured
       real(wp) :: least = huge(1.0_wp)
       real(wp) :: least_tau = 0.0_wp
       real(wp) :: greatest = -huge(1.0_wp)

@@ -1,5 +1,6 @@
-!> Types of the statistics of a run: sums over blocks of time during the run, and the statistics that follow from them
-!> at its end (docs/theory.md, section 20).
+!> Types of the statistics of a run: integrals over time, sums over impacts and extremes, all called sums here and
+!> accumulated in equal blocks of time, and the statistics that follow from them at the end of the run. The scatter of
+!> the blocks gives confidence intervals (docs/theory.md, section 20).
 module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
@@ -13,20 +14,24 @@ module statistic_types
 
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
-   !> Indices of the sums of a contact: integrals over time, sums over impacts, and extremes
+   !> Indices of the sums of a contact. Length of the block, and time in contact
    integer, parameter :: sum_time = 1
    integer, parameter :: sum_contact = 2
+   !> Integrals of the force and of its square
    integer, parameter :: sum_force = 3
    integer, parameter :: sum_square_force = 4
    !> Integral of the force plus impulses
    integer, parameter :: sum_impulse = 5
+   !> Number of impacts, and sums of their velocities and impulses
    integer, parameter :: sum_impacts = 6
    integer, parameter :: sum_velocity = 7
    integer, parameter :: sum_impact_impulse = 8
+   !> Integrals of displacements, at the contact and at the tip, and of their squares
    integer, parameter :: sum_displacement = 9
    integer, parameter :: sum_square_displacement = 10
    integer, parameter :: sum_tip = 11
    integer, parameter :: sum_square_tip = 12
+   !> Extremes
    integer, parameter :: maximum_force = 13
    integer, parameter :: maximum_velocity = 14
    integer, parameter :: maximum_impulse = 15
@@ -36,19 +41,19 @@ module statistic_types
    integer, parameter :: maximum_tip = 19
    integer, parameter :: sum_count = 19
 
-   !> An impact: the onset of contact, together with further contacts that follow too soon, or after too low a flight,
-   !> to count as separate impacts.
+   !> An impact: a contact, together with further contacts that follow after too short a pause or too low a flight to
+   !> count as separate impacts.
    type :: impact_t
       !> Beginning and end, tau
       real(wp) :: tau = 0.0_wp
       real(wp) :: until = 0.0_wp
       !> Velocity towards the stop at the beginning
       real(wp) :: velocity = 0.0_wp
-      !> Integral of forces plus impulses within the blocks
+      !> Integral of forces plus impulses, as far as they lie within the blocks
       real(wp) :: impulse = 0.0_wp
       !> Maximum force
       real(wp) :: force = 0.0_wp
-      !> The impact begins within the blocks, with a known velocity
+      !> The impact counts in the statistics: it begins within the blocks, with a known velocity
       logical :: counts = .false.
    end type impact_t
 
@@ -67,9 +72,9 @@ module statistic_types
 
    !> Sums of a run.
    type :: block_sums_t
-      !> Edges of the blocks, tau, [0:blocks]
+      !> Instants between the blocks, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
-      !> Minimum pause between impacts, tau
+      !> Minimum pause between two impacts, tau
       real(wp) :: rest = 0.0_wp
       !> Height that a flight must exceed to separate two impacts
       real(wp) :: hop_tolerance = 0.0_wp
@@ -82,7 +87,7 @@ module statistic_types
       type(contact_sums_t), allocatable :: contact(:)
       !> Sums of the displacement of the tip
       type(contact_sums_t) :: tip
-      !> Number of the contact whose displacements are those of the run; 0: there is none
+      !> Number of the contact whose displacements count for the whole run; 0: there is none
       integer :: release_contact = 0
       !> Number of events already processed
       integer :: seen = 0
