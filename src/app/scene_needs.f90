@@ -291,7 +291,8 @@ contains
       integer, intent(in) :: workers
       type(memory_need_t), intent(inout) :: need
 
-      real(wp), parameter :: largest_part = 16384.0_wp
+      ! maximum number of cases in a chunk whose size the program chooses
+      real(wp), parameter :: max_chunk_cases = 16384.0_wp
       real(wp) :: values, rows, duration
       integer :: chain, k, axes, elements
 
@@ -321,7 +322,7 @@ contains
             'the samples of a case', 'give &response a longer step')
       end if
       rows = real(min(max(scene%sweep%chunk_cases, 0), huge(1)), wp)
-      rows = min(max(rows, largest_part), cases_of(scene%sweep))*real(workers + 3, wp)
+      rows = min(max(rows, max_chunk_cases), cases_of(scene%sweep))*real(workers + 3, wp)
       call add_need(need, bytes_of_number*rows*real(measure_count + axes, wp), 'the rows of parts', &
          'give &sweep fewer part_cases')
       if (.not. scene%wants_poincare) return

@@ -1,7 +1,7 @@
 !> Consistent load vectors of external loads and of base motion, and the bending moment at any point of the beam as a
-!> linear functional of nodal displacements, nodal accelerations and loads (docs/theory.md, section 3). Units:
-!> E Ibar = rho Abar = L = 1; forces and displacements are positive upwards, the moment E I d^2y/dx^2 is positive if it
-!> bends the beam upwards.
+!> linear functional of nodal displacements, nodal accelerations and loads (docs/theory.md, section 3). Units: E Ibar =
+!> rho Abar = L = 1; forces and displacements are positive upwards, the moment E I d^2y/dx^2 is positive if it bends the
+!> beam upwards.
 !>
 !> Loads are consistent: a force at x is multiplied by the shape functions at x, so that no node is needed there. The
 !> moment follows from equilibrium instead of the curvature of the shape functions: the force and the moment at the left
@@ -35,8 +35,7 @@ module beam_loads
 
    !> The linear functional that gives the moment at x: stiffness.(u + gamma v) + mass.(a + alpha v) + base a_b + the
    !> contributions of the loads, with displacements u, velocities v and accelerations a over the degrees of freedom,
-   !> the
-   !> coefficients gamma and alpha of Rayleigh damping gamma K + alpha M, and the acceleration a_b of the base.
+   !> the coefficients gamma and alpha of Rayleigh damping gamma K + alpha M, and the acceleration a_b of the base.
    type :: moment_weights_t
       !> Weights of the stiffness term and of the inertia term, [order of the model]
       real(wp), allocatable :: stiffness(:)
@@ -51,8 +50,7 @@ module beam_loads
 contains
 
    !> Inertia forces under a base acceleration of -1, M_b in docs/theory.md: the mass matrix that also has the columns
-   !> of
-   !> the root, times a unit translation of all nodes.
+   !> of the root, times a unit translation of all nodes.
    pure function base_mass_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -64,8 +62,7 @@ contains
    end function base_mass_vector
 
    !> The same for an angular acceleration of the base of -1: the mass matrix that also has the columns of the root,
-   !> times
-   !> a unit rotation of all nodes about the root.
+   !> times a unit rotation of all nodes about the root.
    pure function base_rotation_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -75,8 +72,7 @@ contains
    end function base_rotation_vector
 
    !> The mass matrix, which here also has the columns of the root, times a motion that is linear between nodes. A
-   !> rotary
-   !> inertia at a node has the mean slope of both neighbouring elements.
+   !> rotary inertia at a node has the mean slope of both neighbouring elements.
    pure function inertia_of_motion(model, motion) result(vector)
       type(beam_model_t), intent(in) :: model
       !> Displacements y of the nodes, [0:n]
@@ -265,8 +261,7 @@ contains
    end function line_load
 
    !> Weights of the bending moment at x, from the element that contains x; at a node from the element on the side of
-   !> the
-   !> clamp, at the root from the first element.
+   !> the clamp, at the root from the first element.
    pure function moment_weights(model, x) result(weights)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1

@@ -39,8 +39,7 @@ module beam_model
    end type point_mass_t
 
    !> The assembled beam. The degrees of freedom 2 i - 1 and 2 i are y and dy/dx of node i = 1 ... n. Free degrees of
-   !> freedom of the root
-   !> come last.
+   !> freedom of the root come last.
    type :: beam_model_t
       type(section_t) :: section
       type(mesh_t) :: mesh

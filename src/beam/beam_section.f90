@@ -151,8 +151,7 @@ contains
    end function shaped_section
 
    !> Distance c of the outer fibre from the neutral axis over hbar, for the stress M c/I; 0: unknown. The length hbar
-   !> is
-   !> sqrt(12 Ibar/Abar), for a rectangle the mean height.
+   !> is sqrt(12 Ibar/Abar), for a rectangle the mean height.
    pure function outer_fibre(section, tip_distance) result(fibre)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1

@@ -2,10 +2,9 @@
 !> section 14).
 !>
 !> The displacement y_c of that node has no inertia: in the kinetic energy y_c is replaced by t.y, an interpolation (at
-!> the tip an extrapolation) of neighbouring degrees of freedom, called its continuation. The new mass matrix is
-!> T^T M T with T = 1 - e_c d^T, d = e_c - t, and the unit vector e_c of the node. An impact then acts only on the point
-!> mass at the node. This agrees with the continuous beam, whose distributed mass takes part in no impact (mass
-!> redistribution
+!> the tip an extrapolation) of neighbouring degrees of freedom, called its continuation. The new mass matrix is T^T M T
+!> with T = 1 - e_c d^T, d = e_c - t, and the unit vector e_c of the node. An impact then acts only on the point mass at
+!> the node. This agrees with the continuous beam, whose distributed mass takes part in no impact (mass redistribution
 !> method: Khenous, Laborde and Renard, Eur. J. Mech. A 27 (2008) 918).
 module redistributed_mass
    use beam_element, only: element_mass, hermite_shape

@@ -60,8 +60,7 @@ contains
    end function fastest_of
 
    !> Contributions to the error of a run by Newmark's method, as maximum differences of eta, [3]: error of the time
-   !> step
-   !> (against exact motion on the same mesh), error of the mesh (of exact motion on this mesh), and both together.
+   !> step (against exact motion on the same mesh), error of the mesh (of exact motion on this mesh), and both together.
    !> Negative: not known.
    pure function error_contributions(entries, number) result(parts)
       type(motion_entry_t), intent(in) :: entries(:)

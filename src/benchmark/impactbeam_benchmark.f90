@@ -1,6 +1,5 @@
 !> The program impactbeam-benchmark measures the run time and the error of all methods for a scene with &precision. Such
-!> a
-!> study is called a precision study in the source.
+!> a study is called a precision study in the source.
 program impactbeam_benchmark
    use, intrinsic :: iso_c_binding, only: c_int
    use precision_study, only: needs_of_precision, run_precision_scene

@@ -107,10 +107,10 @@ contains
    end subroutine results_of
 
    !> Impulse of the contact force on the beam up to the last sample. With the static displacement s under a unit force
-   !> at the stop, s.(M a + C v + K y) = s_c f (with velocities v and
-   !> accelerations a) and s.K y = y_c, and the integral of this equation over time gives the
-   !> integral of f. Only y_c is integrated numerically over the samples, because the force itself decays within a
-   !> fraction of a sample after each impact. The last stored shape must be the shape at the last sample.
+   !> at the stop, s.(M a + C v + K y) = s_c f (with velocities v and accelerations a) and s.K y = y_c, and the integral
+   !> of this equation over time gives the integral of f. Only y_c is integrated numerically over the samples, because
+   !> the force itself decays within a fraction of a sample after each impact. The last stored shape must be the shape
+   !> at the last sample.
    pure function contact_impulse(response, balance, last, stride) result(impulse)
       !> Run with the shapes at the start and at the last sample
       type(response_t), intent(in) :: response

@@ -1,6 +1,5 @@
 !> Runs the program `impactbeam-benchmark` for one scene: a precision study, which measures the run time and the error
-!> of
-!> all methods.
+!> of all methods.
 module precision_study
    use cost_growth, only: measure_growth, measure_parts
    use failures, only: failure_t

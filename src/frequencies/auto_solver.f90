@@ -20,8 +20,7 @@ module auto_solver
 contains
 
    !> The first lambda_i of the mesh of n elements, ascending, and the mode shapes if requested. For a beam with
-   !> supports
-   !> along it `lanczos_is_faster` must be true, because only `lanczos_solver` knows such supports.
+   !> supports along it `lanczos_is_faster` must be true, because only `lanczos_solver` knows such supports.
    subroutine auto_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n

@@ -78,6 +78,7 @@ contains
 
       square = 0.25_qp*x**2
       value = 1.0_qp
+      ! further terms are below rounding
       do k = 20 + ceiling(2.0_qp*x), 1, -1
          value = 1.0_qp + square/real(k*(n + k), qp)*value
       end do
@@ -99,6 +100,7 @@ contains
       real(wp) :: exponent, step
       integer(i8) :: intervals, k
 
+      ! with so many intervals the error of the trapezoidal rule is below rounding
       intervals = 8_i8 + ceiling(5.0_wp*sqrt(x), i8) + int(n, i8)
       step = pi/real(intervals, wp)
       value = 0.5_wp
@@ -121,6 +123,7 @@ contains
       real(wp) :: exponent, step, t
       integer :: k
 
+      ! with this step the error of the trapezoidal rule is below rounding
       step = min(0.2_wp, 0.6_wp/sqrt(x))
       value = 0.5_wp
       k = 0
@@ -171,6 +174,7 @@ contains
          value = bessel_i_series(n, x)
          return
       end if
+      ! with so many intervals the error of the trapezoidal rule is below rounding
       intervals = max(48_i8, ceiling(10.0_qp*sqrt(x), i8)) + int(n, i8)
       value = 0.5_qp
       do k = 1_i8, intervals
@@ -196,6 +200,7 @@ contains
       real(qp) :: exponent, step, t
       integer :: k
 
+      ! with this step the error of the trapezoidal rule is below rounding
       step = min(0.1_qp, 0.4_qp/sqrt(x))
       value = 0.5_qp
       k = 0

@@ -120,8 +120,7 @@ contains
       roots = 0.0_qp
       found = 0
       ! lambda_1^-4 is at most the integral of the compliance times the mass per length (Dunkerley), therefore at most
-      ! the
-      ! compliance of the tip. The compliance of a full wedge diverges, but its lambda_1 exceeds 1.
+      ! the compliance of the tip. The compliance of a full wedge diverges, but its lambda_1 exceeds 1.
       left = 0.99_qp
       if (problem%taper < 1.0_wp) left = 0.99_qp/tip_compliance(problem%taper)**0.25_qp
       value_left = characteristic_value(problem, left)
@@ -214,8 +213,7 @@ contains
    end function characteristic_value
 
    !> With k = lambda and the tip mass mu, the determinant exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh
-   !> k)) of a uniform beam; with
-   !> constrained tip the factor of mu k.
+   !> k)) of a uniform beam; with constrained tip the factor of mu k.
    pure function uniform_value(tip_mass_ratio, constrained_tip, lambda) result(value)
       !> Tip mass m/(rho Abar L)
       real(qp), intent(in) :: tip_mass_ratio

@@ -3,10 +3,8 @@
 !> |B dq/dt|^2/2, so that K^-1 M is B^T B: a step takes two sums along the beam, without factorisation and without
 !> cancellation.
 !>
-!> Every Lanczos vector is orthogonalised against all earlier ones. The eigenvectors eigenvalues of the tridiagonal
-!> matrix have
-!> the rounding error of the largest. Modes whose eigenvalue is too eigenvectors relative to the first are therefore
-!> left to
+!> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
+!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore left to
 !> another iteration, which is orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have
 !> been orthogonalised in the mass product in ascending order.
 !>
@@ -272,7 +270,7 @@ contains
       real(wp), intent(inout) :: eigenvectors(:, :)
       !> Number of converged eigenvalues, counted from the largest without a gap
       integer, intent(out) :: ready
-      !> Whether all eigenvalues have converged or the next one is too eigenvectors to be resolved
+      !> Whether all eigenvalues have converged or the next one is too small to be resolved
       logical, intent(out) :: finished
       !> Set if DSTEVD fails
       type(failure_t), allocatable, intent(out) :: error
@@ -367,8 +365,7 @@ contains
       total = sum(block_sum)
    end function sum_of_squares
 
-   !> Check that each mode satisfies its eigenvalue equation: |B^T B v - lambda^-4 v| is eigenvectors relative to
-   !> lambda^-4
+   !> Check that each mode satisfies its eigenvalue equation: |B^T B v - lambda^-4 v| is small relative to lambda^-4
    !> |v|.
    subroutine check_residuals(beam, lambda, vectors, deflection, error)
       type(supported_beam_t), intent(in) :: beam

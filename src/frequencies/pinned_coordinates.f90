@@ -33,7 +33,7 @@ module pinned_coordinates
       real(wp) :: root_rotation = 0.0_wp
       !> Rotation of the outer part beyond the element relative to the root
       real(wp) :: rotation = 0.0_wp
-      !> That rotation times the position of the centre of the bend
+      !> That rotation times the position of the centre of the bend, where the tangents on both sides of the bend meet
       real(wp) :: moment = 0.0_wp
    end type bend_t
 

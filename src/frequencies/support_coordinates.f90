@@ -4,9 +4,8 @@
 !> `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root, whose amount follows from a
 !> support or, without supports, from orthogonality in the mass product; coordinates of springs along the beam, sqrt(k)
 !> times the displacement; and the continuation of the displacement of a node without inertia (`redistributed_mass`).
-!> The constraints of
-!> supports are imposed by projection. Every product with B or B^T then takes two sums along the beam, without the
-!> cancellation of a factorised stiffness matrix.
+!> The constraints of supports are imposed by projection. Every product with B or B^T then takes two sums along the
+!> beam, without the cancellation of a factorised stiffness matrix.
 !>
 !> A projection leaves a rounding error of q in the excluded direction. In a high mode displacements are smaller than q
 !> by a factor lambda_i^2, and the excluded direction deflects the beam like a force at the support, so that the
@@ -52,9 +51,8 @@ module support_coordinates
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
       !> Additional motions of unit amount: their rows of B, [rows, motions], and their displacements and rotations,
-      !> [dofs,
-      !> motions]. The first are weighted motions: the continuation of a node without inertia (rows of B only), then the
-      !> rigid-body rotation about a pinned root. The others remove rounding errors in excluded directions
+      !> [dofs, motions]. The first are weighted motions: the continuation of a node without inertia (rows of B only),
+      !> then the rigid-body rotation about a pinned root. The others remove rounding errors in excluded directions
       real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :)
       !> Weights of the coordinates in the amounts of the weighted motions, [order, weighted motions]
       real(wp), allocatable :: weight(:, :)

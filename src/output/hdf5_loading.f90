@@ -1,6 +1,5 @@
 !> Reading of datasets and attributes from an HDF5 file. The first failure is recorded and later calls do nothing, so
-!> the
-!> caller tests for failure once.
+!> the caller tests for failure once.
 module hdf5_loading
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use hdf5, only: &

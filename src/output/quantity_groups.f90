@@ -25,8 +25,8 @@ module quantity_groups
       !> The same group, for values that need no scaling
       procedure :: unscaled
       !> Write a dataset: name, values, quantity as in `quantity_table` (absent for integers), meaning. Of {a~b} in the
-      !> meaning, a stands in dimensionless files and b in files with units. Dimension scales are called by their names
-      !> in dimensionless files
+      !> meaning, a stands in dimensionless files and b in files with units. The argument `along` is the dimension scale
+      !> of the values, by its name in dimensionless files; with `is_scale` the dataset is itself a dimension scale
       generic :: put => put_real, put_reals, put_table, put_integer, put_integers
       !> Make a list or table that is filled later with values that need no scaling
       procedure :: put_column, put_rows

@@ -22,8 +22,7 @@ module results_claim
 
    interface
       ! The functions are documented in results_lock_posix.c. `owner` is a text that names the process with the lock,
-      ! and
-      ! `size` its maximum length.
+      ! and `size` its maximum length.
       function impactbeam_lock(path, descriptor, owner, size) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)

@@ -176,8 +176,7 @@ contains
    end subroutine write_root
 
    !> Write the text of the scene file, and for each of its namelist groups an HDF5 group with the values that the
-   !> program
-   !> used, defaults included, as attributes.
+   !> program used, defaults included, as attributes.
    subroutine write_scene(group, scene)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene

@@ -9,8 +9,7 @@ module scene_units
 contains
 
    !> Units of the results: as the scene requests; without a request the units of the scene if it has a unit system,
-   !> else
-   !> no units (dimensionless results).
+   !> else no units (dimensionless results).
    pure function units_in(scene) result(units)
       type(scene_t), intent(in) :: scene
       type(units_t) :: units

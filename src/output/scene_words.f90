@@ -270,8 +270,7 @@ contains
             ' (so near to the tip that it is put there)'
       end if
       ! a positive preload presses the stop against the unstressed beam, a negative preload is a gap; in units of the
-      ! scene
-      ! the height of the stop is positive upwards
+      ! scene the height of the stop is positive upwards
       if (stop%side == side_both) then
          words = 'on both sides, '//words//phrase(units, ', clearance ', 'displacement', -stop%preload)
       else

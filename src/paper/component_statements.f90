@@ -1,6 +1,5 @@
 !> Judges statements 9 and 10 of the paper (Irie, Yamada and Asano 1977): contributions of high modes to displacement
-!> and
-!> velocity, and the parameters that reduce these contributions.
+!> and velocity, and the parameters that reduce these contributions.
 module component_statements
    use kinds, only: wp
    use paper_cases, only: fine, way_count

@@ -98,8 +98,7 @@ contains
       spread = min(maxval(ends)/minval(ends) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
-   !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends
-   !> value_of_earliest,
+   !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends earliest,
    !> and the reasons.
    subroutine judge_taper(taper, list)
       !> Cases with alpha = 0, 0.025 ... 0.15
@@ -108,7 +107,8 @@ contains
 
       !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
       integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
-      real(wp), dimension(way_count) :: excess, value_of_earliest, peak_change, kinetic_ratio, loss_ratio
+      ! earliest: the taper alpha whose motion ends earliest
+      real(wp), dimension(way_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: ends(size(taper%cases))
       logical, dimension(definition_count, way_count) :: outlasts, first, tied
       integer :: way, i, definition, agreeing
@@ -116,7 +116,7 @@ contains
       do way = 1, way_count
          ends = ends_of(taper, way, displacement_end)
          excess(way) = min(ends(uniform), ends(wedge))/ends(middle) - 1.0_wp
-         value_of_earliest(way) = taper%value(minloc(ends, dim=1))
+         earliest(way) = taper%value(minloc(ends, dim=1))
          peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(uniform, way)%main_peak
          kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_impact &
             /max(taper%outcome(uniform, way)%kinetic_at_impact, 1.0e-12_wp)
@@ -139,7 +139,7 @@ contains
          listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(taper, coarse_nodal, displacement_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
-      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', value_of_earliest, first, &
+      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', earliest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
          listed(pack(taper%value, may_end_soonest(taper, fine, displacement_end)), 3), &
          'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &

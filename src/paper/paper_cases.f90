@@ -1,6 +1,5 @@
 !> The beams and stops of the figures of "the paper" (Irie, Yamada and Asano 1977), and the variants in which their
-!> motion
-!> is computed. A variant is a method together with a mesh, a kind of impulse and a mass matrix.
+!> motion is computed. A variant is a method together with a mesh, a kind of impulse and a mass matrix.
 module paper_cases
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model

@@ -1,7 +1,6 @@
 !> Series of cases of the figures of the paper (Irie, Yamada and Asano 1977). Each series varies one parameter; each
-!> case
-!> is computed in every variant (method and mesh) of `paper_cases`. The end of motion of a case is an instant tau by one
-!> of the definitions of `paper_outcomes`.
+!> case is computed in every variant (method and mesh) of `paper_cases`. The end of motion of a case is an instant tau
+!> by one of the definitions of `paper_outcomes`.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
@@ -115,8 +114,7 @@ contains
    end function ends_of
 
    !> Whether each case may be the one whose motion ends earliest. The error of the instant of an end is estimated by
-   !> its
-   !> difference from the instant in the variant for comparison (`comparison_way`) plus a sampling interval.
+   !> its difference from the instant in the variant for comparison (`comparison_way`) plus a sampling interval.
    pure function may_end_soonest(series, way, definition) result(may_be_earliest)
       type(series_t), intent(in) :: series
       integer, intent(in) :: way

@@ -11,8 +11,7 @@ module position_and_damping_statements
 
 contains
 
-   !> Judge statement 5: contact at a node of a mode does not excite this mode, and the motion ends earliest
-   !> with the
+   !> Judge statement 5: contact at a node of a mode does not excite this mode, and the motion ends earliest with the
    !> stop at 0.875 L.
    subroutine judge_position(position, list)
       !> Cases with stop positions Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1
@@ -23,7 +22,8 @@ contains
       integer, parameter :: at_050 = 1, at_070 = 2, at_087 = 4, at_0875 = 5
       !> Fraction of the energy below which a mode counts as absent
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
-      real(wp), dimension(way_count) :: third_mode, second_mode, value_of_earliest
+      ! energy shares of modes, and the position whose motion ends earliest
+      real(wp), dimension(way_count) :: third_mode, second_mode, earliest
       real(wp) :: ends(size(position%cases))
       logical, dimension(definition_count, way_count) :: first, tied
       integer :: way, i
@@ -33,7 +33,7 @@ contains
             position%outcome(at_087, way)%energy_share(3))
          second_mode(way) = position%outcome(at_070, way)%energy_share(2)
          ends = ends_of(position, way, displacement_end)
-         value_of_earliest(way) = position%value(minloc(ends, dim=1))
+         earliest(way) = position%value(minloc(ends, dim=1))
       end do
       call find_soonest(position, at_0875, first, tied)
       ends = ends_of(position, fine, displacement_end)
@@ -48,7 +48,7 @@ contains
          listed([(position%outcome(i, fine)%energy_share(2), i=1, size(ends))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
-         'Lc/L that ends soonest, 0.875', value_of_earliest, first, 'ends at tau = '//listed(ends, 1)// &
+         'Lc/L that ends soonest, 0.875', earliest, first, 'ends at tau = '//listed(ends, 1)// &
          " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
          listed(ends_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
          listed(ends_of(position, fine, energy_end), 1), &

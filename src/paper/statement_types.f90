@@ -120,16 +120,15 @@ contains
    pure subroutine mark_ties(list, is_tied)
       type(statements_t), intent(inout) :: list
       !> Whether the compared values are tied, for each definition of the end and each variant; the condition is not met
-      !> for
-      !> tied values
+      !> for tied values
       logical, intent(in) :: is_tied(definition_count, way_count)
 
       list%item(size(list%item))%ties = count(is_tied, dim=1)
    end subroutine mark_ties
 
    !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met there, the
-   !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods
-   !> that replace this velocity on the mesh of the paper, and not by the paper's steps without this replacement.
+   !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods that
+   !> replace this velocity on the mesh of the paper, and not by the paper's steps without this replacement.
    pure function verdict_of(item) result(verdict)
       type(statement_t), intent(in) :: item
       integer :: verdict

@@ -1,6 +1,5 @@
 !> Prints the statements of the paper (Irie, Yamada and Asano 1977) as text: a block for each statement with its
-!> measured
-!> values in every variant of computing motion, and a summary.
+!> measured values in every variant of computing motion, and a summary.
 module statements_tables
    use kinds, only: wp
    use paper_cases, only: way_count, way_t
@@ -42,8 +41,7 @@ contains
    end subroutine print_statements
 
    !> Print all computed results: convergence of the paper's first example under mesh refinement, then the ends of
-   !> motion
-   !> and other measures of every case in every variant.
+   !> motion and other measures of every case in every variant.
    subroutine print_outcomes(unit, study)
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study

@@ -1,6 +1,5 @@
 !> Calls by which the processes (ranks) that MPI's launcher has started communicate. They are in a library that is
-!> loaded
-!> only if there are several processes.
+!> loaded only if there are several processes.
 module rank_calls
    use, intrinsic :: iso_c_binding, only: c_char, c_f_procpointer, c_funptr, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
