@@ -81,6 +81,7 @@ contains
       type(contact_state_t), intent(inout) :: state
       !> Flexibility and damping as in `make_node_spring`
       real(wp), intent(in) :: flexibility
+      !> Twice the coefficient zeta of stiffness-proportional damping
       real(wp), intent(in) :: two_zeta
 
       state%is_rigid = .false.

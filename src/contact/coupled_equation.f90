@@ -60,6 +60,7 @@ contains
       real(wp), intent(in) :: square(:)
       !> b_i, [modes, stops]
       real(wp), intent(in) :: value(:, :)
+      !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
       !> Coefficients alpha of mass-proportional damping, [modes]
       real(wp), intent(in) :: mass_rate(:)
@@ -184,7 +185,8 @@ contains
       end do
    end subroutine add_modes
 
-   !> 1/z. The result for the distance to the nearest pole, whose square may underflow, is not used.
+   !> Inverse 1/z, with a limit that avoids division by zero. The result for the distance to the nearest pole, whose
+   !> square may underflow, is not used.
    elemental function inverse_of(z) result(inverse)
       complex(wp), intent(in) :: z
       complex(wp) :: inverse
@@ -192,7 +194,8 @@ contains
       inverse = conjg(z)*(1.0_wp/max(real(z, wp)**2 + aimag(z)**2, tiny(1.0_wp)))
    end function inverse_of
 
-   !> Sums of a column times 1/D_i and times minus the derivative of 1/D_i.
+   !> Entry of H and its negative derivative: sums of a column of products b_ij b_ik times 1/D_i, and times minus the
+   !> derivative of 1/D_i.
    pure subroutine sum_terms(weight, term, h, h_slope)
       !> b_ij b_ik, [modes]
       real(wp), contiguous, intent(in) :: weight(:)

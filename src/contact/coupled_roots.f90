@@ -90,7 +90,7 @@ contains
 
    contains
 
-      !> Does a root of the upper half-plane stay away from the real axis, where the roots of a pair may meet?
+      !> Is a root of the upper half-plane far from the real axis, where the two roots of a pair may meet?
       pure function stays_apart(s) result(answer)
          complex(wp), intent(in) :: s
          logical :: answer
@@ -99,9 +99,10 @@ contains
       end function stays_apart
    end subroutine iterate
 
-   !> Index of the complex conjugate of a pole.
+   !> Index of the complex conjugate of a pole: the two poles of a mode are side by side.
    pure function partner_of(problem, pole) result(partner)
       type(coupled_equation_t), intent(in) :: problem
+      !> Index of the pole
       integer, intent(in) :: pole
       integer :: partner
 

@@ -36,6 +36,7 @@ contains
    !> A mode of a set of oscillators, with the load still zero.
    pure function make_driven_mode(oscillators, place) result(mode)
       type(oscillators_t), intent(in) :: oscillators
+      !> Index of the mode
       integer, intent(in) :: place
       type(driven_mode_t) :: mode
 
@@ -187,6 +188,7 @@ contains
    !> derivative exceeds the sum of the magnitudes of its exponentials, none of which grows.
    pure subroutine bound_driven_mode(mode, until, bounds, from, derivative)
       type(driven_mode_t), intent(in) :: mode
+      !> Instant up to which the bounds hold
       real(wp), intent(in) :: until
       !> Bounds on the motion (index 0) and its derivatives, [0 : highest derivative]
       real(wp), intent(out) :: bounds(0:)

@@ -98,6 +98,7 @@ contains
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
+      !> Is a certified step without a zero needed?
       logical, intent(in) :: needs_step
       type(bounds_t), intent(out) :: bounds
 

@@ -33,6 +33,7 @@ contains
 
    !> Is the mesh so large that only a part of its modes is found?
    pure function takes_few_modes(elements, settings) result(answer)
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
       type(run_settings_t), intent(in) :: settings
       logical :: answer

@@ -75,13 +75,16 @@ contains
       end associate
    end subroutine trace_branches
 
-   !> Switch to the branch of twice the period at a period doubling, and to the branches that leave that one in turn.
+   !> Switch to the branch of twice the period at a period doubling, trace it, and switch from it to further branches in
+   !> turn.
    recursive subroutine switch_branch(map, options, parent, parent_point, doubling, periods, levels, branch)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
       integer, intent(in) :: parent
+      !> Index of the point of the parent branch at which the new branch leaves
       integer, intent(in) :: parent_point
       type(initial_state_t), intent(in) :: doubling
+      !> Period of the new branch in periods of the load
       integer, intent(in) :: periods
       !> Maximum number of further period doublings in succession
       integer, intent(in) :: levels
@@ -343,7 +346,9 @@ contains
       end do
    end subroutine locate_bifurcations
 
-   !> Test function, which changes its sign at a bifurcation.
+   !> Test function of a bifurcation, which changes its sign there. Fold: the parameter component of the tangent. Period
+   !> doubling: the product of all multipliers + 1. Neimark-Sacker bifurcation: the product over all pairs of the
+   !> product of two multipliers - 1.
    pure function test_function(kind, point, direction) result(value)
       integer, intent(in) :: kind
       type(orbit_point_t), intent(in) :: point

@@ -85,6 +85,7 @@ contains
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
             solution%min_speed = min(solution%min_speed, result%min_speed)
+            ! a sufficient decrease; `step_share` has been halved already
             if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_share)*size_of_residual) exit
          end do
          solution%initial = trial
@@ -101,6 +102,7 @@ contains
       type(initial_state_t), intent(in) :: initial
       !> Direction in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
+      !> Distance in units of the map
       real(wp), intent(in) :: length
       type(initial_state_t) :: guess
 
@@ -245,6 +247,7 @@ contains
       allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
       if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
       do i = 2, n
+         ! insertion sort
          other = multiplier(i)
          j = i - 1
          do while (j > 0)
