@@ -1,12 +1,12 @@
 !> Characteristic equation of a beam with several closed compliant contacts, at any s (docs/theory.md, sections 17 and
 !> 18).
 !>
-!> A motion exp(s tau) of the modes and the stops exists for the roots s of det(1/Z + H) = 0. With the modal values b_i
-!> at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s, H(s) = sum b_i b_i'/D_i (b_i' is the transpose) and, for
-!> each stop, N = s + nu (1 without a branch) and M = N Z, with Z the impedance (a rigid stop has N = 0, M = 1), the
-!> equation is det (N + M H) prod D_i = 0. One mode i is always separated: det (N + M H) D_i = det T_i (D_i + b_i'
-!> T_i^-1 M b_i), with T_i the matrix without that mode, so that nothing cancels next to its pole. All derivatives are
-!> derivatives by s.
+!> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
+!> impedances of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is the
+!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s. With N = s + nu (1 without a branch) and M = N Z for
+!> each stop (a rigid stop has N = 0, M = 1), the equation is det (N + M H) prod D_i = 0. One mode i is always
+!> separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix without that mode, so that
+!> nothing cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, abs1
@@ -277,7 +277,7 @@ contains
 
    contains
 
-      !> Do the terms of the factor M of a row cancel by less than six digits?
+      !> Does the cancellation of the terms of factor M cost less than six digits?
       pure function is_accurate(j) result(answer)
          integer, intent(in) :: j
          logical :: answer

@@ -294,7 +294,8 @@ contains
       end associate
    end subroutine add_root
 
-   !> Add the terms of a point of a circle, one for each stop.
+   !> Add the terms of a point of a circle around two roots, one term for each stop. The weight 2 stands for the point
+   !> and its complex conjugate, which is not stored.
    subroutine add_circle_point(problem, active, center, arm, modes)
       type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: active(:)

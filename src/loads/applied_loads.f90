@@ -17,8 +17,8 @@ module applied_loads
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
    !> table, exceeds `max_units` units of displacement, because gaps computed relative to such a response lose too many
-   !> digits. The frequency below which modes are slow is at most `max_phases` over the length of the run, because slow
-   !> modes shorten phases.
+   !> digits. The frequency below which modes are slow is at most `max_phases` over the length of the run, because
+   !> harmonic loads on slow modes limit the length of phases.
    real(wp), parameter :: max_units = 1.0e2_wp
    real(wp), parameter :: max_phases = 1.0e4_wp
 

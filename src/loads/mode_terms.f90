@@ -188,7 +188,7 @@ contains
       type(single_mode_t), intent(in) :: mode
       real(wp), intent(in) :: start(2)
       type(driven_mode_t), intent(in) :: driven_motions(:)
-      !> Amplitude of the fast exponent of the mode, which is left out
+      !> Amplitude of the fast exponent of the mode, whose term is left out
       real(wp), intent(in) :: fast
       type(mode_terms_t), intent(inout) :: terms
 
@@ -284,7 +284,7 @@ contains
       real(wp), intent(in) :: start(2)
       type(mode_terms_t), intent(inout) :: terms
 
-      complex(wp) :: arm(half_circle), share, viscous(2)
+      complex(wp) :: arm(half_circle), amplitude, viscous(2)
       real(wp) :: center, radius
 
       center = 0.5_wp*mode%damping
@@ -304,16 +304,16 @@ contains
          call add_terms(mode%exponent(1:1), [cmplx(start(1), -(start(2) + mode%decay*start(1))/mode%spread, wp)], &
             viscous(1:1), terms)
       else
-         share = -0.5_wp*(start(2) + mode%decay*start(1))/mode%spread
-         call add_slower(mode, start(1) - share, viscous(1), terms)
-         call add_terms(mode%exponent(2:2), [share], viscous(2:2), terms)
+         amplitude = -0.5_wp*(start(2) + mode%decay*start(1))/mode%spread
+         call add_slower(mode, start(1) - amplitude, viscous(1), terms)
+         call add_terms(mode%exponent(2:2), [amplitude], viscous(2:2), terms)
       end if
    end subroutine add_free_motion
 
    !> Add the term of the slower of two real exponents, which may be slow.
-   pure subroutine add_slower(mode, share, viscous, terms)
+   pure subroutine add_slower(mode, amplitude, viscous, terms)
       type(single_mode_t), intent(in) :: mode
-      complex(wp), intent(in) :: share
+      complex(wp), intent(in) :: amplitude
       !> 1 + 2 zeta s
       complex(wp), intent(in) :: viscous
       type(mode_terms_t), intent(inout) :: terms
@@ -322,13 +322,13 @@ contains
       integer :: j
 
       if (mode%decay*mode%length > max_slow) then
-         call add_terms(mode%exponent(1:1), [share], [viscous], terms)
+         call add_terms(mode%exponent(1:1), [amplitude], [viscous], terms)
          return
       end if
       do j = 1, slow_points
          s = slow_radius/mode%length*slow_direction(j)
          terms%slow(:, j) = terms%slow(:, j) &
-            + s/real(slow_points, wp)*share/(s - mode%exponent(1))*[(1.0_wp, 0.0_wp), viscous]
+            + s/real(slow_points, wp)*amplitude/(s - mode%exponent(1))*[(1.0_wp, 0.0_wp), viscous]
       end do
    end subroutine add_slower
 

@@ -224,8 +224,8 @@ contains
       end do
    end subroutine continue_trace
 
-   !> Add a point, and the bifurcations between this point and the point before. After the last point of the range, the
-   !> branch ends there.
+   !> Add a point, and the bifurcations between this point and the point before. If the point lies outside the range of
+   !> the parameter, the branch ends at the limit of the range.
    subroutine add_step(map, options, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
