@@ -367,7 +367,7 @@ contains
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
                ! the last components: `yields`, `has_force`, `is_active`, `holds` and `flights`; `holds` is false
-               ! because the gap of a closed contact is zero to rounding only
+               ! because the gap of a closed contact is zero only within the contact tolerance
                seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)

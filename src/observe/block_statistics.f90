@@ -1,5 +1,8 @@
-!> Statistics of a run from sums over blocks of time (docs/theory.md, section 20): integrals are added as phases or
-!> steps end, impacts from events and contacts; at the end of the run quotients of sums with error bars follow.
+!> Statistics of a run from sums over equal blocks of time (docs/theory.md, section 20). During the run integrals are
+!> added as phases or steps end, and impacts are formed from events and closed contacts; at the end of the run the
+!> statistics follow as quotients of sums, with confidence intervals from the scatter of the blocks.
+!>
+!> An impact comprises all contact between two flights that exceed the hop tolerance and last longer than `rest`.
 module block_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -16,7 +19,7 @@ module block_statistics
    public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_flight
    public :: finish_blocks, finish_statistics
 
-   !> How a statistic follows from the sums of a contact.
+   !> Formula by which a statistic follows from the sums of a contact.
    type :: form_t
       character(24) :: name
       !> Index of the sum, or of the numerator of a quotient, and index of the denominator; 0: the statistic is not a
@@ -49,11 +52,12 @@ module block_statistics
       form_t('minimum_tip', minimum_tip), &
       form_t('maximum_tip', maximum_tip)]
 
+   !> Sums that are extremes
    integer, parameter :: maxima(*) = [maximum_force, maximum_velocity, maximum_impulse, &
       maximum_displacement, maximum_tip]
    integer, parameter :: minima(*) = [minimum_displacement, minimum_tip]
 
-   !> Confidence level of the error bars
+   !> Confidence level of the intervals
    real(wp), parameter :: confidence = 0.95_wp
 
 contains
@@ -90,9 +94,11 @@ contains
       call open_contact(.true., blocks%edge, blocks%tip)
    end subroutine open_blocks
 
+   !> Allocate the sums of a contact.
    subroutine open_contact(yields, edge, contact)
+      !> The contact is compliant
       logical, intent(in) :: yields
-      !> Edges of the blocks, tau, [0:blocks]
+      !> Instants between the blocks, tau, [0:blocks]
       real(wp), intent(in) :: edge(0:)
       type(contact_sums_t), intent(inout) :: contact
 
@@ -119,7 +125,7 @@ contains
       sums(minima) = huge(1.0_wp)
    end function empty_block
 
-   !> Index of the block that contains an instant; 0: none does.
+   !> Index of the block that contains an instant; 0: no block contains it.
    pure integer function block_at(blocks, tau)
       type(block_sums_t), intent(in) :: blocks
       real(wp), intent(in) :: tau
@@ -130,7 +136,7 @@ contains
       end associate
    end function block_at
 
-   !> Number of blocks that have begun at an instant; one more than there are from the end of the last block on.
+   !> Number of blocks that have begun at an instant; from the end of the last block on, the number of blocks plus one.
    pure integer function blocks_begun(blocks, tau)
       type(block_sums_t), intent(in) :: blocks
       !> Instant, tau
@@ -160,8 +166,8 @@ contains
       end associate
    end function width_of_blocks
 
-   !> Begin impacts at new events, and add the impulses of all new events. The impulse of a capture that cancels a low
-   !> flight is negative, that is, directed towards the stop.
+   !> Begin impacts at new events, and add the impulses of all new events. A capture at the beginning of a low flight
+   !> takes back the velocity of the rebound, so its impulse is negative, that is, directed towards the stop.
    subroutine add_events(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
       !> The run; events after the first `blocks%seen` are new
@@ -196,6 +202,7 @@ contains
       !> Sums of the contact, a component of `blocks`
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
+      !> Velocity towards the stop
       real(wp), intent(in) :: velocity
       !> The instant lies within the blocks
       logical, intent(in) :: is_within
@@ -215,7 +222,9 @@ contains
    pure subroutine begin_impact(contact, tau, velocity, counts)
       type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
+      !> Velocity towards the stop
       real(wp), intent(in) :: velocity
+      !> The impact counts in the statistics
       logical, intent(in) :: counts
 
       type(impact_t), allocatable :: larger(:)
@@ -229,7 +238,7 @@ contains
       contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact
 
-   !> Record that the beam has risen above a contact, if its height exceeds the hop tolerance.
+   !> Record that the beam has risen above the hop tolerance over a contact, if the height of its flight exceeds it.
    elemental subroutine record_flight(contact, height, hop_tolerance)
       type(contact_sums_t), intent(inout) :: contact
       !> Maximum gap to the undeformed contact
@@ -239,9 +248,10 @@ contains
       contact%has_flown = contact%has_flown .or. height > hop_tolerance
    end subroutine record_flight
 
-   !> Add a closed contact, or the part of one within a block.
+   !> Add a closed contact, or the part of a closed contact within a block.
    pure subroutine add_contact(contact, from, to, block, integrals, max_force)
       type(contact_sums_t), intent(inout) :: contact
+      !> Beginning and end, tau
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       !> Index of the block; 0: the contact lies outside the blocks, or its integrals are added separately
@@ -266,7 +276,7 @@ contains
       end associate
    end subroutine add_contact
 
-   !> Store the statistics in the response, and those of the whole run among its measures.
+   !> Store the statistics in the response, and the statistics of the whole run among its measures.
    subroutine finish_statistics(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
       !> The run, with its measures if they are requested
@@ -289,6 +299,7 @@ contains
       integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, minimum_displacement, &
          maximum_displacement]
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip]
+      ! `whole`: sums of all contacts together
       real(wp) :: quantile, whole(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)
       integer :: k, n
@@ -355,7 +366,7 @@ contains
    subroutine classify(blocks, contact, edge, number)
       type(block_sums_t), intent(in) :: blocks
       type(contact_sums_t), intent(in) :: contact
-      !> Upper edges of the classes
+      !> Upper edges of the classes, of equal width from 0 to the maximum, and numbers of impacts in them
       real(wp), intent(out) :: edge(:)
       integer, intent(out) :: number(:)
 
@@ -382,6 +393,7 @@ contains
 
    !> Convert forces to Pbar.
    pure subroutine scale_forces(scale, contact)
+      !> Pbar per unit of force
       real(wp), intent(in) :: scale
       type(contact_sums_t), intent(inout) :: contact
 
@@ -433,8 +445,8 @@ contains
       end do
    end subroutine find_statistics
 
-   !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; there is
-   !> none if only one block contributes to the denominator.
+   !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; a single
+   !> block with a nonzero denominator gives no interval.
    pure subroutine find_quotient(numerator, denominator, is_root, quantile, value, half_width, in_block)
       !> Sums of each block, [blocks]
       real(wp), intent(in) :: numerator(:)

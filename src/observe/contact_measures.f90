@@ -1,9 +1,9 @@
-!> Measures of each contact, from the intervals of its flights and closed contacts (docs/theory.md, section 12), not
-!> from samples.
+!> Measures (scalar results) of each contact, from intervals of the motion, that is, phases or steps (docs/theory.md,
+!> section 12), not from samples. eta_c is the displacement at the contact from its surface.
 !>
-!> A flight is searched only if it may rise above the settling level, a closed contact only if its force may exceed the
-!> maximum so far. The settling time depends only on the last interval above the level, so it is searched at the end of
-!> the run.
+!> The peak of a flight is searched only if the flight may rise above the settling level, the maximum force of a closed
+!> contact only if it may exceed the maximum so far. The settling time depends only on the last interval in which
+!> |eta_c| exceeds the settling level, so it is searched at the end of the run.
 module contact_measures
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use kinds, only: wp
@@ -17,16 +17,19 @@ module contact_measures
 
    !> Measures and accumulated sums of a contact.
    type :: measurer_t
+      !> Sums up to the present instant
       type(accumulator_t) :: accumulator
+      !> Results; most of them are set at the end of the run
       type(run_measures_t) :: measures
       !> Number of the flight in progress, counted from the start of the run
       integer :: flight = 0
-      !> That flight has risen above the settling level
+      !> The flight in progress has risen above the settling level
       logical :: has_risen = .false.
       !> The last interval in which |eta_c| exceeds the settling level; unallocated: there is none
       class(curve_t), allocatable :: exceeded
    end type measurer_t
 
+   !> Measures of all contacts of a run.
    type :: measures_t
       !> Measures are requested
       logical :: is_wanted = .false.
@@ -71,6 +74,7 @@ contains
 
       type(observed_contact_t) :: contact
       integer :: k
+      ! the flight rose above the settling level before the interval
       logical :: had_risen
 
       do k = 1, interval%contacts
@@ -98,6 +102,7 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(peak_t) :: peak
+      ! time within `force_window` of the beginning of the episode, and impulse of the force over it
       real(wp) :: early, early_impulse
 
       early_impulse = 0.0_wp
@@ -193,6 +198,7 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(bracket_t) :: bracket
+      ! energy above the share that counts as decayed, at the end of the interval and at its start
       real(wp) :: final_excess, excess
 
       associate (accumulator => measurer%accumulator)
@@ -206,11 +212,11 @@ contains
          excess = excess_of(accumulator, interval%energy(0.0_wp))
          if (excess > 0.0_wp .and. accumulator%has_decayed) call record_decay(accumulator, .false., interval%start)
          if (accumulator%has_decayed .or. final_excess > 0.0_wp) return
-         ! the tolerance is the rounding error of the remaining energy
+         ! the tolerance is the rounding error of the energy
          bracket = bracket_t(high=interval%length, value_low=excess, value_high=final_excess, &
             value_tolerance=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), &
             length_tolerance=4.0_wp*epsilon(1.0_wp))
-         ! an impact before the interval may have dissipated the energy
+         ! an impact just before the interval may have dissipated the energy already
          bracket%is_found = excess <= 0.0_wp
          if (.not. bracket%is_found) bracket%point = chord(bracket)
          do while (.not. bracket%is_found)
@@ -249,10 +255,11 @@ contains
 
    contains
 
+      !> Finish the measures of one contact, or of a run without contacts.
       subroutine finish_contact(measurer, finished, place)
          type(measurer_t), intent(inout) :: measurer
          type(run_measures_t), allocatable, intent(out) :: finished
-         !> Number of the contact; absent: the run has none
+         !> Number of the contact; absent: the run has no contacts
          integer, intent(in), optional :: place
 
          real(wp) :: time

@@ -1,6 +1,6 @@
-!> Contribution of an interval to the statistics of a run, block by block: integrals of forces, of displacements and of
-!> their squares, and extremes (docs/theory.md, section 20). Gaps, displacements and forces are numbered as rows of the
-!> interval (module `motion_intervals`).
+!> Contribution of an interval of the motion (a phase or a step) to the statistics of a run, block of time by block:
+!> integrals of forces, of displacements and of their squares, and extremes (docs/theory.md, section 20). Gaps,
+!> displacements and forces are numbered as rows of the interval (module `motion_intervals`).
 module interval_statistics
    use block_statistics, only: blocks_begun, add_contact, record_flight
    use kinds, only: wp
@@ -58,7 +58,7 @@ contains
 
       if (interval%gap_bound(k) <= hop_tolerance) return
       level = hop_tolerance + interval%rounding(k)
-      ! the value at the end of the interval mostly makes a search unnecessary
+      ! no search is needed if the value at the end of the interval exceeds the level
       state = interval%evaluate(output_row_t(k), interval%length)
       if (state(1) <= level) then
          if (interval%exceeds(output_row_t(k), level)) state(1) = huge(1.0_wp)
@@ -66,7 +66,8 @@ contains
       call record_flight(contact_sums, state(1), level)
    end subroutine check_flight
 
-   !> Add the stretch of an interval that lies within one block.
+   !> Add the stretch of an interval that lies within one block. Displacements are upwards from the undeformed beam: the
+   !> displacement at a contact is its sign times (gap + height).
    subroutine add_stretch(interval, stretch, block, blocks)
       class(interval_t), intent(inout) :: interval
       !> Beginning and end of the stretch, since the start of the interval
@@ -74,6 +75,7 @@ contains
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
 
+      ! `twin`: the opposite contact at the same place, whose displacement is the same
       type(observed_contact_t) :: contact, twin
       real(wp), dimension(2*interval%contacts + 1) :: first, second
       real(wp) :: force(2)
@@ -122,7 +124,7 @@ contains
       end do
    end subroutine add_stretch
 
-   !> Widen a range by the values of a row.
+   !> Widen a range (minimum, maximum) by the values of a row on a stretch.
    subroutine widen_range(interval, row, stretch, range, search_state)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
@@ -134,6 +136,7 @@ contains
       real(wp) :: negated_minimum, scale
 
       call include_ends(interval, row, stretch, range)
+      ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))
       call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
          search_state(2))
@@ -144,7 +147,8 @@ contains
       range(1) = -negated_minimum
    end subroutine widen_range
 
-   !> Widen a range by the values at both ends of a stretch, which mostly makes a search for extremes unnecessary.
+   !> Widen a range by the values at both ends of a stretch. A search for extremes then mostly ends at once, because a
+   !> bound of the values does not exceed the range.
    subroutine include_ends(interval, row, stretch, range)
       class(interval_t), intent(in) :: interval
       type(output_row_t), intent(in) :: row

@@ -40,7 +40,7 @@ contains
       !> The weights
       type(moment_places_t), intent(out) :: places
 
-      !> Weights at one place, for E Ibar = rho Abar = L = 1
+      ! weights at one place, for E Ibar = rho Abar = L = 1
       type(moment_weights_t) :: weights
       real(wp) :: moment_unit
       integer :: forces, g, i, p

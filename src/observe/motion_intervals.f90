@@ -1,8 +1,9 @@
 !> Interval of a motion without events as observers read it: a phase of exact motion, or a step of Newmark's method.
 !>
-!> Quantities of an interval are numbered as rows: the gap of a contact, s (y - d) with s = 1 for a stop below the beam
-!> and -1 above it, the displacement of the tip, the force of a closed contact, the bending moment at a place. Observers
-!> request values, integrals and extremes of rows, and do not depend on the method.
+!> The observed quantities are linear functionals of the state, called rows, and have numbers: the gaps of all contacts,
+!> s (y - d) with s = 1 for a contact below the beam and -1 for one above it, the displacement of the tip, the forces of
+!> the closed contacts, and the bending moments at given places. An observer (of measures, statistics, moments, Poincare
+!> sections) requests values, integrals and extremes of rows, and does not depend on the method.
 module motion_intervals
    use kinds, only: wp
    use signal_peaks, only: extreme_search_t
@@ -12,7 +13,7 @@ module motion_intervals
 
    !> Status of a contact during an interval.
    type :: observed_contact_t
-      !> Number in the scene's order of contacts, sign s, and s d
+      !> Number in the scene's order of contacts, sign s, and height s d
       integer :: number = 1
       real(wp) :: sign = 1.0_wp
       real(wp) :: height = 0.0_wp
@@ -20,15 +21,16 @@ module motion_intervals
       logical :: is_closed = .false.
       !> The contact is compliant, so that its force converges with the mesh
       logical :: yields = .false.
-      !> The force of the contact is finite: the contact is compliant, or rigid at a massless node
+      !> The force of the contact has a finite maximum: the contact is compliant, or rigid at a massless node
       logical :: has_force = .false.
-      !> The beam can reach the contact
+      !> The contact is active: no other contact lies in front of it
       logical :: is_active = .true.
       !> The contact is closed and its gap is exactly zero
       logical :: holds = .false.
       !> Number of flights since the start of the run
       integer :: flights = 0
-      !> First contact at the same place of the beam, which has the same displacement, if that is known
+      !> Index of the first contact at the same place of the beam, at which the displacement is the same; `huge`:
+      !> unknown
       integer :: first_at_place = huge(1)
    end type observed_contact_t
 
@@ -37,15 +39,15 @@ module motion_intervals
       integer :: number = 1
       real(wp) :: factor = 1.0_wp
       real(wp) :: offset = 0.0_wp
-      !> Magnitude to which the tolerance of peaks near zero refers; negative: the peaks themselves
+      !> Minimum magnitude to which the relative tolerance of a peak refers; negative: it refers to the peak itself
       real(wp) :: scale = -1.0_wp
    end type output_row_t
 
-   !> Maximum of a row.
+   !> Maximum of a row on a stretch of an interval.
    type :: peak_t
       !> The maximum exceeds the given threshold
       logical :: is_found = .false.
-      !> The maximum is at the end of the stretch
+      !> The maximum is at the end of the stretch, where the row still rises
       logical :: still_rises = .false.
       real(wp) :: value = 0.0_wp
       !> Time since the start of the interval
@@ -63,6 +65,7 @@ module motion_intervals
       procedure(last_exceedance_interface), deferred :: last_exceedance
    end type curve_t
 
+   !> A phase or a step.
    type, abstract :: interval_t
       !> Start of the interval, tau, and length of the interval
       real(wp) :: start = 0.0_wp
@@ -74,7 +77,7 @@ module motion_intervals
       logical :: is_last = .false.
       !> The energy of beam and stops may grow during the interval
       logical :: may_gain = .false.
-      !> Peaks are searched only if they exceed the known maximum by this share, because a search takes time
+      !> A maximum is searched only if it may exceed the known maximum by this share, because a search takes time
       real(wp) :: tolerance = 0.0_wp
    contains
       procedure(contact_interface), deferred :: contact
@@ -105,6 +108,7 @@ module motion_intervals
          logical, intent(out) :: is_at_end
       end subroutine last_exceedance_interface
 
+      !> Status of contact k.
       pure function contact_interface(self, k) result(contact)
          import :: interval_t, observed_contact_t
          implicit none (type, external)
@@ -142,7 +146,7 @@ module motion_intervals
          logical :: does
       end function exceeds_interface
 
-      !> Maximum of a row on a stretch of the interval, if it exceeds a known value.
+      !> Find the maximum of a row on a stretch of the interval, if it exceeds a known value.
       subroutine seek_peak_interface(self, row, stretch, known, peak)
          import :: interval_t, peak_t, output_row_t, wp
          implicit none (type, external)
@@ -154,7 +158,7 @@ module motion_intervals
          type(peak_t), intent(inout) :: peak
       end subroutine seek_peak_interface
 
-      !> Store the gap of a contact over the interval.
+      !> Store the gap of contact k over the interval.
       subroutine record_gap_interface(self, k, curve)
          import :: curve_t, interval_t
          implicit none (type, external)

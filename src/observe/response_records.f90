@@ -1,4 +1,5 @@
-!> Allocation of the histories and shapes that a run records, for either method.
+!> Allocation of the histories (values at equal time steps) and shapes (displacements of the whole beam at given
+!> instants) that a run records, for either method.
 module response_records
    use history_list, only: eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
@@ -24,7 +25,7 @@ contains
       real(wp), intent(in) :: step
       !> The response; receives arrays for histories, [samples + 1], and shapes
       type(response_t), intent(inout) :: response
-      !> Loads act on the beam, whose work is recorded; default false
+      !> Loads act on the beam, so that their work is recorded; default false
       logical, intent(in), optional :: is_driven
 
       integer :: i, shapes
@@ -54,7 +55,8 @@ contains
       end associate
    end subroutine open_records
 
-   !> Instants of the recorded shapes, in ascending order without duplicates: listed ones and equally spaced ones.
+   !> Instants of the recorded shapes, in ascending order without duplicates: those listed in the settings and equally
+   !> spaced ones.
    pure subroutine find_instants(settings, duration, instants)
       !> Requested output
       type(output_settings_t), intent(in) :: settings
