@@ -24,8 +24,8 @@ module namelist_tokens
    integer, parameter :: token_equals = 5
    integer, parameter :: token_value = 6
 
-   !> One value, or `repeat` equal values. `first` and `last` delimit the value in the text without repeat count and
-   !> quotes, `start` and `finish` with both.
+   !> One value, or `repeat` equal values. `first` and `last` are its positions in the text without repeat count and
+   !> quotes, `start` and `finish` the positions with both.
    type :: value_t
       integer :: first = 1
       integer :: last = 0
@@ -37,7 +37,7 @@ module namelist_tokens
       logical :: is_quoted = .false.
    end type value_t
 
-   !> Position in the text, and the token that was read last
+   !> Position in the text, and the token that was read last; a word is a value or the name of an item
    type :: cursor_t
       !> Position of the next character, and its line
       integer :: next = 1
@@ -231,10 +231,10 @@ contains
       integer, intent(in) :: first
       integer :: last
 
-      integer :: step
+      integer :: length
 
-      step = scan(text(first:), word_end)
-      last = merge(len(text), first + step - 2, step == 0)
+      length = scan(text(first:), word_end)
+      last = merge(len(text), first + length - 2, length == 0)
    end function word_last
 
    !> Is a text a name: a letter, then letters, digits and underscores?

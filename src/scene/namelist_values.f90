@@ -50,6 +50,7 @@ contains
       !> Requirement that the text violates, if it is a number that is too near to 0 or has too many characters
       character(:), allocatable, intent(out), optional :: reason
 
+      ! the format below reads as many characters
       integer, parameter :: longest = 100
       character(longest) :: buffer
       character(:), allocatable :: mantissa
@@ -74,7 +75,7 @@ contains
       if (point /= index(mantissa, '.', back=.true.)) return
       if (point == 0) point = len(mantissa) + 1
 
-      ! power of ten of the first significant digit
+      ! power of ten of the first significant digit, for the check of the range
       leading = verify(mantissa, '0.')
       is_legal = leading == 0
       if (is_legal) return
@@ -90,7 +91,8 @@ contains
       read (buffer, '(bn, f100.0)') value
    end subroutine read_real
 
-   !> Read the exponent of a real; exponents beyond the range of all reals are replaced by a limit.
+   !> Read the exponent of a real; an exponent beyond `exponent_limit` is replaced by this limit, which is beyond all
+   !> reals.
    pure subroutine read_exponent(text, exponent, is_legal)
       !> Text after the letter e or d
       character(*), intent(in) :: text
@@ -98,14 +100,14 @@ contains
       !> The text is an exponent
       logical, intent(out) :: is_legal
 
-      integer, parameter :: limit = 10**8
+      integer, parameter :: exponent_limit = 10**8
 
       call read_integer(text, exponent, is_legal)
       if (.not. is_legal .and. len(text) > sign_length(text)) then
          is_legal = verify(text(1 + sign_length(text):), digits) == 0
-         exponent = merge(-limit, limit, text(1:1) == '-')
+         exponent = merge(-exponent_limit, exponent_limit, text(1:1) == '-')
       end if
-      exponent = max(-limit, min(limit, exponent))
+      exponent = max(-exponent_limit, min(exponent_limit, exponent))
    end subroutine read_exponent
 
    !> Read .true., .false. or one of their short forms.

@@ -1,4 +1,5 @@
-!> &beam: the names of the group, heights from the taper, and checks of tables along the beam.
+!> &beam: the names of the group, heights from taper and mean height, checks of tables of values along the beam, and the
+!> mean section.
 module scene_beam
    use kinds, only: wp
    use name_table, only: table_t
@@ -13,20 +14,20 @@ module scene_beam
    private
    public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: how the section is given
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
       phrase='heights, not with area and inertia')
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
    type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
 
-   ! Values in the user's units: wide ranges, but products and quotients of a few values do not overflow
+   ! Range of heights in the user's units: wide, but products and quotients of a few values do not overflow
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
    ! wide enough for kilograms per cubic nanometre
    type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
 
-   !> Minimum height at the tip over that at the root if it is not 0; a smaller one can, within rounding, not be told
-   !> from a full wedge.
+   !> Minimum ratio of the height at the tip to the height at the root if the former is not 0; with a smaller ratio,
+   !> rounding makes the beam indistinguishable from a full wedge.
    real(wp), parameter :: smallest_tip = 1.0e-9_wp
 
 contains
@@ -67,9 +68,9 @@ contains
       !> In: as read; out: complete
       type(beam_settings_t), intent(inout) :: beam
 
-      real(wp), parameter :: smallest_height = 1.0e-12_wp
-      real(wp), parameter :: smallest_area = 1.0e-24_wp
-      real(wp), parameter :: smallest_inertia = 1.0e-48_wp
+      real(wp), parameter :: min_height = 1.0e-12_wp
+      real(wp), parameter :: min_area = 1.0e-24_wp
+      real(wp), parameter :: min_inertia = 1.0e-48_wp
 
       if (beam%has_section) return
       beam%shape = shape_taper
@@ -80,7 +81,7 @@ contains
          call resolve_taper(input, beam)
       case (shape_height_table)
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
-         call check_column(input, 'beam', 'height', size(beam%station), beam%height, smallest_height, .true.)
+         call check_column(input, 'beam', 'height', size(beam%station), beam%height, min_height, .true.)
       case (shape_section_table)
          if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
             beam%station = [0.0_wp, beam%length]
@@ -91,8 +92,8 @@ contains
             return
          end if
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
-         call check_column(input, 'beam', 'area', size(beam%station), beam%area, smallest_area, .true.)
-         call check_column(input, 'beam', 'inertia', size(beam%station), beam%inertia, smallest_inertia, .true.)
+         call check_column(input, 'beam', 'area', size(beam%station), beam%area, min_area, .true.)
+         call check_column(input, 'beam', 'inertia', size(beam%station), beam%inertia, min_inertia, .true.)
       end select
    end subroutine resolve_beam
 
@@ -102,10 +103,10 @@ contains
       !> Out: heights at both ends
       type(beam_settings_t), intent(inout) :: beam
 
-      logical :: has_root
+      logical :: gives_root_height
 
-      has_root = input%has('beam', 'height_root')
-      if (has_root) then
+      gives_root_height = input%has('beam', 'height_root')
+      if (gives_root_height) then
          if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
       else
          if (abs(beam%taper) > 2.0_wp*beam%mean_height_ratio) then
@@ -117,21 +118,21 @@ contains
          beam%height_tip = beam%length*(beam%mean_height_ratio - 0.5_wp*beam%taper)
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
-         call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &
+         call input%complain('beam', trim(merge('height_root', 'taper      ', gives_root_height)), &
             'the height at the clamp must be at least '//to_text(smallest_tip)//' of that at the tip')
       else if (beam%height_tip > 0.0_wp .and. beam%height_tip < smallest_tip*beam%height_root) then
-         call input%complain('beam', trim(merge('height_tip', 'taper     ', has_root)), &
+         call input%complain('beam', trim(merge('height_tip', 'taper     ', gives_root_height)), &
             'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
       end if
    end subroutine resolve_taper
 
-   !> Change the taper of a beam that tapers linearly. The mean height is an argument, because a mean of the present
-   !> heights would have rounding errors that depend on previous tapers.
+   !> Change the taper of a beam that tapers linearly. The mean height is an argument, because a mean computed from the
+   !> current heights would have rounding errors that depend on previous tapers.
    pure subroutine set_taper(beam, mean, taper)
       type(beam_settings_t), intent(inout) :: beam
       !> Mean height
       real(wp), intent(in) :: mean
-      !> alpha
+      !> Taper alpha = (height at the root - height at the tip) / length
       real(wp), intent(in) :: taper
 
       beam%height_root = mean + 0.5_wp*taper*beam%length
@@ -140,7 +141,7 @@ contains
       if (beam%height_tip < smallest_tip*mean) beam%height_tip = 0.0_wp
    end subroutine set_taper
 
-   !> Check that stations ascend from 0 to the length; the last one is set to the length exactly.
+   !> Check that stations ascend from 0 to the length of the beam; the last one is then set to exactly the length.
    subroutine check_stations(input, group, name, length, station)
       type(scene_input_t), intent(inout) :: input
       !> Group and name of the stations, for messages
@@ -181,7 +182,7 @@ contains
 
    !> Check that there are as many values as stations, and that they are positive; the value at the tip may be 0 if
    !> `may_vanish`.
-   subroutine check_column(input, group, name, stations, column, smallest, may_vanish)
+   subroutine check_column(input, group, name, stations, column, min_value, may_vanish)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
@@ -190,7 +191,7 @@ contains
       !> Values at the stations
       real(wp), intent(in) :: column(:)
       !> Minimum of values that are not 0
-      real(wp), intent(in) :: smallest
+      real(wp), intent(in) :: min_value
       !> The last value may be 0
       logical, intent(in) :: may_vanish
 
@@ -200,12 +201,12 @@ contains
       if (size(column) /= stations) call input%complain(group, name, 'needs as many values as station, ' &
          //to_text(stations)//'; '//to_text(size(column))//' given')
       do i = 1, size(column)
-         if (column(i) >= smallest .or. (may_vanish .and. i == size(column) .and. column(i) <= 0.0_wp)) cycle
+         if (column(i) >= min_value .or. (may_vanish .and. i == size(column) .and. column(i) <= 0.0_wp)) cycle
          place = ''
          if (size(column) > 1) place = ' at every station'
          if (may_vanish) place = place//'; at the tip 0 is allowed'
          if (column(i) > 0.0_wp) then
-            call input%complain(group, name, 'must be at least '//to_text(smallest)//place)
+            call input%complain(group, name, 'must be at least '//to_text(min_value)//place)
          else
             call input%complain(group, name, 'must be above 0'//place)
          end if
@@ -213,8 +214,8 @@ contains
       end do
    end subroutine check_column
 
-   !> Area and second moment of area of the uniform beam of mean section. The section has the mean height, the mean
-   !> dimensions of its shape, or, if areas are given, mean area and mean second moment of area.
+   !> Area and second moment of area of the uniform beam of mean section: from the mean height, from the mean dimensions
+   !> of the shape, or, if areas are given, mean area and mean second moment of area.
    pure subroutine mean_section(beam, area, inertia)
       !> Complete settings of the beam
       type(beam_settings_t), intent(in) :: beam

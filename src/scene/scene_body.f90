@@ -14,8 +14,8 @@ module scene_body
    private
    public :: list_root, list_masses, check_root, check_masses
 
-   ! Conditions that several names have in common
-   type(condition_t), parameter :: springs = condition_t(name='kind', words='clamped')
+   ! Condition that several names have in common: springs restrain a clamped root
+   type(condition_t), parameter :: elastic_clamp = condition_t(name='kind', words='clamped')
 
    type(range_t), parameter :: mass_range = range_t(0.0_wp, 1.0e6_wp)
 
@@ -33,18 +33,18 @@ contains
          call table%bind(root%kind, name_t('kind', 'what holds the root: the clamp, or a pin about which it turns ' &
             //'freely'), root_names)
          call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
-            'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, springs, &
+            'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, elastic_clamp, &
             default='none: it does not turn', is_optional=.true., &
             sweep=sweep_t(20, is_of_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
          call table%store(name_t('rotation_stiffness', 'the same, moment over angle', &
-            physical_range, springs, instead_of='rotation_stiffness_ratio', &
+            physical_range, elastic_clamp, instead_of='rotation_stiffness_ratio', &
             quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
          call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
-            'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, springs, &
+            'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, elastic_clamp, &
             default='none: it does not move', is_optional=.true., sweep=sweep_t(21, is_of_beam=.true., &
             is_in_cases=.true., name='root_translation_stiffness_ratio')))
          call table%store(name_t('translation_stiffness', &
-            'the same, force over length', physical_range, springs, instead_of='translation_stiffness_ratio', &
+            'the same, force over length', physical_range, elastic_clamp, instead_of='translation_stiffness_ratio', &
             quantity='stiffness', sweep=sweep_t(name='root_translation_stiffness')))
       end associate
    end subroutine list_root
@@ -87,7 +87,8 @@ contains
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass
 
-   !> Check that a beam with a pinned root has the supports that its start requires. Problems are reported to `input`.
+   !> Check that a beam with a pinned root and without supports, which rotates freely, has a start that exists for it.
+   !> Problems are reported to `input`.
    subroutine check_root(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -103,7 +104,8 @@ contains
       end if
    end subroutine check_root
 
-   !> Check that each &mass has a mass or a rotary inertia. Problems are reported to `input`.
+   !> Check that each &mass has a mass or a rotary inertia; a sweep or &cases may give the values. Problems are reported
+   !> to `input`.
    subroutine check_masses(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file

@@ -1,6 +1,6 @@
 !> The names of scene files: one entry for each name, bound to a component of the scene, whose declaration has the
-!> default value. Reading, checks, echo and reference follow from these entries; to add a name, add its entry and its
-!> component.
+!> default value. Reading, checks, echo (values in results files) and reference (--names) follow from these entries; to
+!> add a name, add its entry and its component.
 !>
 !> The names in the condition of an entry must be listed before the entry, in its own group or in an earlier one.
 module scene_groups
@@ -44,7 +44,7 @@ module scene_groups
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
       'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: damping, method, refinement, groups that the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
@@ -53,8 +53,8 @@ module scene_groups
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
 
-   ! Ranges that several names have in common, and maximum numbers of elements: of any mesh, for the paper's statements,
-   ! for methods with full matrices
+   ! Ranges that several names have in common, and the maximum numbers of elements: of any mesh, of a mesh for the
+   ! statements of the paper, of a mesh for methods with full matrices
    integer, parameter :: max_elements = 200000
    integer, parameter :: max_elements_statements = 128
    integer, parameter :: max_elements_full_matrices = 1000
@@ -103,6 +103,7 @@ contains
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
 
+      !> Results are stored besides measures
       logical :: is_stored
 
       select case (group)
@@ -243,7 +244,9 @@ contains
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
 
+      !> `mode_tolerance` as in the file: 0 if the component has its default value, huge
       real(wp) :: tolerance
+      !> Index of Newmark's scheme, which gives beta by name; 0: not given
       integer :: scheme
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
@@ -354,6 +357,7 @@ contains
       class(table_t), intent(inout) :: table
       type(best_settings_t), intent(inout) :: best
 
+      !> Index of the measure, after the status of the case, in the list of words
       integer :: chosen
 
       ! measures that have another name in results with units, and their names in dimensionless results

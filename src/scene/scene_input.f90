@@ -1,5 +1,5 @@
-!> Reading of a scene file into a table of names. Names that the table does not have are reported as unknown. Of all
-!> problems in a file, the first one in the text is recorded.
+!> Reading of a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
+!> problems in a file, only the one that comes first in the text is recorded.
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
@@ -30,7 +30,8 @@ module scene_input
       !> Position of the first problem in the text, and its message
       integer :: problem_position = huge(1)
       character(:), allocatable :: problem
-      !> Names that count as given although the file does not give them, such as 'stop 2 stiffness'
+      !> Names that count as given although the file does not give them, because a sweep does, such as 'stop 2
+      !> stiffness'
       character(name_length), allocatable :: added(:)
    contains
       procedure :: start
@@ -53,7 +54,7 @@ contains
       !> Name of the file, for messages
       character(*), intent(in) :: file
       type(namelist_t), intent(in) :: namelist
-      !> Table that is told the groups of the file before its names are listed; absent: the file is only used for
+      !> Table that is told which groups the file has, before its names are listed; absent: the input is only used for
       !> messages
       type(table_t), intent(inout), optional :: table
 
@@ -404,8 +405,8 @@ contains
       input%added = [character(name_length) :: input%added, group//' '//to_text(occurrence)//' '//name]
    end subroutine add
 
-   !> Report a problem with a name; if the file does not give the name, with its group; if the file does not have the
-   !> group, with the whole file. Of several names for one quantity, the first in the file is named.
+   !> Report a problem with a name. If the file does not give the name, the message gives the line of its group; if it
+   !> does not have the group, no line. Of several names for one quantity, the message has the first in the file.
    subroutine complain(input, group, name, problem, occurrence)
       class(scene_input_t), intent(inout) :: input
       !> Name of the group; empty: the whole file

@@ -18,7 +18,7 @@ module scene_loads
    private
    public :: list_forces, list_bases, resolve_loads
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: kinds of time functions
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
    type(condition_t), parameter :: pulse = condition_t(name='kind', words='pulse')
    type(condition_t), parameter :: lasting = condition_t(name='kind', words='harmonic step table')
@@ -54,6 +54,7 @@ contains
       class(table_t), intent(inout) :: table
       type(force_settings_t), intent(inout) :: force
 
+      ! number of the first parameter of this group in sweeps; `list_course` uses the next five
       integer, parameter :: first_parameter = 30
       real(wp), allocatable :: stretch(:)
 
@@ -76,13 +77,15 @@ contains
       call list_course(table, force%course, first_parameter)
    end subroutine list_force
 
-   !> List the names of a time function, except kind and amplitude, in the table, and bind them to its components.
+   !> List the names of a time function (course), except kind and amplitude, in the table, and bind them to its
+   !> components.
    subroutine list_course(table, course, first)
       class(table_t), intent(inout) :: table
       type(time_course_t), intent(inout) :: course
       !> Number of the first parameter of the group for sweeps
       integer, intent(in) :: first
 
+      !> Phase in degrees; and end, 0 if the load has no end
       real(wp) :: degrees, given_degrees, last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
@@ -147,6 +150,7 @@ contains
       class(table_t), intent(inout) :: table
       type(base_group_t), intent(inout) :: base
 
+      ! number of the first parameter of this group in sweeps; `list_course` uses the next five
       integer, parameter :: first_parameter = 40
 
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
@@ -286,6 +290,7 @@ contains
       if (course%kind /= course_table) return
       call fetch_table(input, table, group, which, folder, course)
       if (input%has_problem()) return
+      ! with amplitudes in units, the times of the table are in units too
       if (input%has(group, 'amplitude', which)) course%time(:) = course%time*omega1
       call check_table(input, group, which, course)
    end subroutine resolve_course
@@ -303,7 +308,7 @@ contains
 
       if (.not. table%has(group, 'table', which)) then
          if (.not. (allocated(course%time) .and. allocated(course%value))) call input%complain(group, &
-            trim(merge('values', 'times ', allocated(course%value))), 'needs '//missing(course), which)
+            trim(merge('values', 'times ', allocated(course%value))), 'needs '//missing_names(course), which)
          return
       end if
       if (allocated(course%value)) then
@@ -317,7 +322,7 @@ contains
    end subroutine fetch_table
 
    !> Names that are missing in a table without a file, for messages.
-   pure function missing(course) result(names)
+   pure function missing_names(course) result(names)
       type(time_course_t), intent(in) :: course
       character(:), allocatable :: names
 
@@ -328,7 +333,7 @@ contains
       else
          names = 'table, a file of times and values, or times and values'
       end if
-   end function missing
+   end function missing_names
 
    !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
    subroutine check_table(input, group, which, course)

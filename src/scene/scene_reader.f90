@@ -1,5 +1,5 @@
-!> Reading of a scene file: its scene is checked and made dimensionless. Also messages about a scene that was read, and
-!> changes of its parameters.
+!> Reading of a scene file: its values are checked and made dimensionless. Also messages about a scene that was read,
+!> and changes of its parameters in sweeps and &cases.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -21,16 +21,17 @@ module scene_reader
    private
    public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
 
-   !> The contents of a scene file before the scene is resolved.
+   !> The contents of a scene file before the scene is resolved (checked, completed and made dimensionless).
    type :: draft_t
       type(scene_input_t) :: input
       type(table_t) :: table
-      !> For several cases: the scene before it is resolved; unallocated: the file has not been read yet
+      !> For several cases: the scene before it is resolved, to which the values of each case are applied; unallocated:
+      !> the file has not been read yet
       type(scene_t), allocatable :: scene
-      !> Indices of the entries of the parameters, which count as given, 0: `set_parameter` sets the parameter; and
-      !> indices of the entries in units whose ratios depend on the parameters
+      !> For several cases: index of the entry of each parameter in the table, 0 for a parameter that `set_parameter`
+      !> sets; and indices of the entries in units whose ratios depend on the parameters
       integer, allocatable :: places(:), affected(:)
-      !> The unit of displacement depends on the parameters
+      !> The unit of displacement D depends on the parameters
       logical :: moves_displacement = .false.
    end type draft_t
 
@@ -180,8 +181,9 @@ contains
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
 
-   !> Change the values of parameters as if they were given in the scene file: a value in units can change the ratios of
-   !> other quantities. The scene is resolved anew in the first call, and in each call if values may be inconsistent.
+   !> Change the values of parameters as if they were given in the scene file, because a value in units can change the
+   !> ratios of other quantities. The scene is resolved anew in the first call, and in each call if the values of some
+   !> cases may be inconsistent.
    subroutine set_by_file(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)
@@ -190,7 +192,7 @@ contains
       type(draft_t), intent(inout) :: draft
       character(:), allocatable, intent(out) :: problem
 
-      type(scene_t) :: made
+      type(scene_t) :: resolved
       logical :: resolves_anew
       integer :: k
 
@@ -200,9 +202,9 @@ contains
          if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])
       end do
       if (resolves_anew) then
-         made = draft%scene
-         call give_changes(draft%table, made)
-         call resolve_scene(draft%input, draft%table, program_any, made)
+         resolved = draft%scene
+         call give_changes(draft%table, resolved)
+         call resolve_scene(draft%input, draft%table, program_any, resolved)
       else
          if (draft%moves_displacement) call find_displacement(draft%input, draft%table, scene)
          if (.not. draft%input%has_problem()) call resolve_units(draft%input, draft%table, draft%affected, scene)
@@ -215,18 +217,18 @@ contains
          if (problem(1:1) /= ' ') k = index(problem, ':')
          problem = problem(k + 2:)
       else if (resolves_anew) then
-         made%title = scene%title
-         made%output = scene%output
-         made%wants_sweep = scene%wants_sweep
-         made%wants_cases = scene%wants_cases
-         made%has_inconsistent_cases = scene%has_inconsistent_cases
-         if (allocated(scene%echo)) made%echo = scene%echo
-         scene = made
+         resolved%title = scene%title
+         resolved%output = scene%output
+         resolved%wants_sweep = scene%wants_sweep
+         resolved%wants_cases = scene%wants_cases
+         resolved%has_inconsistent_cases = scene%has_inconsistent_cases
+         if (allocated(scene%echo)) resolved%echo = scene%echo
+         scene = resolved
       end if
    end subroutine set_by_file
 
-   !> Is the parameter the taper? Its change does not alter the mean height, whatever the file gives for the section, so
-   !> it is set directly and not as if it were in the file.
+   !> Is the parameter the taper? A change of the taper preserves the mean height, whatever the file gives for the
+   !> section, so it is set directly and not as if the file gave it.
    pure function is_taper(parameter) result(answer)
       type(parameter_t), intent(in) :: parameter
       logical :: answer
@@ -234,21 +236,21 @@ contains
       answer = parameter%name == 'taper'
    end function is_taper
 
-   !> Read a scene file in which the parameters count as given.
+   !> Read a scene file for several cases: the parameters count as given by the file.
    subroutine read_for_cases(scene, parameters, draft, problem)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       type(draft_t), intent(inout) :: draft
       character(:), allocatable, intent(out) :: problem
 
-      type(scene_t) :: made
+      type(scene_t) :: resolved
       integer, allocatable :: all(:)
       integer :: k
 
-      call read_draft(scene%text, scene%file, program_any, draft, made, problem)
-      made%wants_sweep = .false.
-      made%wants_cases = .false.
-      allocate (draft%scene, source=made)
+      call read_draft(scene%text, scene%file, program_any, draft, resolved, problem)
+      resolved%wants_sweep = .false.
+      resolved%wants_cases = .false.
+      allocate (draft%scene, source=resolved)
       allocate (draft%places(size(parameters)), source=0)
       associate (table => draft%table)
          do k = 1, size(parameters)
@@ -270,9 +272,9 @@ contains
       end associate
    end subroutine read_for_cases
 
-   !> Check that the minimum and maximum values of a sweep or of cases give valid scenes. Problems with quantities in
-   !> units and with &cases are reported to `input`; problems with dimensionless values of a sweep are reported for each
-   !> case in which they occur.
+   !> Check that the minimum and maximum values of a sweep or of &cases give valid scenes. Problems with quantities in
+   !> units and with &cases are reported to `input`. If dimensionless values of a sweep give problems,
+   !> `has_inconsistent_cases` is set, and each case in which they occur fails with its own message.
    subroutine check_extremes(input, scene)
       type(scene_input_t), intent(inout) :: input
       !> Resolved scene
@@ -280,69 +282,71 @@ contains
 
       type(parameter_t), allocatable :: parameters(:)
       character(:), allocatable :: problem
-      real(wp), allocatable :: ends(:, :)
-      logical, allocatable :: refuses(:)
+      real(wp), allocatable :: extremes(:, :)
+      logical, allocatable :: is_refused(:)
       integer :: k
 
       if (scene%wants_sweep) then
          associate (swept => scene%sweep%swept)
             parameters = pack(swept%parameter, is_swept(swept))
-            allocate (ends(2, size(parameters)))
+            allocate (extremes(2, size(parameters)))
             do k = 1, size(parameters)
                associate (all => values_given(swept(place_of(trim(parameters(k)%name), swept))))
-                  ends(:, k) = [minval(all), maxval(all)]
+                  extremes(:, k) = [minval(all), maxval(all)]
                end associate
             end do
          end associate
       else if (scene%wants_cases) then
          parameters = [scene%cases%parameter]
-         ends = reshape([minval(scene%cases%values), maxval(scene%cases%values)], [2, 1])
+         extremes = reshape([minval(scene%cases%values), maxval(scene%cases%values)], [2, 1])
       else
          return
       end if
-      refuses = parameters%quantity /= '' .or. scene%wants_cases
-      call try_corners(scene, pack(parameters, refuses), reshape(pack(ends, spread(refuses, 1, 2)), &
-         [2, count(refuses)]), problem)
+      is_refused = parameters%quantity /= '' .or. scene%wants_cases
+      call try_corners(scene, pack(parameters, is_refused), reshape(pack(extremes, spread(is_refused, 1, 2)), &
+         [2, count(is_refused)]), problem)
       if (allocated(problem)) then
-         k = findloc(refuses, .true., dim=1)
+         k = findloc(is_refused, .true., dim=1)
          call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(k)%name) &
             //' '//trim(parameters(k)%name)//'_range '//trim(parameters(k)%name)//'_log_range values', problem)
       else if (scene%wants_sweep) then
-         call try_corners(scene, parameters, ends, problem)
+         call try_corners(scene, parameters, extremes, problem)
          scene%has_inconsistent_cases = allocated(problem)
       end if
    end subroutine check_extremes
 
-   !> Resolve the scenes with the minimum or maximum value of each parameter, and find the first problem.
-   subroutine try_corners(scene, parameters, ends, problem)
+   !> Resolve the scenes at the corners of the parameter ranges (minimum or maximum of each parameter), and find the
+   !> first problem.
+   subroutine try_corners(scene, parameters, extremes, problem)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       !> Minimum and maximum value, [2, parameters]
-      real(wp), intent(in) :: ends(:, :)
+      real(wp), intent(in) :: extremes(:, :)
       !> Message with the values; unallocated: no problem
       character(:), allocatable, intent(out) :: problem
 
-      ! with more parameters than this, only some of the combinations are checked
+      ! only corners of six parameters are checked: parameter k + 6 has its minimum or maximum together with parameter
+      ! k; bit k - 1 of `corner` selects the maximum
       integer, parameter :: max_checked = 6
       type(draft_t), allocatable :: draft
-      type(scene_t) :: one
-      character(:), allocatable :: given
+      type(scene_t) :: corner_scene
+      character(:), allocatable :: values_in_words
       real(wp) :: values(size(parameters))
       integer :: corner, k
 
       if (size(parameters) == 0) return
       allocate (draft)
       do corner = 0, 2**min(size(parameters), max_checked) - 1
-         given = ''
+         values_in_words = ''
          do k = 1, size(parameters)
-            values(k) = ends(1 + ibits(corner, modulo(k - 1, max_checked), 1), k)
-            given = given//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
+            values(k) = extremes(1 + ibits(corner, modulo(k - 1, max_checked), 1), k)
+            values_in_words = values_in_words//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
          end do
-         one = scene
-         one%has_inconsistent_cases = .true.
-         call set_parameters(one, parameters, values, problem, draft)
+         corner_scene = scene
+         corner_scene%has_inconsistent_cases = .true.
+         call set_parameters(corner_scene, parameters, values, problem, draft)
          if (.not. allocated(problem)) cycle
-         problem = given(:len(given) - 2)//': '//problem
+         problem = values_in_words(:len(values_in_words) - 2)//': '//problem
          return
       end do
    end subroutine try_corners

@@ -1,5 +1,5 @@
-!> Lists of the names of scene files: the names of a scene with their resolved values, for results files, and all names
-!> with their descriptions, for users.
+!> Lists of the names of scene files: the names of one scene with their resolved values (echo), for results files, and
+!> all names with their descriptions (reference), for users.
 module scene_reference
    use kinds, only: wp
    use name_hints, only: group_hint, phrase_of
@@ -28,14 +28,14 @@ module scene_reference
       !> Allowed values, in words
       character(:), allocatable :: allowed
       character(:), allocatable :: default
-      !> The name is one of the many in &sweep that give the values of a parameter
+      !> The name is one of the many names in &sweep that give the values of a parameter
       logical :: is_swept = .false.
    end type reference_t
 
 contains
 
-   !> Make the echo of a scene: all names that apply in the scene, with ratios instead of values in units and with
-   !> default values, without groups that the scene does not have.
+   !> Make the echo of a scene: all names that apply in the scene, with dimensionless values instead of values in units
+   !> and with default values, without groups that the scene does not have.
    subroutine make_echo(table, scene)
       !> Names of the scene; their values are replaced by those of the scene
       type(table_t), intent(inout) :: table

@@ -65,6 +65,7 @@ contains
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
+      !> End of the interval, 0 if it is the end of the run
       real(wp) :: last
 
       call table%bind(statistics%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
@@ -169,24 +170,26 @@ contains
          if (poincare%period <= 0.0_wp) then
             call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &
                //'slowest: give load, the one whose period counts')
-         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_fraction(poincare))) then
+         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_section_phase(poincare))) then
             call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
                //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
          end if
       end associate
    end subroutine resolve_poincare
 
-   !> Phase of the first Poincare section as a fraction of the period, above 0 to 1, because there is none at tau = 0.
-   pure function first_fraction(poincare) result(fraction)
+   !> Phase of the first Poincare section as a fraction of the period, above 0 and at most 1, because there is no
+   !> section at tau = 0.
+   pure function first_section_phase(poincare) result(fraction)
       type(poincare_settings_t), intent(in) :: poincare
       real(wp) :: fraction
 
       fraction = modulo(poincare%phase, 1.0_wp)
       if (fraction <= 0.0_wp) fraction = 1.0_wp
-   end function first_fraction
+   end function first_section_phase
 
-   !> Find the period of a scene's loads, and the duration if it follows from the number of Poincare sections. Newmark's
-   !> step, or a step longer than the period, is then changed so that the period is a whole number of steps.
+   !> Find the period of the load that &poincare chooses, or the common period of all loads, and the duration of the run
+   !> if it follows from the number of Poincare sections. In that case Newmark's step, or any step longer than the
+   !> period, is reduced so that the period is a whole number of steps.
    pure subroutine set_period(scene, poincare, response)
       type(scene_t), intent(in) :: scene
       type(poincare_settings_t), intent(inout) :: poincare
@@ -196,6 +199,7 @@ contains
       if (.not. poincare%sets_duration .or. poincare%period <= 0.0_wp) return
       response%duration = real(poincare%skip + poincare%keep, wp)*poincare%period
       if (response%method /= method_newmark .and. response%step <= poincare%period) return
+      ! the number of steps is rounded up, unless it is at most 1e-4 above a whole number
       response%step = poincare%period/anint(max(1.0_wp, poincare%period/response%step + 0.4999_wp))
    end subroutine set_period
 
@@ -275,7 +279,7 @@ contains
          else if (orbit%step > orbit%max_step) then
             call input%complain(group, 'step greatest_step', 'the first step must be at most the greatest')
          else if (orbit%varied /= vary_nothing) then
-            if (vanishes(scene, orbit%load)) call input%complain(group, 'load', &
+            if (is_zero_load(scene, orbit%load)) call input%complain(group, 'load', &
                'the load that is to vary has no amplitude')
          end if
          if (input%has_problem()) return
@@ -285,8 +289,8 @@ contains
       end associate
    end subroutine resolve_orbit
 
-   !> Is the amplitude of a harmonic load, &force before &base, zero?
-   pure function vanishes(scene, load) result(answer)
+   !> Is the amplitude of a harmonic load zero? The numbers of loads count &force before &base.
+   pure function is_zero_load(scene, load) result(answer)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: load
       logical :: answer
@@ -299,7 +303,7 @@ contains
          scene%bases%course%kind == course_harmonic .and. abs(scene%bases%course%amplitude) > 0.0_wp)]
       answer = .true.
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
-   end function vanishes
+   end function is_zero_load
 
    !> List the names of &frequency_response in the table, and bind them to the components of the scene.
    subroutine list_frequency_response(table, response)

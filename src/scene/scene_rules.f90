@@ -1,4 +1,5 @@
-!> Tables of the groups and names of scene files that exclude or require one another, and their check.
+!> Tables of the groups and names of scene files that exclude one another (exclusions) or require one another (demands),
+!> and the check of a file against these tables.
 module scene_rules
    use name_table, only: is_among, table_t
    use scene_input, only: scene_input_t
@@ -33,8 +34,8 @@ module scene_rules
       character(problem_room) :: problem = ''
    end type demand_t
 
-   ! these exclusions are checked before the demands, because a group that they exclude could demand another excluded
-   ! group
+   ! exclusions of groups that are studies of their own; they are checked before the demands, because an excluded group
+   ! could have unmet demands, which would give misleading messages
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
       'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
@@ -55,7 +56,7 @@ module scene_rules
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 
    integer, private :: k
-   ! of two demands of one group that are not met, the first is reported
+   ! if two demands of one group are not met, only the first is reported
    type(demand_t), parameter :: demands(*) = [ &
       demand_t('precision', '', 'stop frequencies', &
       'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
@@ -124,7 +125,7 @@ contains
       end do
    end subroutine exclude
 
-   !> Does the file give what a demand requires, or does it not have the group or name of the demand?
+   !> Is a demand met, or does the file not have the group or name that makes it?
    pure function is_met(table, demand)
       type(table_t), intent(in) :: table
       type(demand_t), intent(in) :: demand

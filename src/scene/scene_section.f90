@@ -1,4 +1,5 @@
-!> &section: the names of the group, and the dimensions of the section at the stations.
+!> &section: the names of the group, and the two dimensions of the section's shape (such as width and height) at the
+!> stations.
 module scene_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
@@ -15,7 +16,7 @@ module scene_section
    private
    public :: list_section, resolve_section
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: the shape of the section
    type(condition_t), parameter :: rectangle = condition_t(name='shape', words='rectangle')
    type(condition_t), parameter :: round = condition_t(name='shape', words='round')
    type(condition_t), parameter :: tube = condition_t(name='shape', words='tube')
@@ -24,11 +25,11 @@ module scene_section
    ! Values in the user's units: wide ranges, but products and quotients of a few values do not overflow
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
 
-   !> Names of &beam that describe the section.
+   !> Names of &beam that describe the section, and that a file with &section does not give.
    character(*), parameter :: names_of_beam(9) = [character(17) :: 'width', 'height_root', 'height_tip', 'taper', &
       'mean_height_ratio', 'station', 'height', 'area', 'inertia']
-   !> Minimum of a dimension, except 0 at the tip.
-   real(wp), parameter :: smallest = 1.0e-48_wp
+   !> Minimum of a dimension; only at the tip a dimension may be 0.
+   real(wp), parameter :: min_dimension = 1.0e-48_wp
 
 contains
 
@@ -73,8 +74,8 @@ contains
       end associate
    end subroutine list_section
 
-   !> Check and complete a section. A rectangle that &beam could describe becomes such a beam: a taper or a table of
-   !> heights. Problems are reported to `input`.
+   !> Check and complete a section. A rectangle that &beam could describe (constant width, linear profile) is treated as
+   !> such a beam: a taper or a table of heights. Problems are reported to `input`.
    subroutine resolve_section(input, beam)
       type(scene_input_t), intent(inout) :: input
       !> In: section as read; out: complete
@@ -125,9 +126,9 @@ contains
 
       select case (section%shape)
       case (shape_rectangle)
-         call take('height', section%width, section%height)
+         call set_dimensions('height', section%width, section%height)
       case (shape_round)
-         call take('diameter', section%diameter, section%diameter)
+         call set_dimensions('diameter', section%diameter, section%diameter)
       case (shape_tube)
          if (allocated(section%inner_diameter) .and. allocated(section%outer_diameter)) then
             if (any(size(section%inner_diameter) == [1, size(section%outer_diameter)])) then
@@ -140,15 +141,15 @@ contains
             if (any(section%wall <= 0.0_wp)) call input%complain('section', 'inner_diameter', &
                'must be below the outer diameter')
          end if
-         call take('outer_diameter and wall', section%outer_diameter, section%wall)
+         call set_dimensions('outer_diameter and wall', section%outer_diameter, section%wall)
       case (shape_general)
-         call take('area and inertia', section%area, section%inertia)
+         call set_dimensions('area and inertia', section%area, section%inertia)
       end select
 
    contains
 
       !> Assign the two dimensions, if both are given.
-      subroutine take(names, first, second)
+      subroutine set_dimensions(names, first, second)
          !> Names of the required dimensions, for the message
          character(*), intent(in) :: names
          real(wp), allocatable, intent(in) :: first(:)
@@ -160,7 +161,7 @@ contains
          else
             call input%complain('section', 'shape', "shape = '"//trim(shape_names(section%shape))//"' needs "//names)
          end if
-      end subroutine take
+      end subroutine set_dimensions
 
    end subroutine find_dimensions
 
@@ -213,7 +214,7 @@ contains
          logical :: is_table
 
          if (.not. allocated(values)) return
-         minimum = smallest
+         minimum = min_dimension
          if (present(may_be_zero)) minimum = 0.0_wp
          is_table = allocated(section%station)
          if (size(values) == 1) then
@@ -290,12 +291,13 @@ contains
       end do
    end subroutine check_steps
 
-   !> Check that a spline is positive between its stations.
+   !> Check that the cubic splines of both dimensions are positive between their stations, at `checked_points` - 1
+   !> points of each interval.
    subroutine check_spline(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
 
-      integer, parameter :: places = 64
+      integer, parameter :: checked_points = 64
       real(wp) :: curvature(size(section%station), 2), share, width
       integer :: i, k
 
@@ -303,8 +305,8 @@ contains
       curvature(:, 2) = spline_curvature(section%station, section%second, [.false., .false.])
       do i = 1, size(section%station) - 1
          width = section%station(i + 1) - section%station(i)
-         do k = 1, places - 1
-            share = real(k, wp)/real(places, wp)
+         do k = 1, checked_points - 1
+            share = real(k, wp)/real(checked_points, wp)
             if (value_of(section%first, curvature(:, 1)) > 0.0_wp .and. &
                value_of(section%second, curvature(:, 2)) > 0.0_wp) cycle
             call input%complain('section', names_of(section%shape), "the spline of profile = 'cubic' falls to 0 " &
@@ -321,9 +323,9 @@ contains
          real(wp), intent(in) :: curvatures(:)
          real(wp) :: value
 
-         associate (left => 1.0_wp - share, right => share)
-            value = left*values(i) + right*values(i + 1) + ((left**3 - left)*curvatures(i) &
-               + (right**3 - right)*curvatures(i + 1))*width**2/6.0_wp
+         associate (left_weight => 1.0_wp - share, right_weight => share)
+            value = left_weight*values(i) + right_weight*values(i + 1) + ((left_weight**3 - left_weight)*curvatures(i) &
+               + (right_weight**3 - right_weight)*curvatures(i + 1))*width**2/6.0_wp
          end associate
       end function value_of
 

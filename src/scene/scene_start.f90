@@ -13,11 +13,11 @@ module scene_start
    private
    public :: list_start, choose_start, check_start
 
-   ! Conditions that several names have in common
+   ! Conditions that several names have in common: kinds of start
    type(condition_t), parameter :: tabulated = condition_t(name='kind', words='table')
    type(condition_t), parameter :: moving = condition_t(name='kind', words='velocity mode drop')
    type(condition_t), parameter :: modal = condition_t(name='kind', words='mode')
-   type(condition_t), parameter :: of_mode = condition_t(name='kind', words='velocity mode')
+   type(condition_t), parameter :: with_mode = condition_t(name='kind', words='velocity mode')
    type(condition_t), parameter :: fallen = condition_t(name='kind', words='drop')
 
 contains
@@ -32,7 +32,7 @@ contains
          start_names)
       call table%bind(start%field, name_t('field', 'which velocities', &
          needs=condition_t(name='kind', words='velocity')), field_names)
-      call table%bind(start%mode, name_t('mode', 'which mode of the free beam', range_t(1, 1000), of_mode, &
+      call table%bind(start%mode, name_t('mode', 'which mode of the free beam', range_t(1, 1000), with_mode, &
          sweep=sweep_t(53, is_in_cases=.true., name='start_mode')))
       call table%bind(start%velocity, name_t('velocity_ratio', 'velocity up, in a rotation or mode that of the tip, ' &
          //'after a drop that of the fall down, over D omega1', load_range, moving, &
@@ -60,7 +60,8 @@ contains
          instead_of='velocity_ratios', quantity='velocity'), is_list=.true.)
    end subroutine list_start
 
-   !> Choose the kind of start if the file does not give it, and check that it is compatible with the stops.
+   !> Choose the kind of start if the file does not give it (release from a stop, or rest without a stop), and check
+   !> that it is compatible with the stops.
    subroutine choose_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file

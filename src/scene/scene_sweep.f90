@@ -18,7 +18,8 @@ module scene_sweep
    private
    public :: resolve_sweep, resolve_cases
 
-   !> Pairs of a ratio that may be varied and a quantity in units that would then no longer have the value in the file.
+   !> Pairs of a ratio and a quantity in units that refers to it: if the ratio is varied, the quantity no longer has the
+   !> value in the file.
    character(*), parameter :: lost(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
       'stiffness_ratio', 'damper'], [2, 2])
 
@@ -44,10 +45,10 @@ contains
             'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
          return
       end if
-      call check_twice(input, table, scene%sweep%swept)
+      call check_duplicates(input, table, scene%sweep%swept)
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
-            if (is_swept(swept)) call refuse_lost_units(input, table, place_in(table, swept%parameter), &
+            if (is_swept(swept)) call refuse_lost_units(input, table, entry_of_parameter(table, swept%parameter), &
                '&sweep '//given_name(swept))
          end associate
       end do
@@ -70,7 +71,7 @@ contains
    end subroutine resolve_sweep
 
    !> Check that no parameter is varied both as a ratio and in units, or together with a name that excludes it.
-   subroutine check_twice(input, table, swept)
+   subroutine check_duplicates(input, table, swept)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
@@ -80,7 +81,7 @@ contains
 
       do k = 1, size(swept)
          if (.not. is_swept(swept(k))) cycle
-         associate (varied => swept(k)%parameter, entry => table%entries(place_in(table, swept(k)%parameter)))
+         associate (varied => swept(k)%parameter, entry => table%entries(entry_of_parameter(table, swept(k)%parameter)))
             do i = 1, size(swept)
                if (.not. is_swept(swept(i)) .or. swept(i)%parameter%group /= varied%group) cycle
                if (swept(i)%parameter%occurrence /= varied%occurrence) cycle
@@ -95,9 +96,9 @@ contains
             end do
          end associate
       end do
-   end subroutine check_twice
+   end subroutine check_duplicates
 
-   !> Check how the values of one parameter are given.
+   !> Check that the values of one parameter are given as a list or a range, as the design of the sweep requires.
    subroutine check_values(input, design, swept)
       type(scene_input_t), intent(inout) :: input
       !> One of the `design_` constants
@@ -185,7 +186,8 @@ contains
       if (cases > int(max_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(max_cases)//' cases')
    end subroutine check_count
 
-   !> Check that tapers and meshes of all cases are valid.
+   !> Check that the tapers of all cases give positive heights, and their meshes an allowed ratio of longest to shortest
+   !> element.
    subroutine check_beams(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -233,13 +235,13 @@ contains
    end subroutine check_duration
 
    !> Index of the entry of a parameter in its own group.
-   pure function place_in(table, parameter) result(place)
+   pure function entry_of_parameter(table, parameter) result(place)
       type(table_t), intent(in) :: table
       type(parameter_t), intent(in) :: parameter
       integer :: place
 
       place = table%find(table%find_group(trim(parameter%group), parameter%occurrence), trim(parameter%name_in_group))
-   end function place_in
+   end function entry_of_parameter
 
    !> The name in &sweep that gives the values of a parameter.
    pure function given_name(swept) result(given)
@@ -399,7 +401,7 @@ contains
       end if
    end subroutine check_taper
 
-   !> Report each quantity that the file gives and whose value would be lost because an entry is varied.
+   !> Report each quantity in the file that would be lost because a varied entry determines the same quantity.
    subroutine refuse_lost_units(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file

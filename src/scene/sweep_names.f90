@@ -14,7 +14,7 @@ module sweep_names
    public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, max_cases, unswept
 
    !> Offset between the numbers of a parameter in successive groups of one name; larger than the number of any
-   !> parameter.
+   !> parameter in a group.
    integer, parameter :: group_offset = 100
 
    !> Maximum number of cases of a sweep
@@ -40,7 +40,8 @@ contains
       places = places(ascending_order(grid_order(sweeps(places))))
    end subroutine list_parameters
 
-   !> Sort key of a parameter in a grid; parameters with larger keys vary faster.
+   !> Sort key of a parameter in a grid; parameters with larger keys vary faster, and those that change the beam
+   !> slowest.
    elemental function grid_order(sweep) result(order)
       type(sweep_t), intent(in) :: sweep
       real(wp) :: order
@@ -54,7 +55,7 @@ contains
       integer, intent(in) :: place
       type(sweep_t) :: sweep
 
-      ! parameters in units have other sequences of random numbers than their ratios
+      ! parameters in units have other numbers, and so other sequences of random numbers, than their ratios
       integer, parameter :: units_offset = 1000000
       integer :: i
 
@@ -128,7 +129,7 @@ contains
 
    end function quantity_of
 
-   !> Index of the entry that the word of another entry chooses as parameter; 0: none is chosen.
+   !> Index of the entry of the parameter that a word, the value of another entry, chooses; 0: none is chosen.
    pure function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
       !> Index of the group, and name, of the entry that chooses

@@ -1,4 +1,5 @@
-!> Quantities in the user's units: their conversion to dimensionless ratios, and the requirements of results in units.
+!> Quantities in the user's units: their conversion to dimensionless values (ratios), and the requirements of results in
+!> units.
 module unit_ratios
    use kinds, only: wp
    use name_table, only: table_t
@@ -32,7 +33,7 @@ contains
       end associate
    end function places_in_units
 
-   !> Does the ratio of an entry in units depend on the unit of displacement?
+   !> Does the ratio of an entry in units depend on the unit of displacement D?
    elemental function needs_displacement(entry) result(needs)
       type(entry_t), intent(in) :: entry
       logical :: needs
@@ -73,8 +74,8 @@ contains
             end associate
          end if
          if (entry%name%name == 'surface_height') then
-            ! heights are positive upwards, preloads in the direction of the stop's force; the subtraction avoids a
-            ! negative zero
+            ! heights are positive upwards; a preload is positive if the surface would penetrate the undeformed beam,
+            ! from below or above; the subtraction avoids a negative zero
             if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
          end if
          associate (range => table%entries(other)%name%range)

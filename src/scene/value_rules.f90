@@ -1,4 +1,4 @@
-!> Ranges of values: tests, and their description in messages.
+!> Ranges of values: definitions of common ranges, tests, and descriptions in messages.
 module value_rules
    use kinds, only: wp
    use number_text, only: to_text
@@ -29,7 +29,7 @@ module value_rules
    type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
    type(range_t), parameter :: point_range = range_t(0.0_wp, 1.0_wp)
    type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
-   !> Ratios of loads and displacements, of either sign or positive; instants, and durations, tau.
+   !> Dimensionless loads and displacements, of either sign; positive ones. Instants, and durations, tau.
    type(range_t), parameter :: load_range = range_t(-1.0e12_wp, 1.0e12_wp)
    type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.)
    type(range_t), parameter :: instant_range = range_t(0.0_wp, 1.0e9_wp)
@@ -73,8 +73,8 @@ contains
       end if
    end function range_text
 
-   !> Error message for a mesh whose longest element is 10**decades times the shortest, which is above a limit. The
-   !> printed number is rounded up, so that the number in the message is above the limit too.
+   !> Error message for a mesh whose longest element is 10**decades times its shortest, above a limit. The number in the
+   !> message is rounded up, so that it is above the limit too.
    pure function spread_problem(decades, limit) result(text)
       real(wp), intent(in) :: decades
       real(wp), intent(in) :: limit
