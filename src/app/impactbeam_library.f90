@@ -38,6 +38,7 @@ contains
       type(failure_t), allocatable :: error
       type(program_t) :: program
       type(scene_t), allocatable :: scenes(:)
+      ! 0: as many threads as there are cores, at most four
       integer :: thread_count
 
       results = ''

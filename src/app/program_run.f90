@@ -39,7 +39,7 @@ module program_run
       character(:), allocatable :: example
    end type program_t
 
-   !> A run of a program and its exit status.
+   !> A run of a program and its exit status, the data that `run_ranks` gets by address.
    type :: program_run_t
       type(program_t) :: program
       !> Exit status

@@ -92,7 +92,8 @@ contains
       if (allocated(scene%precision%scaling_elements)) call grow_with_elements(scene, study%curves, error)
    end subroutine measure_growth
 
-   !> Time of a run against its number of events, from the runs with different hop tolerances.
+   !> Time of a run against its number of events, from the runs with different hop tolerances (heights below which a
+   !> flight is not counted).
    pure subroutine grow_with_events(entries, curves)
       type(motion_entry_t), intent(in) :: entries(:)
       !> List to which the curve is added

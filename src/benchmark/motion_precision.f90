@@ -1,6 +1,6 @@
-!> Run time and error of motion for every method and every setting. An entry is one run with one set of settings. The
-!> reference is exact motion with all modes and the strictest hop tolerance (the height in eta below which a flight is a
-!> hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference.
+!> Run time and error of motion for every method and every setting. An entry is here one run with one set of settings.
+!> The reference is exact motion with all modes and the strictest hop tolerance (the height in eta below which a flight
+!> is a hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference.
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp

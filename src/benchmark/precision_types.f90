@@ -1,5 +1,5 @@
-!> Results of a precision study (run time against error of all methods). An entry is one run with one set of settings; a
-!> contender is one of the methods that are compared.
+!> Results of a precision study (run time against error of all methods). An entry is here one run with one set of
+!> settings; a contender is one of the methods that are compared.
 module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t

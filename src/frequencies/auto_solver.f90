@@ -11,8 +11,8 @@ module auto_solver
    private
    public :: auto_modes, lanczos_is_faster
 
-   !> Maximum number of elements for which both solvers take well under a millisecond. The dense solver, which always
-   !> finds all modes, is then chosen.
+   !> Maximum number of elements for which both solvers take well under a millisecond. The dense solver, which cannot
+   !> miss a mode, is then chosen.
    integer, parameter :: small_mesh = 20
    !> Maximum number of elements for which the dense solver is used if Lanczos iteration fails (about a second).
    integer, parameter :: max_dense_elements = 400

@@ -119,6 +119,7 @@ contains
       logical :: answer
 
       if (size(model%supports) > 0 .or. has_rigid_mode(model)) then
+         ! the relative error of lambda^4 is four times that of lambda
          answer = epsilon(1.0_wp)*eigenvalue(size(eigenvalue)) <= 4.0_wp*max_error*eigenvalue(1)
       else
          answer = abs(sqrt(sqrt(eigenvalue(1)))/lowest_lambda(model) - 1.0_wp) <= max_error
@@ -137,6 +138,7 @@ contains
       call make_natural_beam(model, natural)
       allocate (curvature(natural%order), deflection(natural%rows))
       deflection = 1.0_wp
+      ! four steps suffice for an error well below `max_error`
       do step = 1, 4
          call deflect_transposed(natural, deflection, curvature)
          call deflect(natural, curvature, deflection)

@@ -162,7 +162,7 @@ contains
       roots = 0.0_qp
       do i = 1, size(roots)
          estimate = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%constrained_tip))
-         ! distance of the root from the estimate: at most 2 exp(-estimate)
+         ! the distance of the root from the estimate is below 2.2 exp(-estimate)
          radius = max(2.2_qp*exp(-estimate), 1.0e-18_qp*estimate)
          call find_root(problem, estimate - radius, estimate + radius, roots(i), error)
          if (allocated(error)) return

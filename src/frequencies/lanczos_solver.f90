@@ -166,7 +166,7 @@ contains
 
       order = size(vectors, 1)
       wanted = size(vectors, 2) - found
-      ! ample by experience; the iteration ends when the modes have converged
+      ! empirical limit of the number of steps; the iteration ends when the modes have converged
       limit = min(beam%free - found, 6*wanted + 60)
       allocate (basis(order, found + limit + 1), deflection(beam%rows))
       allocate (diagonal(limit), off_diagonal(limit), eigenvectors(limit, wanted))

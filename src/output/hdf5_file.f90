@@ -163,6 +163,7 @@ contains
       if (status < 0 .and. .not. allocated(self%failed_call)) self%failed_call = "'"//what//"'"
    end subroutine check
 
+   !> Make a group in another group, of which `parent` is the identifier.
    function make_group(self, parent, name) result(group)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: parent

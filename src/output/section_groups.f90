@@ -1,4 +1,5 @@
-!> The group `poincare` of a results file: Poincare sections of the motion, at one phase of each period of the load.
+!> The group `poincare` of a results file: Poincare sections, which are the states of the motion at the instants of one
+!> phase angle in each period of the load.
 module section_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t

@@ -57,7 +57,8 @@ contains
    !> Write the histogram of one contact.
    subroutine write_classes(group, yields, edge, number)
       type(quantity_group_t), intent(in) :: group
-      !> Whether the classes are of forces (compliant stop) or of impulses (rigid stop)
+      !> Whether the stop yields, so that the classes are of forces; else the stop is rigid and the classes are of
+      !> impulses
       logical, intent(in) :: yields
       !> Upper ends of the classes
       real(wp), contiguous, intent(in) :: edge(:)

@@ -23,6 +23,7 @@ contains
       logical :: has_stress
       integer :: p
 
+      ! stresses are known only if the distance of the outer fibre is known at all places
       has_stress = all(moments%has_stress)
       call group%attribute('sign', 'a moment is positive where it bends the beam upwards; the stress is that of the ' &
          //'outer fibre below the axis, moment times its distance over the second moment of area, positive in ' &
