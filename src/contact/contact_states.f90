@@ -1,4 +1,6 @@
-!> State of the contacts during a run: open or closed, and the deformation of compliant stops.
+!> State of the contacts during a run: open or closed, and the deformation of compliant stops. A flight is the motion
+!> between an opening of a contact and its next closing; a phase is the motion between two events of any contact or
+!> load.
 module contact_states
    use kinds, only: wp
    use run_settings, only: law_spring_damper

@@ -3,8 +3,9 @@
 !>
 !> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
 !> impedances of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is the
-!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s. With N = s + nu (1 without a branch) and M = N Z for
-!> each stop (a rigid stop has N = 0, M = 1), the equation is det (N + M H) prod D_i = 0. One mode i is always
+!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s, with damping proportional to stiffness (zeta) and to
+!> mass (alpha). With N = s + nu for a stop that has a Maxwell branch of relaxation rate nu, N = 1 for a stop without a
+!> branch, and M = N Z (a rigid stop: N = 0, M = 1), the equation is det (N + M H) prod D_i = 0. One mode i is always
 !> separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix without that mode, so that
 !> nothing cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation

@@ -2,9 +2,9 @@
 !> because the stops are at one point or outnumber the modes. Such stops would give the characteristic equation roots at
 !> the pole -nu itself, so fewer equivalent stops replace them.
 !>
-!> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops, and their forces P act
-!> on the modes as the forces S P of the equivalent stops. The remaining branch forces P2 with S P2 = 0 act on no mode
-!> and relax independently (docs/theory.md, section 17).
+!> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops and S' the transpose of
+!> S, and the forces P of the stops act on the modes as the forces S P of the equivalent stops. The remaining branch
+!> forces P2 with S P2 = 0 act on no mode and relax independently (docs/theory.md, section 17).
 module equivalent_stops
    use kinds, only: wp
    use lapack_interfaces, only: dsygv

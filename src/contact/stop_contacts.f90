@@ -13,7 +13,8 @@ module stop_contacts
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
-      !> Index of its &stop in the scene, and index among all contacts in the order of the scene, below before above
+      !> Index of its &stop in the scene (input file), and index among all contacts in the order of the scene, below
+      !> before above
       integer :: stop = 1
       integer :: number = 1
       !> Sign s: 1 for a contact below the beam, -1 for one above it
