@@ -11,7 +11,7 @@ module namelist_values
 
    character(*), parameter :: digits = '0123456789'
    !> Allowed reals: 0, and magnitudes from 1e-300 to 1e300.
-   integer, parameter :: largest_exponent = 300
+   integer, parameter :: max_exponent = 300
 
 contains
 
@@ -80,11 +80,11 @@ contains
       is_legal = leading == 0
       if (is_legal) return
       power = exponent + merge(point - leading - 1, point - leading, leading < point)
-      is_legal = abs(power) <= largest_exponent .and. len(text) <= longest
+      is_legal = abs(power) <= max_exponent .and. len(text) <= longest
       if (.not. is_legal) then
          if (.not. present(reason)) return
-         if (power < -largest_exponent) reason = 'must be 0, or at least 1e-'//to_text(largest_exponent)//' in size'
-         if (abs(power) <= largest_exponent) reason = 'must be written with at most '//to_text(longest)//' characters'
+         if (power < -max_exponent) reason = 'must be 0, or at least 1e-'//to_text(max_exponent)//' in size'
+         if (abs(power) <= max_exponent) reason = 'must be written with at most '//to_text(longest)//' characters'
          return
       end if
       buffer = text

@@ -54,7 +54,7 @@ contains
       !> Name of the file, for messages
       character(*), intent(in) :: file
       type(namelist_t), intent(in) :: namelist
-      !> Table that is told which groups the file has, before its names are listed; absent: the input is only used for
+      !> Table, before its names are listed; receives the names of the file's groups. Absent: the input is only for
       !> messages
       type(table_t), intent(inout), optional :: table
 
@@ -75,7 +75,7 @@ contains
       class(scene_input_t), intent(inout) :: input
       !> Table with all names and their default values
       type(table_t), intent(inout) :: table
-      !> One of the `program_` constants, or a sum of them: groups of other programs are problems
+      !> Program that reads the file, one of the `program_` constants or a sum of several; groups of others are problems
       integer, intent(in) :: program
 
       !> Item of each entry in the file; 0: not given
@@ -159,7 +159,7 @@ contains
       integer, intent(in) :: item
       !> Allowed range
       type(range_t), intent(in) :: range
-      !> Entry that gets the values
+      !> Entry that receives the values
       type(entry_t), intent(inout) :: entry
 
       real(wp), allocatable :: values(:)
@@ -204,7 +204,7 @@ contains
    subroutine read_words(input, item, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> Entry that gets the values
+      !> Entry that receives the values
       type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: word
@@ -246,7 +246,7 @@ contains
    subroutine read_switch(input, item, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
-      !> Entry that gets the value
+      !> Entry that receives the value
       type(entry_t), intent(inout) :: entry
 
       integer :: first
@@ -267,7 +267,7 @@ contains
       integer, intent(in) :: item
       !> Maximum number of characters
       integer, intent(in) :: longest
-      !> Entry that gets the value
+      !> Entry that receives the value
       type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: text
@@ -296,7 +296,7 @@ contains
    subroutine report_groups(input, table, program)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them
+      !> Program that reads the file: one of the `program_` constants, or a sum of several
       integer, intent(in) :: program
 
       character(:), allocatable :: group, problem
@@ -331,7 +331,7 @@ contains
    subroutine report_items(input, table, program, items)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them
+      !> Program that reads the file: one of the `program_` constants, or a sum of several
       integer, intent(in) :: program
       !> Item of each entry of the table in the file; 0: not given
       integer, intent(in) :: items(:)

@@ -90,7 +90,7 @@ contains
    subroutine read_draft(text, file, program, draft, scene, problem)
       character(*), intent(in) :: text
       character(*), intent(in) :: file
-      !> One of the `program_` constants, or a sum of them
+      !> Program that reads the file: one of the `program_` constants, or a sum of several
       integer, intent(in) :: program
       type(draft_t), intent(out) :: draft
       !> The scene, not resolved
@@ -243,14 +243,14 @@ contains
       type(draft_t), intent(inout) :: draft
       character(:), allocatable, intent(out) :: problem
 
-      type(scene_t) :: resolved
+      type(scene_t) :: unresolved
       integer, allocatable :: all(:)
       integer :: k
 
-      call read_draft(scene%text, scene%file, program_any, draft, resolved, problem)
-      resolved%wants_sweep = .false.
-      resolved%wants_cases = .false.
-      allocate (draft%scene, source=resolved)
+      call read_draft(scene%text, scene%file, program_any, draft, unresolved, problem)
+      unresolved%wants_sweep = .false.
+      unresolved%wants_cases = .false.
+      allocate (draft%scene, source=unresolved)
       allocate (draft%places(size(parameters)), source=0)
       associate (table => draft%table)
          do k = 1, size(parameters)
@@ -283,7 +283,7 @@ contains
       type(parameter_t), allocatable :: parameters(:)
       character(:), allocatable :: problem
       real(wp), allocatable :: extremes(:, :)
-      logical, allocatable :: is_refused(:)
+      logical, allocatable :: must_be_valid(:)
       integer :: k
 
       if (scene%wants_sweep) then
@@ -302,11 +302,11 @@ contains
       else
          return
       end if
-      is_refused = parameters%quantity /= '' .or. scene%wants_cases
-      call try_corners(scene, pack(parameters, is_refused), reshape(pack(extremes, spread(is_refused, 1, 2)), &
-         [2, count(is_refused)]), problem)
+      must_be_valid = parameters%quantity /= '' .or. scene%wants_cases
+      call try_corners(scene, pack(parameters, must_be_valid), reshape(pack(extremes, spread(must_be_valid, 1, 2)), &
+         [2, count(must_be_valid)]), problem)
       if (allocated(problem)) then
-         k = findloc(is_refused, .true., dim=1)
+         k = findloc(must_be_valid, .true., dim=1)
          call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(k)%name) &
             //' '//trim(parameters(k)%name)//'_range '//trim(parameters(k)%name)//'_log_range values', problem)
       else if (scene%wants_sweep) then

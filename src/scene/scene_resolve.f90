@@ -61,7 +61,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> In: names with the values of the file; out: with the ratios computed from quantities in units
       type(table_t), intent(inout) :: table
-      !> The programs that may run the scene: one of the `program_` constants, which are powers of two, or a sum of them
+      !> The program that reads the scene, one of the `program_` constants (powers of two), or a sum: any of several
       integer, intent(in) :: program
       !> In: values as read; out: resolved
       type(scene_t), intent(inout) :: scene
@@ -177,7 +177,7 @@ contains
    !> Check that the scene requests results, and results that this program computes.
    subroutine check_requests(input, program, scene)
       type(scene_input_t), intent(inout) :: input
-      !> The programs that may run the scene: one of the `program_` constants, or a sum of them
+      !> The program that reads the scene, one of the `program_` constants, or a sum of several: any of them
       integer, intent(in) :: program
       type(scene_t), intent(in) :: scene
 

@@ -62,7 +62,7 @@ contains
    !> element between them would be shorter than 1/100 of its neighbour.
    subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
-      !> Number of this stop, and number of stops
+      !> Number of this stop, and number of all stops
       integer, intent(in) :: which
       integer, intent(in) :: number
       type(stop_settings_t), intent(inout) :: stop
