@@ -33,7 +33,8 @@ contains
       exceptions = ''
       ! reference: first case of the series of zeta, 0.001, which is the paper's first example; heavy_tip: mu = 2
       do way = 1, way_count
-         associate (reference => series(vary_zeta)%outcome(1, way), heavy_tip => series(vary_mass)%outcome(6, way))
+         associate (reference => series(vary_zeta)%outcome(1, way), &
+            heavy_tip => series(vary_mass)%outcome(6, way))
             ratio(way) = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
             scatter(way) = scatter_of(reference)/max(scatter_of(heavy_tip), 1.0e-12_wp)
             reduced(way) = 0.0_wp
@@ -45,8 +46,8 @@ contains
                   reduced(way) = reduced(way) + real(reductions, wp)
                   if (way == fine .and. reductions < 3) exceptions = exceptions &
                      //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
-                  if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': '// &
-                     listed([other%high_mode_velocity/reference%high_mode_velocity, &
+                  if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))// &
+                     ': '//listed([other%high_mode_velocity/reference%high_mode_velocity, &
                      other%main_peak/reference%main_peak, other%later_velocity/reference%later_velocity], 2)
                end associate
             end do

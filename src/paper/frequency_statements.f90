@@ -102,8 +102,8 @@ contains
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, spread(figure, 1, way_count), spread(holds, 1, way_count), &
-         detail, reason, remark)
+      call add_statement(list, label, text, measure, spread(figure, 1, way_count), &
+         spread(holds, 1, way_count), detail, reason, remark)
    end subroutine add
 
    !> The model of the full wedge.

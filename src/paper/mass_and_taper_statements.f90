@@ -158,7 +158,8 @@ contains
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
          'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', loss_ratio, &
          loss_ratio > 1.0_wp, &
-         'shares until the main rebound: '//listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(ends))], 4)// &
+         'shares until the main rebound: '// &
+         listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(ends))], 4)// &
          '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(ends))], 4)// &
          "; paper's mesh, nodal reading, in all: "// &
          listed([(taper%outcome(i, coarse_nodal)%lost_at_impacts, i=1, size(ends))], 2)//', created: '// &

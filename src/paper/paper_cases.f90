@@ -28,7 +28,8 @@ module paper_cases
    integer, parameter :: way_count = 6
    !> For each variant, the variant with which its results are compared to estimate their error: the same computation on
    !> the other mesh, or the other integration method on the coarse mesh.
-   integer, parameter :: comparison_way(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
+   integer, parameter :: comparison_way(way_count) = &
+      [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. The defaults are the parameters of the paper's first example.
    type :: figure_case_t
@@ -72,7 +73,8 @@ contains
       type(way_t), intent(out) :: ways(way_count)
 
       ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
-      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, chooses_mass_matrix=.true.)
+      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, &
+         chooses_mass_matrix=.true.)
       ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
       ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
       ways(paper_nodal) = way_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)

@@ -124,7 +124,8 @@ contains
 
       integer :: first
 
-      associate (ends => ends_of(series, way, definition), compared => ends_of(series, comparison_way(way), definition))
+      associate (ends => ends_of(series, way, definition), &
+         compared => ends_of(series, comparison_way(way), definition))
          first = minloc(ends, dim=1)
          may_be_earliest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
       end associate

@@ -110,8 +110,8 @@ contains
          along='statement')
       call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
-         call group%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
-            along='statement')
+         call group%add(name_of('figure', i), list%item%figure(i), '1', &
+            'figure that decides: '//trim(ways(i)%name), along='statement')
          call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
             'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
          call group%add(name_of('ties', i), list%item%ties(i), '1', &

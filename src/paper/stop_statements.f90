@@ -124,7 +124,8 @@ contains
       ends = ends_of(preload, fine, displacement_end)
       call add_end_statement(list, '3', 'The larger the preload, the sooner the vibration ends.', &
          'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', figure, sooner, &
-         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '//number(rank_correlation(ends), 2)// &
+         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '// &
+         number(rank_correlation(ends), 2)// &
          ' (-1: each sooner than the one before); energy down to 1 %: '// &
          listed(ends_of(preload, fine, energy_end), 1), &
          'at delta = 0.2 a nearly periodic bounce delays the end, its rebounds '// &
@@ -139,7 +140,8 @@ contains
          integer, intent(in) :: definition
          real(wp) :: ratio
 
-         ratio = preload%outcome(size(preload%cases), way)%ends(definition)/preload%outcome(1, way)%ends(definition)
+         ratio = preload%outcome(size(preload%cases), way)%ends(definition) &
+            /preload%outcome(1, way)%ends(definition)
       end function end_ratio
 
    end subroutine judge_preload
