@@ -1,6 +1,8 @@
-!> Trial runs, by which the number of modes of a run is found: a part of the run is computed in few modes and in more
-!> (docs/theory.md, section 13). This module decides the length of trials, their permitted cost, and whether the motions
-!> agree.
+!> Trial runs, by which the number of modes of a run is found: the beginning of the run is computed in a small set of
+!> the lowest modes and in larger sets, until two successive trials agree (docs/theory.md, section 13). This module
+!> decides the length of trials, their permitted cost, and whether the motions agree. Cost, or work, is the number of
+!> evaluations (sums over the modes) times the number of modes. A driven run is one under harmonic loads that act
+!> throughout.
 module mode_trials
    use applied_loads, only: courses_of
    use free_modes, only: free_modes_t
@@ -19,23 +21,24 @@ module mode_trials
    !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance: the
    !> difference is nearly the error of the smaller set, but events may enlarge it.
    real(wp), parameter :: agreement = 0.05_wp
-   !> A comparison makes no progress if it leaves at least this share of the previous difference. After this number of
-   !> such comparisons in succession no further set is tried.
+   !> A comparison makes no progress if its difference is at least this share of the previous difference. After
+   !> `max_stalled` such comparisons in succession no further set is tried.
    real(wp), parameter :: progress = 0.5_wp
    integer, parameter :: max_stalled = 2
    !> All trials together may take these shares of the work (evaluations times modes) of the run in all modes, as
-   !> estimated from the first trial. The documentation promises one half; the rest allows for the error of that
-   !> estimate, which is larger if the run is longer than the trial.
+   !> estimated from the first trial; the second share holds if the evaluations are extrapolated to a longer run. The
+   !> documentation promises at most one half; the remainder allows for the error of the estimate.
    real(wp), parameter :: share_of_run = 0.4_wp, share_of_longer_run = 0.3_wp
    !> Trials with more than this share of all modes save hardly any work.
    real(wp), parameter :: max_share = 0.6_wp
-   !> A first trial with at most this share of all modes may be repeated with a longer duration, if it then takes at
-   !> most this share of the work of the run, assumed to be uniform in time.
+   !> A first trial with at most `max_first_share` of all modes may be repeated with a longer duration, if it then takes
+   !> at most `share_of_first` of the work of the run in all modes, assumed to be uniform in time.
    real(wp), parameter :: max_first_share = 0.2_wp, share_of_first = 0.12_wp
-   !> Driven trials that differ are taken to agree if they agree over at least this share of their length.
+   !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
+   !> this share of their length.
    real(wp), parameter :: min_early_share = 0.25_wp
-   !> A motion is compared up to the peak of this rebound, and over at most this number of periods of the lowest mode;
-   !> under harmonic loads, over this number of periods of the slowest load.
+   !> A motion is compared up to the peak of rebound number `last_rebound`, and over at most `max_periods` periods of
+   !> the lowest mode; under harmonic loads, over `load_periods` periods of the slowest load.
    integer, parameter :: last_rebound = 3, max_periods = 4, load_periods = 2
    !> Minimum number of contacts for a trial to be meaningful, and a number that is sufficient.
    integer, parameter :: min_contacts = 3, enough_contacts = 64
@@ -51,11 +54,11 @@ module mode_trials
       !> Length of the run, and maximum length of the comparison, tau
       real(wp) :: run_length = 0.0_wp
       real(wp) :: window = 0.0_wp
-      !> Period of the lowest mode with strain, tau
+      !> Period of the lowest mode that is not a rigid-body motion, tau
       real(wp) :: period = 0.0_wp
       !> The only loads that vary in time are harmonic
       logical :: is_driven = .false.
-      !> A driven run that starts from rest, whose rate of contacts does not decrease
+      !> A driven run from rest, whose rate of contacts does not decrease in time
       logical :: builds_up = .false.
       !> Number of modes of the mesh
       integer :: all_modes = 0
@@ -75,7 +78,7 @@ module mode_trials
       !> Comparisons without progress in succession, and the last difference
       integer :: stalled = 0
       real(wp) :: difference = huge(1.0_wp)
-      !> Displacement at which `eta_tip` is zero
+      !> Displacement of the tip from the undeformed beam at which `eta_tip` is zero
       real(wp) :: tip_offset = 0.0_wp
    end type trials_t
 
@@ -140,8 +143,8 @@ contains
       end associate
    end subroutine set_length
 
-   !> May a trial with a given number of modes be made? Before the first trial only the lengths are known; the first
-   !> trial and one with more modes must then fit into the permitted work.
+   !> May a trial with a given number of modes be made? Before the first trial only the lengths of trial and run are
+   !> known, and the work of at least two such trials must be permitted.
    pure function can_afford(trials, modes) result(answer)
       type(trials_t), intent(in) :: trials
       integer, intent(in) :: modes
@@ -161,8 +164,9 @@ contains
       end if
    end function can_afford
 
-   !> Add the work of a trial. The first trial yields an estimate of the evaluations of the run: as many as in the
-   !> trial, and under harmonic loads more in proportion to the remaining length, because contacts do not become rarer.
+   !> Add the work of a trial. The first trial yields an estimate of the evaluations of the run: as many as in the trial,
+   !> the minimum; a driven run from rest needs more, in proportion to the remaining length and to the share of events in
+   !> the second half of the trial, because its contacts do not become rarer.
    pure subroutine add_trial(trials, modes, response)
       type(trials_t), intent(inout) :: trials
       integer, intent(in) :: modes
@@ -199,6 +203,7 @@ contains
       !> Result of the trial
       type(response_t), intent(in) :: response
 
+      ! length of the trial, and of the next one
       real(wp) :: length, new_length
 
       associate (settings => trials%settings, contacts => contact_times(response))
@@ -279,8 +284,8 @@ contains
       type(response_t), intent(in) :: more
       !> Receives difference, horizon and tolerance, and whether the motions agree
       type(mode_check_t), intent(inout) :: check
-      !> The same comparison over the first contacts alone, for harmonic loads, under which contacts soon make any two
-      !> motions differ
+      !> For a driven run, comparison of the trials over the first contacts alone, because after several contacts any
+      !> two motions differ
       type(mode_check_t), intent(out) :: early
 
       real(wp) :: horizon, early_horizon
@@ -300,7 +305,7 @@ contains
       trials%difference = check%difference
    end subroutine judge_trials
 
-   !> Instant at which the fourth contact begins; the end of the trial if there are fewer.
+   !> Instant at which the fourth contact begins; the end of the trial if there are fewer than four.
    pure function after_contacts(response, length) result(tau)
       type(response_t), intent(in) :: response
       !> Length of the trial, tau
@@ -356,6 +361,7 @@ contains
       real(wp), intent(in) :: height
       integer :: number
 
+      ! instant of the last event at each contact; negative: there is none yet
       real(wp) :: last(size(response%contacts))
       integer :: i
 
@@ -372,7 +378,8 @@ contains
       end do
    end function count_hops
 
-   !> Settings of a run for comparison, limited to a few periods, with its own samples.
+   !> Settings of a run for comparison, limited to a few periods of its lowest mode, with samples for the comparison
+   !> only.
    pure function trial_settings(asked, lowest) result(settings)
       !> Settings of the run
       type(run_settings_t), intent(in) :: asked
@@ -384,7 +391,8 @@ contains
 
       settings = asked
       settings%output = output_settings_t(history=history_table%quantity == 'displacement')
-      ! omit output that is not compared; the empty list of stresses preserves the answer of `has_one_contact`
+      ! output that is not compared is omitted; the empty list of stresses remains because `has_one_contact` depends on
+      ! it
       if (allocated(settings%stress) .or. allocated(settings%statistics)) then
          settings%stress = stress_settings_t(history=.false.)
          allocate (settings%stress%position(0))
@@ -398,7 +406,7 @@ contains
       end associate
    end function trial_settings
 
-   !> Maximum difference of two runs in eta of stop and tip, up to the peak of the third rebound of either.
+   !> Maximum difference of two runs in eta of stop and tip, up to the earlier of the peaks of their third rebounds.
    pure subroutine compare_runs(fewer, more, duration, check)
       !> The runs, with the same samples
       type(response_t), intent(in) :: fewer
@@ -425,6 +433,7 @@ contains
       real(wp), intent(in) :: duration
       real(wp) :: horizon
 
+      ! maximum eta of the flight so far, or the settling level
       real(wp) :: max_eta
       integer :: event, rebounds, i
 

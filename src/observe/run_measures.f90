@@ -1,5 +1,5 @@
-!> Measures of a run, by either method: sums accumulated during phases or steps, and measures that follow from these
-!> sums and from the events at the end (docs/theory.md, section 12).
+!> Measures of a run, that is, its scalar results such as the settling time, for either method: sums accumulated during
+!> the run, and measures that follow from these sums and from the events at its end (docs/theory.md, section 12).
 !>
 !> An episode comprises all contact between two flights that rise above `settling_level`: impacts in quick succession,
 !> closed contacts, and low flights between them. Single impacts and contacts change with the mesh; the impulse of an
@@ -21,10 +21,11 @@ module run_measures
    !> Time from the beginning of an episode over which the force of a rigid stop is averaged, tau.
    real(wp), parameter :: force_window = 0.1_wp
 
-   !> Stands for the energy at rest if loads or rigid-body motion prevent static equilibrium.
+   !> Value of the energy at rest if loads or rigid-body motion prevent static equilibrium.
    real(wp), parameter :: no_rest = -huge(1.0_wp)
 
-   !> Accumulated sums. Numbers only, so that a copy restores them when a run returns to an earlier state.
+   !> Accumulated sums of a contact. The type has no allocatable components, so that a copy restores the sums when a run
+   !> returns to an earlier state.
    type :: accumulator_t
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
@@ -43,7 +44,7 @@ module run_measures
       logical :: in_episode = .false.
       !> Beginning of the episode, tau
       real(wp) :: begin = 0.0_wp
-      !> Impulse of the episode less that of the force at rest
+      !> Impulse of the episode less the impulse of the force at rest during its contacts
       real(wp) :: impulse = 0.0_wp
       !> Impulse of the episode within `force_window` of its beginning
       real(wp) :: early_impulse = 0.0_wp
@@ -155,7 +156,7 @@ contains
       does = accumulator%rest_energy > no_rest
    end function comes_to_rest
 
-   !> Excess of an energy, less that at rest, over the share that counts as decayed.
+   !> Excess of an energy above the energy that counts as decayed, at rest + `settled_energy` (start - at rest).
    elemental function excess_of(accumulator, energy) result(excess)
       type(accumulator_t), intent(in) :: accumulator
       real(wp), intent(in) :: energy
@@ -164,20 +165,21 @@ contains
       excess = energy - accumulator%rest_energy - settled_energy*(accumulator%start_energy - accumulator%rest_energy)
    end function excess_of
 
-   !> Record that the energy has decayed, or exceeds that share again.
-   elemental subroutine record_decay(accumulator, is_spent, tau)
+   !> Record that the energy has decayed, or that it exceeds the energy that counts as decayed again.
+   elemental subroutine record_decay(accumulator, has_decayed, tau)
       type(accumulator_t), intent(inout) :: accumulator
-      logical, intent(in) :: is_spent
+      logical, intent(in) :: has_decayed
       real(wp), intent(in) :: tau
 
-      if (is_spent .and. .not. accumulator%has_decayed) accumulator%decay_tau = tau
-      accumulator%has_decayed = is_spent
+      if (has_decayed .and. .not. accumulator%has_decayed) accumulator%decay_tau = tau
+      accumulator%has_decayed = has_decayed
    end subroutine record_decay
 
    !> Record the peak of the last rebound.
    pure subroutine record_peak(measures, tau, eta)
       !> Measures, in which the rebound is already counted
       type(run_measures_t), intent(inout) :: measures
+      !> Instant and displacement of the peak
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: eta
 
@@ -214,7 +216,7 @@ contains
       real(wp), intent(in) :: created
       !> Maximum number of rebounds whose peaks are recorded
       integer, intent(in) :: max_peaks
-      !> Measures; final energy, rebounds and settling time are set
+      !> Measures; final energy and rebounds have been set
       type(run_measures_t), intent(inout) :: measures
       !> Number of the contact whose events are counted; absent: all
       integer, intent(in), optional :: contact
@@ -256,11 +258,12 @@ contains
    !> Measures that follow from the events alone.
    pure subroutine measure_events(response, measures, contact)
       type(response_t), intent(in) :: response
-      !> Measures; the length of the run is set
+      !> Measures; the length of the run has been set
       type(run_measures_t), intent(inout) :: measures
       !> Number of the contact whose events are counted; absent: all
       integer, intent(in), optional :: contact
 
+      ! number of closed contacts until now
       integer :: contacts, i
       logical :: in_contact
       real(wp), allocatable :: contact_times(:, :)
@@ -352,7 +355,7 @@ contains
       integer, parameter :: first_peak = findloc(name, 'peak_1', 1)
 
       row = ieee_value(1.0_wp, ieee_quiet_nan)
-      ! a name that is missing in the table gives index 0, which the compiler reports
+      ! a name that is missing in the table gives the constant index 0, which the compiler reports as out of bounds
       row(measure_status) = 0.0_wp
       row(findloc(name, 'impacts', 1)) = real(measures%impacts, wp)
       row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)

@@ -1,4 +1,6 @@
-!> Observers of a run, for either method; each observer has an entry in the procedures of this module.
+!> Observers of a run, for either method: measures, statistics, Poincare sections and extremes of moments, which are
+!> computed from the intervals (phases or steps) and events of the run. Every observer is called by the procedures of
+!> this module.
 module run_observers
    use block_statistics, only: finish_statistics, open_blocks, add_events
    use contact_measures, only: finish_measures, measure_interval, measures_t
@@ -15,9 +17,10 @@ module run_observers
    private
    public :: observers_t, open_observers, observe, observe_events, finish_observers
 
+   !> State of all observers of a run.
    type :: observers_t
       type(measures_t) :: measures
-      !> Observers requested by &statistics, &poincare and &stress; unallocated: not requested
+      !> States of the observers that &statistics, &poincare and &stress request; unallocated: not requested
       type(block_sums_t), allocatable :: blocks
       type(run_sections_t), allocatable :: sections
       type(moment_record_t), allocatable :: moments(:)
@@ -41,6 +44,7 @@ contains
       integer, intent(in), optional :: modes
 
       logical :: yields_in_order(size(number))
+      ! number of the release contact in the scene's order; 0: there is none
       integer :: first
 
       yields_in_order(number) = yields
@@ -77,10 +81,13 @@ contains
    !> Store the results of the observers in the response at the end of the run.
    subroutine finish_observers(observers, duration, lost, created, number, response)
       type(observers_t), intent(inout) :: observers
-      !> Arguments of `finish_measures`
+      !> Length of the run, tau
       real(wp), intent(in) :: duration
+      !> Energy dissipated in the beam, in stops, at impacts
       real(wp), intent(in) :: lost(3)
+      !> Energy created by replacing nodal velocities
       real(wp), intent(in) :: created
+      !> Number of each contact in the scene's order
       integer, intent(in) :: number(:)
       !> The run, with its events and contacts
       type(response_t), intent(inout) :: response

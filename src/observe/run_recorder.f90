@@ -1,5 +1,5 @@
-!> Recording of a run, by either method: energies, samples at equal steps, instants of shapes. Only requested quantities
-!> are computed.
+!> Recording of a run, by either method: energies, samples (values at equal time steps) of histories, and shapes
+!> (displacements of the whole beam at given instants). Only requested quantities are recorded.
 module run_recorder
    use history_list, only: history_count
    use kinds, only: wp
@@ -9,7 +9,8 @@ module run_recorder
    public :: ledger_t, charge_event, sample_t, asked_t, record_sample
    public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, record_shape
 
-   !> Energies dissipated and supplied up to the start of the present phase or the end of the last step.
+   !> Ledger of the energies dissipated and supplied since the start of the run, up to the start of the present phase or
+   !> the end of the last step.
    type :: ledger_t
       !> Energy dissipated inside the beam, in the stops, and at impacts
       real(wp) :: dissipated_beam = 0.0_wp
@@ -23,7 +24,7 @@ module run_recorder
 
    !> Quantities that are recorded at the samples.
    type :: asked_t
-      !> Histories of `history_table`, and energies
+      !> Whether each history of `history_table` is recorded, and whether energies are
       logical :: history(history_count) = .false.
       logical :: energy = .false.
    end type asked_t
@@ -43,7 +44,7 @@ module run_recorder
       real(wp), allocatable :: moment(:)
    end type sample_t
 
-   !> Recorder of a run by phases.
+   !> Recorder of a run by the exact method, phase by phase.
    type :: recorder_t
       type(asked_t) :: asked
       type(ledger_t) :: ledger
@@ -55,14 +56,15 @@ module run_recorder
       !> Instants at which the shape of the beam is recorded, and index of the next one
       real(wp), allocatable :: shape_tau(:)
       integer :: next_shape = 1
-      !> Modal displacements and velocities at these instants, [modes, instants], and displacement and velocity of a
-      !> massless node, [2, instants]
+      !> Displacements and velocities of the free modes at the instants of shapes, [modes, instants], and displacement
+      !> and velocity of a massless node, [2, instants]
       real(wp), allocatable :: shape_z(:, :), shape_v(:, :), shape_node(:, :)
    end type recorder_t
 
 contains
 
-   !> Add the change of energy of an event to the energy dissipated at impacts, or to the created energy if positive.
+   !> Add the change of energy of an event to the ledger: a decrease to the energy dissipated at impacts, an increase to
+   !> the created energy.
    elemental subroutine charge_event(ledger, change)
       type(ledger_t), intent(inout) :: ledger
       !> Change of energy
@@ -114,7 +116,7 @@ contains
       end associate
    end subroutine record_sample
 
-   !> Prepare the recording of a run by phases.
+   !> Prepare the recording of a run by the exact method.
    pure subroutine make_recorder(samples, step, modes, response, recorder)
       !> Number of samples after the one at tau = 0
       integer, intent(in) :: samples
@@ -151,6 +153,7 @@ contains
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
+      !> The run ends with the phase
       logical, intent(in) :: to_the_end
       logical :: due
 
@@ -176,7 +179,7 @@ contains
    !> Record the state at the instant of the next shape.
    pure subroutine record_shape(recorder, q, v, node)
       type(recorder_t), intent(inout) :: recorder
-      !> State in the free modes, [modes]
+      !> Displacements and velocities of the free modes, [modes]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
       !> Displacement and velocity of a massless node

@@ -1,5 +1,6 @@
-!> Poincare sections of a run, by either method: their instants, and the measures that follow from them (docs/theory.md,
-!> section 21).
+!> Poincare sections of a run, by either method: states of tip and contacts at intervals of one period of the load, and
+!> measures that follow from them: the period of the motion, impacts per period, and the Lyapunov exponent
+!> (docs/theory.md, section 21).
 module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input
@@ -36,6 +37,7 @@ contains
       !> Number of modes whose state is recorded; absent: none
       integer, intent(in), optional :: modes
 
+      ! instant of the first section without skipped periods, in periods of the load
       real(wp) :: first
       integer :: k, n
 
@@ -66,7 +68,7 @@ contains
       real(wp) :: end, time
       integer :: k
 
-      ! a section counts as within the interval if it exceeds its end by rounding only
+      ! a section after the end of the interval by rounding only lies within the interval
       end = (interval%start + interval%length)*(1.0_wp + 8.0_wp*epsilon(1.0_wp))
       do while (sections%count < size(sections%tau))
          associate (n => sections%count + 1)
@@ -90,6 +92,7 @@ contains
       !> The run, with its events and, if requested, its measures; receives the sections
       type(response_t), intent(inout) :: response
 
+      ! number of sections over which impacts are averaged
       integer :: last
 
       call count_impacts(response, sections)
@@ -147,12 +150,14 @@ contains
       end do
    end subroutine count_impacts
 
-   !> Period of the motion, in periods of the load, as it was at the end of the run.
+   !> Find the period of the motion at the end of the run: the minimum number p of periods of the load for which each of
+   !> the last p sections equals the section p periods before it.
    pure subroutine find_period(sections)
       type(run_sections_t), intent(inout) :: sections
 
-      ! a state that returns within this multiple of the tolerance leaves the period undecided
+      ! if sections differ by more than the tolerance, but by less than this multiple of it, no period is reported
       real(wp), parameter :: ambiguity = 100.0_wp
+      ! maximum size of a section, and of a difference of sections
       real(wp) :: max_size, return_error
       integer :: p
 
@@ -162,14 +167,14 @@ contains
             return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
                size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p
-            ! otherwise the remainder of a transient would appear as a longer period
+            ! because a transient that has nearly decayed would otherwise appear as a motion of a longer period
             if (return_error <= ambiguity*sections%tolerance*max_size) return
          end do
       end associate
 
    contains
 
-      !> Maximum displacement, or velocity over the frequency of the load.
+      !> Maximum magnitude of displacement, or of velocity over the frequency of the load.
       pure function size_of(states) result(max_size)
          !> Displacement and velocity of each state, [2, states]
          real(wp), intent(in) :: states(:, :)

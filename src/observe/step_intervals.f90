@@ -1,7 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
-!> velocities at both ends, so that the whole of a rebound is observed and a velocity that jumps at an impact has both
-!> its values; forces, moments and energy are linear. Gaps, displacements, forces and moments are numbered as rows of
-!> the interval (module `motion_intervals`).
+!> velocities at both ends, so that the peak of a rebound within a step is observed, and at an impact, which lies
+!> between two steps, the velocity has both its values; forces, moments and energy are linear. Gaps, displacements,
+!> forces and moments are numbered as rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: wp
@@ -15,6 +15,7 @@ module step_intervals
       real(wp) :: c(0:3) = 0.0_wp
    end type cubic_t
 
+   !> A step.
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
@@ -37,6 +38,7 @@ module step_intervals
       procedure :: energy
    end type step_interval_t
 
+   !> The gap of a contact over a step.
    type, extends(curve_t) :: cubic_curve_t
       !> Displacements at both ends of the step, then velocities
       real(wp) :: ends(4) = 0.0_wp
@@ -59,6 +61,7 @@ contains
       allocate (interval%ends(4, contacts + 1), interval%line(2, contacts + places), source=0.0_wp)
    end subroutine open_step_interval
 
+   !> Status of contact k.
    pure function contact(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -107,6 +110,7 @@ contains
       rounding = 0.0_wp*self%ends(1, k)
    end function rounding
 
+   !> Does a row exceed a level during the step?
    function exceeds(self, row, level) result(does)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -118,7 +122,8 @@ contains
       does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
-   !> Upper bound of a row over the step; for most steps no search is needed below this bound.
+   !> Upper bound of a row over the step. For most steps the bound is below the level or maximum sought, so that no
+   !> search is needed.
    pure function upper_bound(self, row) result(bound)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -140,6 +145,7 @@ contains
       type(peak_t), intent(inout) :: peak
 
       type(cubic_t) :: cubic
+      ! both ends of the stretch and the turning points between them
       real(wp) :: s(4), value
       integer :: k, turn_count
 
@@ -164,6 +170,7 @@ contains
       end do
    end subroutine seek_peak
 
+   !> Store the gap of contact k over the step.
    subroutine record_gap(self, k, curve)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -185,6 +192,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
+      ! weight of the value at the end of the step in the mean force
       real(wp) :: share
 
       share = 0.5_wp*time/self%length
@@ -225,6 +233,7 @@ contains
       end function offset_of
    end subroutine integrate
 
+   !> Energy of beam and stops at a time since the start of the step.
    function energy(self, time)
       class(step_interval_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -299,17 +308,17 @@ contains
    end function cubic_of
 
    !> Maximum of a cubic on 0 <= s <= 1.
-   pure function maximum_of(cubic) result(greatest)
+   pure function maximum_of(cubic) result(maximum)
       type(cubic_t), intent(in) :: cubic
-      real(wp) :: greatest
+      real(wp) :: maximum
 
       real(wp) :: turn(2)
       integer :: k, turn_count
 
-      greatest = max(cubic%c(0), sum(cubic%c))
+      maximum = max(cubic%c(0), sum(cubic%c))
       call find_turns(cubic, turn_count, turn)
       do k = 1, turn_count
-         greatest = max(greatest, value_at(cubic, turn(k)))
+         maximum = max(maximum, value_at(cubic, turn(k)))
       end do
    end function maximum_of
 
@@ -325,6 +334,7 @@ contains
 
       type(bracket_t) :: bracket
 
+      ! the negative tolerance of the value is never met, and the search ends when the bracket cannot be divided
       bracket = bracket_t(low=above, high=below, point=above, value_tolerance=-1.0_wp)
       call choose_point(bracket)
       do while (.not. bracket%is_found)
@@ -334,6 +344,7 @@ contains
       point = bracket%low
    end function crossing
 
+   !> Value of a cubic.
    pure function value_at(cubic, s) result(value)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: s
@@ -342,6 +353,7 @@ contains
       value = cubic%c(0) + s*(cubic%c(1) + s*(cubic%c(2) + s*cubic%c(3)))
    end function value_at
 
+   !> Derivative of a cubic by s.
    pure function rate_at(cubic, s) result(rate)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: s
@@ -359,6 +371,7 @@ contains
       real(wp), intent(out) :: turn(2)
 
       integer :: k
+      ! a quarter of the discriminant of the slope, and the larger numerator of the quadratic formula
       real(wp) :: discriminant, root(2), root_numerator
 
       turn_count = 0
