@@ -164,9 +164,9 @@ contains
       end if
    end function can_afford
 
-   !> Add the work of a trial. The first trial yields an estimate of the evaluations of the run: as many as in the trial,
-   !> the minimum; a driven run from rest needs more, in proportion to the remaining length and to the share of events in
-   !> the second half of the trial, because its contacts do not become rarer.
+   !> Add the work of a trial. The first trial yields an estimate of the evaluations of the run: as many as in the
+   !> trial, the minimum; a driven run from rest needs more, in proportion to the remaining length and to the share of
+   !> events in the second half of the trial, because its contacts do not become rarer.
    pure subroutine add_trial(trials, modes, response)
       type(trials_t), intent(inout) :: trials
       integer, intent(in) :: modes

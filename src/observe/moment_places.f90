@@ -31,14 +31,14 @@ module moment_places
 contains
 
    !> Compute the weights at all places.
-   pure subroutine gather_places(model, settings, loads, places)
+   pure subroutine gather_places(model, settings, loads, place_weights)
       type(beam_model_t), intent(in) :: model
       !> Settings that request moments
       type(run_settings_t), intent(in) :: settings
       !> Applied loads, the forces first and then the motions of the base; their count may be 0
       type(applied_loads_t), intent(in) :: loads
       !> The weights
-      type(moment_places_t), intent(out) :: places
+      type(moment_places_t), intent(out) :: place_weights
 
       ! weights at one place, for E Ibar = rho Abar = L = 1
       type(moment_weights_t) :: weights
@@ -49,25 +49,25 @@ contains
       moment_unit = settings%height_ratio/lambda1_power4
       forces = count_forces(settings)
       associate (x => settings%stress%position, order => model%mass%order)
-         allocate (places%stiffness(order, size(x)), places%mass(order, size(x)))
-         allocate (places%load(loads%count, size(x)), source=0.0_wp)
+         allocate (place_weights%stiffness(order, size(x)), place_weights%mass(order, size(x)))
+         allocate (place_weights%load(loads%count, size(x)), source=0.0_wp)
          do p = 1, size(x)
             weights = moment_weights(model, x(p))
-            places%stiffness(:, p) = moment_unit*weights%stiffness
-            places%mass(:, p) = settings%height_ratio*weights%mass
+            place_weights%stiffness(:, p) = moment_unit*weights%stiffness
+            place_weights%mass(:, p) = settings%height_ratio*weights%mass
             do g = 1, forces
                associate (force => settings%forces(g))
                   if (allocated(force%position)) then
-                     places%load(g, p) = sum([(moment_of_point_load(model, x(p), force%position(i)), &
+                     place_weights%load(g, p) = sum([(moment_of_point_load(model, x(p), force%position(i)), &
                         i=1, size(force%position))])
                   else
-                     places%load(g, p) = moment_of_line_load(model, x(p), force%stretch(1), force%stretch(2))
+                     place_weights%load(g, p) = moment_of_line_load(model, x(p), force%stretch(1), force%stretch(2))
                   end if
                end associate
             end do
             ! forces of the settings are in 3 E Ibar D/L^3
-            places%load(:forces, p) = 3.0_wp*moment_unit*places%load(:forces, p)
-            places%load(forces + 1:, p) = settings%height_ratio*weights%base
+            place_weights%load(:forces, p) = 3.0_wp*moment_unit*place_weights%load(:forces, p)
+            place_weights%load(forces + 1:, p) = settings%height_ratio*weights%base
          end do
       end associate
    end subroutine gather_places
