@@ -55,6 +55,7 @@ module scene_rules
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 
+   ! index of the implied loop in `demands`
    integer, private :: k
    ! if two demands of one group are not met, only the first is reported
    type(demand_t), parameter :: demands(*) = [ &

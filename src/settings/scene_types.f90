@@ -1,6 +1,6 @@
 !> A scene: the contents of an input file (scene file), checked and dimensionless. `scene_reader` fills these types; all
-!> other code takes their components and knows nothing of the file format (namelists: groups `&stop ... /` of `name =
-!> value`). The components of a group's type are the names of the group.
+!> other code takes their components and knows nothing of the file format, Fortran namelists: groups such as &stop, with
+!> names and their values. The components of a group's type are the names of the group.
 !>
 !> Dimensionless scales as in `run_settings`: lengths along the beam in L, displacements in D, times tau = omega1 t. A
 !> bar marks the mean section: Abar, Ibar, hbar are its area, second moment of area and height.

@@ -77,7 +77,7 @@ module sweep_settings
       !> Index of the parameter along whose values each case starts from the final state of the preceding case; 0: each
       !> case has its own start
       integer :: carry = 0
-      !> The cases run through the values of the parameter `carry` in increasing and then in reverse order of the list
+      !> The cases run through the values of the parameter `carry` in the given order, and then in reverse order
       logical :: carries_back = .false.
    end type sweep_settings_t
 

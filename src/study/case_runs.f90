@@ -44,6 +44,7 @@ module case_runs
       !> x/L of the nodes, [0:n]
       real(wp), allocatable :: node_position(:)
       type(response_t) :: response
+      !> Analyses of the run with their results
       type(analysed_t), allocatable :: analysed(:)
    end type case_t
 
@@ -74,6 +75,7 @@ contains
       !> Values of the parameters
       real(wp), intent(in) :: values(:)
       type(response_t), intent(out) :: response
+      !> Analyses of the run with their results; empty if none is requested
       type(analysed_t), allocatable, intent(out) :: analysed(:)
       !> Set if the case fails
       type(failure_t), allocatable, intent(out) :: error

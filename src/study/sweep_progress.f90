@@ -12,7 +12,7 @@ module sweep_progress
 
    !> State of the progress output.
    type :: progress_t
-      !> Lines are printed at all
+      !> Progress is printed
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
       !> Unit for output, and minimum interval between two lines, seconds
@@ -26,7 +26,7 @@ module sweep_progress
       integer(i8) :: start = 0_i8
       integer(i8) :: last = 0_i8
       integer(i8) :: rate = 1_i8
-      !> A line is on the terminal
+      !> A line has been printed and not been erased
       logical :: has_line = .false.
    end type progress_t
 
