@@ -69,8 +69,8 @@ module newmark_run
       real(wp) :: peak = 0.0_wp
       !> The contact may close; false after it opened, until the gap grows
       logical :: may_close = .true.
-      !> The beam is beyond the contact surface by more than the contact tolerance, due to relaxation of the stop or
-      !> rounding, and moves out
+      !> The beam penetrates the surface of the open contact by more than the contact tolerance, due to relaxation of
+      !> the stop or rounding; steps in which it does so are accepted
       logical :: leaving = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
       integer :: flight_events = is_interrupted
