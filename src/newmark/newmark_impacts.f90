@@ -25,8 +25,8 @@ module newmark_impacts
 contains
 
    !> Apply Newton's impact law to the contacts that are hit, to closed rigid contacts, and to every other contact that
-   !> the beam touches without leaving it. If the impulses make the beam approach another contact, that contact takes
-   !> part in the next impact problem at the same instant.
+   !> the beam touches without separating from it. If the impulses make the beam approach another contact, that contact
+   !> takes part in the next impact problem at the same instant.
    pure subroutine apply_impacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
