@@ -6,13 +6,15 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+/* Bytes that OpenBLAS allocates for each thread. */
 static const size_t buffer_per_thread = (size_t)129 << 20;
 
 int openblas_num_threads_env(void);
 void openblas_set_num_threads(int threads) __attribute__((weak));
 
-/* OpenBLAS calls this function for the value of OPENBLAS_NUM_THREADS. This definition has precedence over that of its
- * shared library; that of its archive would have precedence, so there the linker takes the second (--wrap). */
+/* OpenBLAS calls this function for the value of OPENBLAS_NUM_THREADS. This definition takes precedence over the one
+ * in OpenBLAS's shared library. The one in a static OpenBLAS would take precedence over this definition, so the linker
+ * then replaces it (--wrap) by __wrap_openblas_num_threads_env. */
 __attribute__((weak)) int openblas_num_threads_env(void)
 {
    return 1;
@@ -37,7 +39,7 @@ long long impactbeam_blas_buffer(void)
 }
 
 #ifdef __ELF__
-/* Runs before the initialisation of any library. */
+/* Ends the program with a message if the buffer of OpenBLAS cannot be allocated. Runs before any library starts. */
 static void check_buffer_room(void)
 {
    static const char message[] = "impactbeam: there is no room for the buffer of 129 MB of the linear algebra library; is "

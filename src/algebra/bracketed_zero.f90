@@ -11,23 +11,27 @@ module bracketed_zero
       real(wp) :: low = 0.0_wp
       real(wp) :: high = 0.0_wp
       logical :: grows = .false.
-      !> Next point to evaluate; once found, the zero
+      !> Next point to evaluate; the zero, if `is_found`
       real(wp) :: point = 0.0_wp
+      !> The zero is found, or the permitted evaluations are used up
       logical :: is_found = .false.
-      !> The zero is found if the magnitude of the value does not exceed this; negative: an end of the bracket is wanted
+      !> The zero is found if the magnitude of the value does not exceed this; negative: values do not end the search
       real(wp) :: value_tolerance = 0.0_wp
       !> The zero is found if the step to the next point does not exceed this share of the point, or this number of
-      !> spacings of floating-point numbers
+      !> spacings of floating-point numbers at the point
       real(wp) :: step_tolerance = 0.0_wp
       real(wp) :: step_spacings = 0.0_wp
-      !> The zero is found if the length of the bracket does not exceed this share of its end; negative: never
+      !> The zero is found if the length of the bracket does not exceed this share of `high`; negative: the length
+      !> does not end the search
       real(wp) :: length_tolerance = -1.0_wp
       !> The search ends after this number of evaluations
       integer :: max_evaluations = 200
       integer :: evaluations = 0
-      !> Values at the ends, for the chord; the value of an end that stays is halved (Illinois method)
+      !> Values at the ends, for the chord; the value of an end that stays twice in a row is halved
+      !> (Illinois method)
       real(wp) :: value_low = 0.0_wp
       real(wp) :: value_high = 0.0_wp
+      !> End that was replaced last: 1: `low`, -1: `high`, 0: none
       integer :: last_side = 0
    end type bracket_t
 
@@ -75,7 +79,8 @@ contains
       if (.not. bracket%is_found) bracket%point = next
    end subroutine choose_point
 
-   !> Zero of the chord between the ends of the bracket; every eighth time the middle of the bracket.
+   !> Zero of the chord between the ends of the bracket; at every eighth evaluation the middle of the bracket, which
+   !> bounds the number of evaluations.
    elemental function chord(bracket) result(point)
       type(bracket_t), intent(in) :: bracket
       real(wp) :: point

@@ -57,7 +57,8 @@ contains
       solution = merge(solution, max(solution, 0.0_wp), is_free)
    end subroutine solve_complementarity
 
-   !> Relative magnitude by which each component is negative beyond rounding; 0 if it is not negative.
+   !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a share of its
+   !> terms; 0: not negative.
    pure function violations(matrix, right, is_positive, solution) result(violation)
       !> A and q
       real(wp), intent(in) :: matrix(:, :)
@@ -126,13 +127,14 @@ contains
       end do
    end subroutine solve_active
 
-   !> Forces, of either sign, that close negative gaps. The most negative gap is closed first, then the most negative
-   !> one that remains together with those before, so that of several gaps at one point only one takes part.
+   !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; the most negative
+   !> gap that remains is then closed together with the gaps closed before, and so on. Of several gaps at one point
+   !> only one takes part.
    pure subroutine close_gaps(compliance, gap, noise, force)
       !> Change of each gap per unit force at each other gap, symmetric, [gaps, gaps]
       real(wp), intent(in) :: compliance(:, :)
       real(wp), intent(in) :: gap(:)
-      !> Rounding errors of the gaps
+      !> Rounding errors of the gaps: a gap less negative than its rounding error stays open
       real(wp), intent(in) :: noise(:)
       real(wp), intent(out) :: force(:)
 

@@ -9,9 +9,11 @@ module exponential_differences
    private
    public :: exponential_difference, find_differences, square_of
 
-   !> Two points at a larger distance are separated by the recurrence of divided differences; else a series is used.
+   !> Maximum distance of points for which a series is used; the recurrence of divided differences separates points
+   !> farther apart.
    real(wp), parameter :: max_spread = 1.0_wp
 
+   !> Maximum number of points.
    integer, parameter :: max_points = 6
 
 contains
@@ -24,15 +26,15 @@ contains
       real(wp), intent(in) :: time
       complex(wp) :: value
 
-      complex(wp), dimension(size(points)) :: power, x
+      complex(wp), dimension(size(points)) :: exponentials, x
 
       associate (n => size(points))
          x = points*time
          if (are_near(x)) then
             value = series(n, x)*time**(n - 1)
          else
-            power = exp(x)
-            value = difference(n, x, power)*time**(n - 1)
+            exponentials = exp(x)
+            value = difference(n, x, exponentials)*time**(n - 1)
          end if
       end associate
    end function exponential_difference
@@ -46,14 +48,14 @@ contains
       !> One difference for each point
       complex(wp), intent(out) :: values(:)
 
-      complex(wp), dimension(size(points)) :: power, x
+      complex(wp), dimension(size(points)) :: exponentials, x
       integer :: i
 
       associate (n => size(points))
          x = points*time
-         power = exp(x)
+         exponentials = exp(x)
          do i = 1, n
-            values(i) = difference(n - i + 1, x(i:), power(i:))*time**(n - i)
+            values(i) = difference(n - i + 1, x(i:), exponentials(i:))*time**(n - i)
          end do
       end associate
    end subroutine find_differences
@@ -71,12 +73,13 @@ contains
       end do
    end function are_near
 
-   !> The divided difference of exp over points.
-   pure recursive function difference(count, x, power) result(value)
+   !> The divided difference of exp over points. The recurrence separates the two points `first` and `second` that are
+   !> farthest from each other, if a series is not accurate for all points.
+   pure recursive function difference(count, x, exponentials) result(value)
       integer, intent(in) :: count
       complex(wp), intent(in) :: x(count)
       !> exp(x)
-      complex(wp), intent(in) :: power(count)
+      complex(wp), intent(in) :: exponentials(count)
       complex(wp) :: value
 
       real(wp) :: square, largest
@@ -95,39 +98,40 @@ contains
          end do
       end do
       if (count == 1) then
-         value = power(1)
+         value = exponentials(1)
       else if (.not. largest > max_spread**2) then
          value = series(count, x)
       else if (count == 2) then
-         value = difference_of_two(x(1), x(2), power(1), power(2))
+         value = difference_of_two(x(1), x(2), exponentials(1), exponentials(2))
       else if (count == 3) then
-         ! the most frequent case, without copies
+         ! The most frequent case, without copies; the indices of the three points add to 6
          associate (third => 6 - first - second)
-            value = (difference_of_two(x(first), x(third), power(first), power(third)) &
-               - difference_of_two(x(second), x(third), power(second), power(third)))/(x(first) - x(second))
+            value = (difference_of_two(x(first), x(third), exponentials(first), exponentials(third)) &
+               - difference_of_two(x(second), x(third), exponentials(second), exponentials(third)))/(x(first) - x(second))
          end associate
       else
-         value = (difference(count - 1, without(second, x), without(second, power)) &
-            - difference(count - 1, without(first, x), without(first, power)))/(x(first) - x(second))
+         value = (difference(count - 1, without(second, x), without(second, exponentials)) &
+            - difference(count - 1, without(first, x), without(first, exponentials)))/(x(first) - x(second))
       end if
    end function difference
 
    !> The divided difference of exp over two points.
-   pure function difference_of_two(first, second, power, power_of_second) result(value)
+   pure function difference_of_two(first, second, exponentials, exponential_of_second) result(value)
       complex(wp), intent(in) :: first
       complex(wp), intent(in) :: second
-      complex(wp), intent(in) :: power
-      complex(wp), intent(in) :: power_of_second
+      complex(wp), intent(in) :: exponentials
+      complex(wp), intent(in) :: exponential_of_second
       complex(wp) :: value
 
       if (square_of(first - second) > max_spread**2) then
-         value = (power - power_of_second)/(first - second)
+         value = (exponentials - exponential_of_second)/(first - second)
       else
          value = series(2, [first, second])
       end if
    end function difference_of_two
 
-   !> All elements except one. The length of the result is constant, because this function is called millions of times.
+   !> All elements except one; the elements of the result after them are undefined. The length of the result is
+   !> constant, because this function is called millions of times.
    pure function without(place, all) result(rest)
       integer, intent(in) :: place
       complex(wp), intent(in) :: all(:)
@@ -148,6 +152,7 @@ contains
       ! enough terms for points at the maximum distance
       integer, parameter :: max_terms = 20
       complex(wp) :: center, h(1 - max_points:max_terms), signed(0:count)
+      ! 1/(n - 1 + k)!, bound of |h_k| (n - 1)!/(n - 1 + k)!, and maximum distance of the points from their mean
       real(wp) :: factor, remainder, radius
       integer :: j, k
 

@@ -9,9 +9,9 @@ contains
 
    !> Solve A X = B.
    pure function solve_small(matrix, right) result(solution)
-      !> A, [size, size]
+      !> A, [n, n]
       complex(wp), intent(in) :: matrix(:, :)
-      !> B, [size, number of right-hand sides]
+      !> B, [n, number of right-hand sides]
       complex(wp), intent(in) :: right(:, :)
       complex(wp) :: solution(size(right, 1), size(right, 2))
 
@@ -24,23 +24,23 @@ contains
 
    !> Solve A X = B in place.
    pure subroutine eliminate(a, solution)
-      !> In: A. Out: undefined, [size, size]
+      !> In: A. Out: undefined, [n, n]
       complex(wp), intent(inout) :: a(:, :)
-      !> In: B. Out: X, [size, number of right-hand sides]
+      !> In: B. Out: X, [n, number of right-hand sides]
       complex(wp), intent(inout) :: solution(:, :)
 
       complex(wp) :: factor, swap
-      real(wp) :: max_size
+      real(wp) :: row_scale
       integer :: i, j, k, n, pivot
 
       n = size(a, 1)
       do i = 1, n
-         max_size = tiny(1.0_wp)
+         row_scale = tiny(1.0_wp)
          do j = 1, n
-            max_size = max(max_size, abs1(a(i, j)))
+            row_scale = max(row_scale, abs1(a(i, j)))
          end do
-         a(i, :) = a(i, :)/max_size
-         solution(i, :) = solution(i, :)/max_size
+         a(i, :) = a(i, :)/row_scale
+         solution(i, :) = solution(i, :)/row_scale
       end do
       do k = 1, n
          pivot = k
@@ -59,6 +59,7 @@ contains
                solution(pivot, j) = swap
             end do
          end if
+         ! A zero pivot becomes the smallest normal number: the solution is huge, but no NaN
          if (abs1(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)
          do i = k + 1, n
             factor = a(i, k)/a(k, k)

@@ -32,7 +32,8 @@ contains
       t = sqrt(real(freedom, wp))*tan(middle)
    end function student_quantile
 
-   !> Probability that |t| <= sqrt(freedom) tan(angle), as a finite sum.
+   !> Probability that |t| <= sqrt(freedom) tan(angle), as a finite sum (Abramowitz and Stegun,
+   !> 26.7.3 and 26.7.4).
    pure function probability_within(angle, freedom) result(probability)
       real(wp), intent(in) :: angle
       integer, intent(in) :: freedom

@@ -1,4 +1,4 @@
-!> Interpolating cubic splines.
+!> Interpolating cubic splines through tables of values: their second derivatives, and their slopes, limited at jumps.
 module cubic_splines
    use kinds, only: wp
    implicit none (type, external)
@@ -12,11 +12,11 @@ contains
       !> Coordinates of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
       real(wp), intent(in) :: y(:)
-      !> At the first and the last point: true: zero slope; false: zero curvature
+      !> At the first and the last point: true: the slope is zero; false: the curvature is zero
       logical, intent(in) :: is_flat(2)
       real(wp) :: curvature(size(x))
 
-      ! lengths and slopes of the intervals, and of two intervals of zero length before the first and after the last
+      ! Lengths and slopes of the intervals, and of two intervals of zero length before the first and after the last
       real(wp), dimension(0:size(x)) :: length, slope
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor
@@ -41,6 +41,7 @@ contains
          upper(k) = 0.0_wp
          curvature(k) = 0.0_wp
       end do
+      ! The equations are tridiagonal: elimination, then back substitution
       do i = 2, n
          factor = lower(i)/diagonal(i - 1)
          diagonal(i) = diagonal(i) - factor*upper(i - 1)
@@ -53,9 +54,9 @@ contains
    end function spline_curvature
 
    !> Slopes of the spline at its points, with a limit: a slope times the longer interval beside its point is at most
-   !> twice the largest change of the values near by. Next to an interval much shorter than its neighbours, a jump, the
-   !> spline would otherwise overshoot far. A limited slope makes the curvature discontinuous; at evenly spaced points
-   !> no slope is limited.
+   !> twice the largest change of the values in the intervals nearby. Next to an interval much shorter than its neighbours, a jump, the
+   !> spline would otherwise overshoot far. A limited slope makes the curvature discontinuous; slopes at evenly
+   !> spaced points of a smooth curve are not limited.
    pure function spline_slope(x, y, is_flat) result(slope)
       !> Coordinates of the points, ascending, two or more
       real(wp), intent(in) :: x(:)

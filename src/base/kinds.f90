@@ -11,9 +11,9 @@ module kinds
    integer, parameter :: i8 = int64
 
    real(wp), parameter :: pi = 3.141592653589793_wp
-   !> First root of 1 + cos k cosh k = 0, of a uniform cantilever without tip mass.
+   !> First root of 1 + cos k cosh k = 0: first wave number, times L, of a uniform cantilever without tip mass.
    real(wp), parameter :: lambda1 = 1.875104068711961_wp
-   !> lambda1^4, the square of omega1 where E Ibar = rho Abar = L = 1.
+   !> lambda1^4: squared circular frequency omega1^2 of that cantilever if E Ibar = rho Abar = L = 1.
    real(wp), parameter :: lambda1_power4 = lambda1**4
 
 end module kinds

@@ -15,6 +15,7 @@ contains
       character(*), intent(in) :: candidates(:)
       integer :: position
 
+      ! A longer text is not compared: its table of distances would be large
       integer, parameter :: longest_name = 64
       integer :: i, distance, best
 

@@ -36,7 +36,7 @@ contains
       character(:), allocatable :: text
 
       integer, parameter :: max_digits = 17
-      ! A larger number, rounded up, may overflow when it is read back
+      ! A larger number gets all digits, because it may be rounded up and overflow when it is read back
       real(wp), parameter :: largest_read_back = 1.0e300_wp
       character(32) :: buffer
       character(16) :: layout

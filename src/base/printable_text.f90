@@ -14,6 +14,7 @@ contains
 
       ! Range of the bytes after the first; the range of the second byte depends on the first
       integer, parameter :: min_code = 128, max_code = 191
+      ! Other second bytes encode overlong forms, surrogates or numbers beyond Unicode
       integer :: second_min, second_max, i
 
       second_min = min_code
@@ -82,7 +83,7 @@ contains
       character(*), intent(in) :: text
       character(:), allocatable :: short
 
-      integer, parameter :: longest = 40
+      integer, parameter :: max_characters = 40
       integer :: i, count, last, bytes
 
       last = index(text, achar(10)) - 1
@@ -90,7 +91,7 @@ contains
       last = len_trim(text(:last))
       short = ''
       i = 1
-      do count = 1, longest
+      do count = 1, max_characters
          if (i > last) return
          bytes = character_bytes(text(i:last))
          if (bytes == 0) then

@@ -9,8 +9,8 @@ module program_identity
    character(*), parameter :: program_name = 'impactbeam'
    character(*), parameter :: program_version = '0.1.0'
 
-   !> Programs as bits: motion (runs, frequencies, sweeps, cases), statements of the paper, benchmark of run time
-   !> against error. A sum of them stands for several programs.
+   !> Programs as bits: motion (runs, frequencies, sweeps, cases), statements of the paper (Irie, Yamada and
+   !> Asano 1977), benchmark of run time against error. A sum of constants stands for several programs.
    integer, parameter :: program_motion = 1
    integer, parameter :: program_paper = 2
    integer, parameter :: program_benchmark = 4

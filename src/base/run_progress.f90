@@ -1,4 +1,4 @@
-!> Progress of the single run of a scene: simulated time over duration, for a progress line.
+!> Progress of a single run: simulated time over duration, for the progress line of a terminal.
 module run_progress
    use, intrinsic :: iso_c_binding, only: c_double, c_loc, c_ptr
    use kinds, only: wp
@@ -6,9 +6,9 @@ module run_progress
    private
    public :: enable_progress, disable_progress, report_progress, progress_address
 
-   !> 0 to 1; a timer reads it at any moment
+   !> Share of the run that is done, 0 to 1; the timer of the progress line reads this variable at any moment
    real(c_double), volatile, target :: progress = 0.0_c_double
-   !> True during a single run in one thread; sweeps report their cases instead
+   !> True during a single run in one thread; a sweep reports its finished cases instead
    logical :: is_enabled = .false.
 
 contains

@@ -1,5 +1,6 @@
-!> Initial displacements and velocities of the beam. Those of a table, at points along the beam, are interpolated by a
-!> cubic spline, which the initial motion matches in the mean over the mass (docs/theory.md, section 18).
+!> Initial displacements and velocities of the beam. A table of values at points along the beam is interpolated by a
+!> cubic spline; the initial motion of the finite elements is its projection, weighted by the mass (docs/theory.md,
+!> section 18).
 module beam_starts
    use beam_loads, only: base_mass_vector, base_rotation_vector, piecewise_cubic_t, inertia_of_curve, curve_value
    use beam_model, only: beam_model_t
@@ -12,15 +13,16 @@ module beam_starts
    private
    public :: find_start_momenta, curve_of_table, check_table_of_start
 
-   !> A point nearer to the root than this, in L, is at the root.
+   !> A point of a table nearer to the root than this, in L, is at the root.
    real(wp), parameter :: root_tolerance = 1.0e-9_wp
 
-   !> A table may deviate from zero by this share of its maximum at a point where the beam is fixed.
+   !> A table may deviate from zero by this share of its largest magnitude at a point where the beam is fixed.
    real(wp), parameter :: max_deviation = 1.0e-6_wp
 
 contains
 
-   !> M y and M y' of a start with a velocity, after a fall or from a table; zero for all other starts.
+   !> Momenta M y and M y' (M: mass matrix, ': d/dtau) of a start with a velocity, after a fall or from a table; zero for
+   !> all other starts.
    pure subroutine find_start_momenta(model, start, displacement, velocity)
       type(beam_model_t), intent(in) :: model
       type(start_settings_t), intent(in) :: start
@@ -35,6 +37,7 @@ contains
          if (start%field == field_uniform) velocity = start%velocity*base_mass_vector(model)
          if (start%field == field_rotation) velocity = start%velocity*base_rotation_vector(model)
       case (start_drop)
+         ! The velocity of a fall is positive downwards
          velocity = -start%velocity*base_mass_vector(model)
       case (start_table)
          if (allocated(start%displacements)) displacement = inertia_of_curve(model, &
@@ -77,36 +80,38 @@ contains
    end subroutine check_table_of_start
 
    !> Check one column of the table.
-   subroutine check_column(model, position, values, what, error)
+   subroutine check_column(model, position, values, column_name, error)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: position(:)
       real(wp), intent(in) :: values(:)
       !> Name of the column, for the message
-      character(*), intent(in) :: what
+      character(*), intent(in) :: column_name
       type(failure_t), allocatable, intent(inout) :: error
 
       type(piecewise_cubic_t) :: curve
-      real(wp) :: deviation, place
+      real(wp) :: deviation, x_support
       integer :: k
 
       curve = curve_of_table(model, position, values)
       if (model%root_dofs(1) == 0) call check_point(0.0_wp)
+      ! Springs, and supports that fix a rotation (even degrees of freedom), leave the displacement free
       do k = 1, size(model%supports)
          associate (support => model%supports(k))
             if (support%stiffness > 0.0_wp .or. modulo(support%dof, 2) == 0 .or. allocated(error)) cycle
-            place = model%mesh%position((support%dof + 1)/2)
-            call check_point(place)
+            x_support = model%mesh%position((support%dof + 1)/2)
+            call check_point(x_support)
          end associate
       end do
 
    contains
 
+      !> Refuse the table if its curve is not zero at x.
       subroutine check_point(x)
          real(wp), intent(in) :: x
 
          deviation = curve_value(curve, x)
          if (abs(deviation) <= max_deviation*maxval(abs(values))) return
-         call fail(error, status_bad_input, what//' of the table are '//to_text(deviation/maxval(abs(values))) &
+         call fail(error, status_bad_input, column_name//' of the table are '//to_text(deviation/maxval(abs(values))) &
             //' of the greatest at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
             //to_text(max_deviation)//' of the greatest is taken as that')
       end subroutine check_point

@@ -19,21 +19,22 @@ contains
    !> Modes of a beam with supports along it, added one after the other.
    pure subroutine attach_supports(supports, lambda, mode)
       type(beam_support_t), intent(in) :: supports(:)
-      !> Wave numbers lambda_i, ascending. In: without supports. Out: with supports, one fewer for each rigid support
+      !> Wave numbers lambda_i (squared frequencies lambda_i^4, E Ibar = rho Abar = L = 1), ascending. In: without
+      !> supports. Out: with supports, one fewer for each rigid support
       real(wp), allocatable, intent(inout) :: lambda(:)
       !> The modes, mass-normalised, [degrees of freedom, modes]
       real(wp), allocatable, intent(inout) :: mode(:, :)
 
-      real(wp), allocatable :: change(:, :), reaction(:), square(:)
+      real(wp), allocatable :: combination(:, :), reaction(:), square(:)
       real(wp) :: flexibility
       integer :: i
 
       do i = 1, size(supports)
          flexibility = 0.0_wp
          if (supports(i)%stiffness > 0.0_wp) flexibility = 1.0_wp/supports(i)%stiffness
-         call constrain(lambda**4, mode(supports(i)%dof, :), flexibility, square, change, reaction)
+         call constrain(lambda**4, mode(supports(i)%dof, :), flexibility, square, combination, reaction)
          lambda = sqrt(sqrt(square))
-         mode = matmul(mode, change)
+         mode = matmul(mode, combination)
       end do
       do i = 1, size(supports)
          ! displacements at rigid supports are exactly zero, not to rounding
@@ -66,6 +67,7 @@ contains
       if (flexibility <= 0.0_wp) modes = n - 1
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
+      ! Modes whose value at the point exceeds rounding; the other modes have a node there
       allocate (active, source=pack([(i, i=1, n)], abs(value) > 1.0e-14_wp*maxval(abs(value))))
       active = active(ascending_order(square(active)))
       j = 0
@@ -139,21 +141,22 @@ contains
       real(wp), intent(out) :: distance(:)
 
       type(bracket_t) :: bracket
-      real(wp) :: shifted(size(pole)), gap, low, high, next, value, slope
+      real(wp) :: shifted(size(pole)), width, low, high, next, value, slope
       integer :: origin
 
       origin = left
       low = 0.0_wp
       if (left == size(pole)) then
+         ! The root above all poles is at most this far beyond the last one
          high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
       else
-         gap = pole(left + 1) - pole(left)
-         high = 0.5_wp*gap
+         width = pole(left + 1) - pole(left)
+         high = 0.5_wp*width
          ! the function increases from -infinity to +infinity; its sign in the middle shows which pole is nearer
-         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*gap))
+         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*width))
          if (value <= 0.0_wp) then
             origin = left + 1
-            low = -0.5_wp*gap
+            low = -0.5_wp*width
             high = 0.0_wp
          end if
       end if

@@ -1,5 +1,6 @@
 !> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0: the modes of a beam whose damping is
-!> proportional to its stiffness and its mass, or is given mode by mode. Each oscillator is propagated in closed form,
+!> proportional to its stiffness (zeta) and its mass (alpha), or is given mode by mode (alpha of each mode). W is the
+!> natural frequency in omega1. Each oscillator is propagated in closed form,
 !> without cancellation near critical damping.
 module damped_oscillators
    use kinds, only: wp
@@ -33,7 +34,7 @@ module damped_oscillators
       real(wp), allocatable :: mass_rate(:)
       !> Overdamped: decay rate of the fast exponent less alpha, [as `decay`]
       real(wp), allocatable :: fast_excess(:)
-      !> W^2, 1/W^2, and 1/spread, limited near critical damping, [as `decay`]
+      !> W^2, 1/W^2, and 1/spread, limited near critical damping so that its powers do not overflow, [as `decay`]
       real(wp), allocatable :: lane_square(:)
       real(wp), allocatable :: inverse_square(:)
       real(wp), allocatable :: inverse_spread(:)
@@ -110,6 +111,7 @@ contains
                   + oscillators%spread(i))
                oscillators%fast_excess(i) = oscillators%decay(i) + 2.0_wp*oscillators%spread(i) &
                   - oscillators%mass_rate(i)
+               ! The fast rate of so slow a mode is almost alpha, which would cancel
                if (oscillators%frequency(i) < oscillators%mass_rate(i)) then
                   oscillators%fast_excess(i) = oscillators%two_zeta*square(i) - oscillators%decay(i)
                end if
@@ -146,9 +148,9 @@ contains
       integer :: i
 
       ratio = damping_ratio(zeta, mass_rate, sqrt(square))
-      associate (is_underdamped => ratio < 1.0_wp, is_blended => ratio < min_separated_ratio)
+      associate (is_underdamped => ratio < 1.0_wp, is_unseparated => ratio < min_separated_ratio)
          order = [pack([(i, i=1, size(square))], is_underdamped), pack([(i, i=1, size(square))], &
-            is_blended .and. .not. is_underdamped), pack([(i, i=1, size(square))], .not. is_blended)]
+            is_unseparated .and. .not. is_underdamped), pack([(i, i=1, size(square))], .not. is_unseparated)]
       end associate
    end function damping_order
 
@@ -278,7 +280,7 @@ contains
       end do
       !$omp simd private(sine, new_z, new_v)
       do i = 1, lanes*blocks
-         ! sin(w t)/w, which tends to t as w tends to 0
+         ! sin(w t)/w with w the spread, which tends to t as w tends to 0
          sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
          new_z = factors(i)*(z(i)*cosines(i) + (v(i) + decay(i)*z(i))*sine)
          new_v = factors(i)*(v(i)*cosines(i) - (square(i)*z(i) + decay(i)*v(i))*sine)
@@ -306,25 +308,26 @@ contains
       real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
          6227020800.0_wp, 1307674368000.0_wp]
       real(wp), dimension(lanes*blocks) :: fast_factors
-      real(wp) :: phase, ratio, mixed, y
+      real(wp) :: separation, ratio, fast_velocity, y
       integer :: i
 
       do i = 1, lanes*blocks
          fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, max_exponent))
       end do
-      !$omp simd private(phase, ratio, mixed, y)
+      !$omp simd private(separation, ratio, fast_velocity, y)
       do i = 1, lanes*blocks
-         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), which tends to t as s tends to 0
-         phase = 2.0_wp*spread(i)*t
-         y = 0.25_wp*min(phase, 1.0_wp)**2
+         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), with s the spread; tends to t as s tends to 0
+         separation = 2.0_wp*spread(i)*t
+         y = 0.25_wp*min(separation, 1.0_wp)**2
          ratio = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
             + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
          ratio = merge(t*sqrt(fast_factors(i))*ratio, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), &
-            phase <= 1.0_wp)
-         mixed = v(i) + decay(i)*z(i)
-         y = factors(i)*(z(i) + mixed*ratio)
+            separation <= 1.0_wp)
+         ! Contains the fast exponential alone
+         fast_velocity = v(i) + decay(i)*z(i)
+         y = factors(i)*(z(i) + fast_velocity*ratio)
          z(i) = merge(y, z(i), i >= first)
-         v(i) = merge(factors(i)*mixed*fast_factors(i) - decay(i)*y, v(i), i >= first)
+         v(i) = merge(factors(i)*fast_velocity*fast_factors(i) - decay(i)*y, v(i), i >= first)
       end do
    end subroutine propagate_overdamped
 
@@ -337,7 +340,7 @@ contains
       whole = lanes*((count + lanes - 1)/lanes)
    end function padded
 
-   !> z + 2 zeta z', to which the force of a spring and of its damping is proportional. Far beyond critical damping the
+   !> z + 2 zeta z': the elastic and viscous force of each mode over W^2. Far beyond critical damping the
    !> two terms of the slow exponential cancel, so the sum is computed from the two exponentials; the rounding error of
    !> the fast exponential decays with it.
    pure function elastic_and_viscous(oscillators, z, v, t, z0, v0) result(value)
@@ -362,7 +365,7 @@ contains
          slow = oscillators%decay(i)
          fast = slow + 2.0_wp*oscillators%spread(i)
          fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
-         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
+         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both decay rates s
          value(i) = -oscillators%inverse_square(i)* &
             ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate(i)))*exp(-min(slow*t, max_exponent)) &
             + fast_part*(fast*oscillators%fast_excess(i))*exp(-min(fast*t, max_exponent)))
@@ -451,7 +454,7 @@ contains
       end if
    end subroutine next_sample
 
-   !> Kinetic and strain energy of the modes.
+   !> Kinetic energy and strain energy of all modes.
    pure function modal_energy(oscillators, z, v) result(energy)
       type(oscillators_t), intent(in) :: oscillators
       !> State, [count]

@@ -42,7 +42,7 @@ contains
    end subroutine exponentials
 
    !> exp(s t) and exp(s t) - 1, the latter without cancellation at short times.
-   pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, fall)
+   pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, modulus_less_one)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
@@ -53,18 +53,18 @@ contains
       !> Real part of exp(s t) - 1; the imaginary part is that of exp(s t)
       real(wp), intent(out) :: less_one(lanes*blocks)
       !> |exp(s t)| - 1
-      real(wp), intent(out) :: fall(lanes*blocks)
+      real(wp), intent(out) :: modulus_less_one(lanes*blocks)
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      !> Up to this x, (exp(-x) - 1)/(-x) = 1 + sum series(k) x^k, series(k) = (-1)^k/(k + 1)!
+      ! Up to this x, (exp(-x) - 1)/(-x) = 1 + sum series(k) x^k, series(k) = (-1)^k/(k + 1)!
       real(wp), parameter :: series_limit = 0.25_wp
       real(wp), parameter :: series(11) = [-1.0_wp/2.0_wp, 1.0_wp/6.0_wp, -1.0_wp/24.0_wp, 1.0_wp/120.0_wp, &
          -1.0_wp/720.0_wp, 1.0_wp/5040.0_wp, -1.0_wp/40320.0_wp, 1.0_wp/362880.0_wp, -1.0_wp/3628800.0_wp, &
          1.0_wp/39916800.0_wp, -1.0_wp/479001600.0_wp]
       real(wp), dimension(lanes*blocks) :: factors, cosines, sines
-      real(wp) :: x, versed
+      real(wp) :: x, versine
       integer :: i
 
       do i = 1, lanes*blocks
@@ -76,23 +76,23 @@ contains
       do i = 1, lanes*blocks
          sines(i) = sin(0.5_wp*omega(i)*t)
       end do
-      !$omp simd private(x, versed)
+      !$omp simd private(x, versine)
       do i = 1, lanes*blocks
          x = min(decay(i)*t, series_limit)
-         fall(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
+         modulus_less_one(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
             + x*(series(6) + x*(series(7) + x*(series(8) + x*(series(9) + x*(series(10) + x*series(11))))))))))))
-         fall(i) = merge(fall(i), factors(i) - 1.0_wp, decay(i)*t <= series_limit)
+         modulus_less_one(i) = merge(modulus_less_one(i), factors(i) - 1.0_wp, decay(i)*t <= series_limit)
          ! 1 - cos(omega t)
-         versed = 2.0_wp*sines(i)**2
-         less_one(i) = fall(i) - factors(i)*versed
-         real_part(i) = factors(i)*(1.0_wp - versed)
+         versine = 2.0_wp*sines(i)**2
+         less_one(i) = modulus_less_one(i) - factors(i)*versine
+         real_part(i) = factors(i)*(1.0_wp - versine)
          imaginary_part(i) = factors(i)*(2.0_wp*sines(i)*cosines(i))
       end do
    end subroutine exponentials_less_one
 
-   !> Terms A exp(s t). The arithmetic is always that of `exponentials_less_one`, so that what a run
-   !> evaluates besides its motion does not change the motion.
-   pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, fall)
+   !> Terms A exp(s t). The exponentials are always those of `exponentials_less_one`, so that the rounding errors of a
+   !> motion do not depend on the other quantities that a run evaluates.
+   pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, modulus_less_one)
       !> Amplitudes A, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> -Re s and Im s, [padded]
@@ -105,12 +105,12 @@ contains
       !> Further results of `exponentials_less_one`, [padded]
       real(wp), contiguous, intent(out) :: imaginary_part(:)
       real(wp), contiguous, intent(out) :: less_one(:)
-      real(wp), contiguous, intent(out) :: fall(:)
+      real(wp), contiguous, intent(out) :: modulus_less_one(:)
 
       real(wp) :: real_part(size(decay))
       integer :: m
 
-      call exponentials_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, fall)
+      call exponentials_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, modulus_less_one)
       do m = 1, size(amplitude)
          associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
             term(m) = cmplx(x*real_part(m) - y*imaginary_part(m), x*imaginary_part(m) + y*real_part(m), wp)

@@ -12,31 +12,34 @@ module point_forces
 
 contains
 
-   !> Forces f and modes z of D_i z_i = load_i + sum b_ik f_k, sum b_ik z_i + flexibility_k f_k = gap_k.
-   pure subroutine find_point_forces(dynamic, value, flexibility, load, gap, force, z)
+   !> Solve D_i z_i = load_i + sum_k b_ik f_k and sum_i b_ik z_i + flexibility_k f_k = gap_k for point forces f and modal
+   !> displacements z.
+   pure subroutine find_point_forces(dynamic_stiffness, value, flexibility, load, gap, force, z)
       !> Dynamic stiffness D_i(s) of each mode, [modes]
-      complex(wp), intent(in) :: dynamic(:)
+      complex(wp), intent(in) :: dynamic_stiffness(:)
       !> Mode shapes b_ik at the points, [modes, points]
       real(wp), intent(in) :: value(:, :)
-      !> Flexibility of the spring or support at each point, [points]
+      !> Flexibility of the spring at each point, 0 at a rigid support, [points]
       complex(wp), intent(in) :: flexibility(:)
       !> Modal load, [modes]
       complex(wp), intent(in) :: load(:)
       !> Prescribed gap at each point, [points]
       complex(wp), intent(in) :: gap(:)
+      !> f, [points]
       complex(wp), intent(out) :: force(:)
+      !> z, [modes]
       complex(wp), intent(out) :: z(:)
 
-      complex(wp) :: inverse(size(dynamic))
+      complex(wp) :: inverse(size(dynamic_stiffness))
       complex(wp), allocatable :: matrix(:, :), right(:, :)
-      integer, allocatable :: separate(:)
+      integer, allocatable :: slow(:)
       integer :: i, j, k, points
 
       points = size(flexibility)
-      allocate (separate, source=pack([(i, i=1, size(dynamic))], abs(dynamic) < slow_frequency**2))
-      inverse = 1.0_wp/dynamic
-      inverse(separate) = 0.0_wp
-      allocate (matrix(points + size(separate), points + size(separate)), right(points + size(separate), 1))
+      allocate (slow, source=pack([(i, i=1, size(dynamic_stiffness))], abs(dynamic_stiffness) < slow_frequency**2))
+      inverse = 1.0_wp/dynamic_stiffness
+      inverse(slow) = 0.0_wp
+      allocate (matrix(points + size(slow), points + size(slow)), right(points + size(slow), 1))
       matrix = 0.0_wp
       do k = 1, points
          do j = 1, points
@@ -45,16 +48,16 @@ contains
          matrix(k, k) = matrix(k, k) + flexibility(k)
          right(k, 1) = gap(k) - sum(value(:, k)*(inverse*load))
       end do
-      do i = 1, size(separate)
-         matrix(:points, points + i) = value(separate(i), :)
-         matrix(points + i, :points) = -value(separate(i), :)
-         matrix(points + i, points + i) = dynamic(separate(i))
-         right(points + i, 1) = load(separate(i))
+      do i = 1, size(slow)
+         matrix(:points, points + i) = value(slow(i), :)
+         matrix(points + i, :points) = -value(slow(i), :)
+         matrix(points + i, points + i) = dynamic_stiffness(slow(i))
+         right(points + i, 1) = load(slow(i))
       end do
       right = solve_small(matrix, right)
       force = right(:points, 1)
       z = inverse*(load + matmul(value, force))
-      z(separate) = right(points + 1:, 1)
+      z(slow) = right(points + 1:, 1)
    end subroutine find_point_forces
 
 end module point_forces

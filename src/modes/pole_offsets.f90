@@ -1,5 +1,6 @@
-!> Roots of a secular equation, each stored as a pole and an offset: the root of a weakly coupled mode lies so near to
-!> its pole that only their distance has significant digits. Near s = -1/(2 zeta), where the poles of heavily damped
+!> Roots of a secular equation (the characteristic equation of modes that contacts couple), each stored as a pole
+!> (an exponent of a free mode) and an offset: the root of a weakly coupled mode lies so near to its pole that only their
+!> distance has significant digits. Near s = -1/(2 zeta), where the poles of heavily damped
 !> modes cluster, differences of poles are taken in e = 1 + 2 zeta s, because s would lose the leading digits.
 module pole_offsets
    use kinds, only: wp
@@ -13,6 +14,7 @@ module pole_offsets
       integer :: modes = 0
       integer :: roots = 0
       integer :: poles = 0
+      !> 2 zeta, with zeta of stiffness-proportional damping
       real(wp) :: two_zeta = 0.0_wp
       !> W_i^2, [modes]
       real(wp), allocatable :: square(:)
@@ -49,7 +51,7 @@ contains
          damping = 2.0_wp*zeta**2*square - 1.0_wp
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
             if (damping > 1.0_wp) then
-               ! the two values of e are reciprocals
+               ! e^2 + 2 damping e + 1 = 0: the two values of e are reciprocals
                e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
                e(2) = 1.0_wp/e(1)
                p = (e - 1.0_wp)/(2.0_wp*zeta)

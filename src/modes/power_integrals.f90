@@ -1,4 +1,5 @@
-!> Integrals of quadratic forms of decaying exponentials: the energy that a power dissipates or supplies in some time.
+!> Integrals of quadratic forms of decaying exponentials: the energy that a power (a force or a damper)
+!> dissipates or supplies in an interval of time.
 module power_integrals
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -14,10 +15,11 @@ module power_integrals
       !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: decay(:), omega(:)
-      !> Sums of products of the rates: real parts first, then imaginary parts, [2 count, 2 count]
+      !> Products of the parts of the rates, summed over the squares: real parts, then imaginary parts, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)
-      !> Integral of the power: x^T matrix x with x the real parts of all A_m, then the imaginary parts, [2 count, 2
-      !> count]. The matrix omits A_m conj(A_m), which may decay slowly: factors of the integral of |A_m|^2, [count]
+      !> The integral of the power is the change of x^T matrix x, with x the real parts of all A_m, then the imaginary parts, [2 count, 2
+      !> count]. The matrix omits the products A_m conj(A_m), which may decay slowly; `diagonal` has the factors of
+      !> the integrals of |A_m|^2, [count]
       real(wp), allocatable :: matrix(:, :), diagonal(:)
       !> Pairs that nearly are each other's conjugate, which the matrix omits, too, [2, pairs]
       integer, allocatable :: pairs(:, :)
@@ -25,8 +27,9 @@ module power_integrals
 
    !> The terms over an interval of time.
    type :: span_t
+      !> Length of the interval
       real(wp) :: time = 0.0_wp
-      !> A_m at its start and at its end, [count]
+      !> A_m at the start and at the end of the interval, [count]
       complex(wp), allocatable :: amplitude(:), term(:)
       !> Change (exp(s t) - 1) A_m over the interval, [count]
       complex(wp), allocatable :: change(:)
@@ -34,9 +37,9 @@ module power_integrals
       real(wp), allocatable :: changes(:), sums(:), squares(:)
    end type span_t
 
-   !> If a sum of two exponents is below this share of them, its difference form loses digits.
+   !> If |s_m + conj(s_n)| is below this share of |s_m| and |s_n|, the change of the quadratic form loses digits.
    real(wp), parameter :: cancellation_share = 0.02_wp
-   !> A square of a sum below this counts as zero.
+   !> A squared magnitude of a sum of exponents below this counts as zero.
    real(wp), parameter :: negligible = tiny(1.0_wp)
 
 contains
@@ -46,7 +49,7 @@ contains
    pure subroutine make_power_form(exponent, rate, form)
       !> Exponents s, Re s <= 0 <= Im s
       complex(wp), intent(in) :: exponent(:)
-      !> What is squared, per unit of each term, [squares, count]
+      !> rate_im, [squares, count]
       complex(wp), intent(in) :: rate(:, :)
       !> The power and its integral
       type(power_form_t), intent(out) :: form
@@ -72,6 +75,7 @@ contains
                form%matrix(:, n), form%matrix(:, k + n), distance)
             call find_pair(form, n, n, direct, conjugate)
             form%diagonal(n) = 0.5_wp*real(conjugate, wp)
+            ! A constant term (s = 0): A_n^2 is integrated like |A_n|^2
             if (abs(exponent(n))**2 <= negligible) form%diagonal(n) = form%diagonal(n) + 0.5_wp*real(direct, wp)
             if (count(distance <= negligible) == 1) cycle
             near = pack([(m, m=1, k)], distance <= negligible .and. [(m /= n, m=1, k)])
@@ -96,7 +100,7 @@ contains
       !> |s_m + conj(s_n)|^2; 0 for m = n and if the two terms nearly are each other's conjugate, [count]
       real(wp), contiguous, intent(out) :: distance(:)
 
-      real(wp) :: total_decay, even, min_distance, minus, odd, over_minus, over_plus, plus, square, u, v, x, y
+      real(wp) :: total_decay, real_part, min_distance, minus, imag_part, over_minus, over_plus, plus, square, u, v, x, y
       integer :: k, m
 
       k = size(decay)
@@ -108,23 +112,24 @@ contains
          distance(m) = merge(0.0_wp, distance(m), distance(m) <= square .and. distance(m) <= min_distance)
       end do
       distance(n) = 0.0_wp
-      !$omp simd private(total_decay, even, minus, odd, over_minus, over_plus, plus, square, u, v, x, y)
+      !$omp simd private(total_decay, real_part, minus, imag_part, over_minus, over_plus, plus, square, u, v, x, y)
       do m = 1, k
          total_decay = decay(m) + decay(n)
          plus = omega(m) + omega(n)
          minus = omega(m) - omega(n)
-         ! 1/(s_m + s_n) = -(total_decay + i plus) over_plus, 1/(s_m + conj(s_n)) = -(total_decay + i minus) over_minus
+         ! 1/(s_m + s_n)/2 = -(total_decay + i plus) over_plus, and likewise with s_m + conj(s_n), minus and over_minus;
+         ! the factor 1/2 is that of the power
          square = total_decay**2 + plus**2
          over_plus = merge(0.5_wp, 0.0_wp, square > negligible)/max(square, negligible)
          over_minus = merge(0.5_wp, 0.0_wp, distance(m) > negligible)/max(distance(m), negligible)
-         even = product_real(m) - product_imag(k + m)
-         odd = product_imag(m) + product_real(k + m)
-         u = over_plus*(plus*odd - total_decay*even)
-         x = over_plus*(total_decay*odd + plus*even)
-         even = product_real(m) + product_imag(k + m)
-         odd = product_real(k + m) - product_imag(m)
-         v = over_minus*(minus*odd - total_decay*even)
-         y = over_minus*(total_decay*odd + minus*even)
+         real_part = product_real(m) - product_imag(k + m)
+         imag_part = product_imag(m) + product_real(k + m)
+         u = over_plus*(plus*imag_part - total_decay*real_part)
+         x = over_plus*(total_decay*imag_part + plus*real_part)
+         real_part = product_real(m) + product_imag(k + m)
+         imag_part = product_real(k + m) - product_imag(m)
+         v = over_minus*(minus*imag_part - total_decay*real_part)
+         y = over_minus*(total_decay*imag_part + minus*real_part)
          integral_real(m) = u + v
          integral_imag(k + m) = v - u
          integral_imag(m) = x - y
@@ -132,7 +137,7 @@ contains
       end do
    end subroutine integrate_pairs
 
-   !> Plain and conjugate coefficient of a pair of terms.
+   !> Direct coefficient p and conjugate coefficient c of a pair of terms.
    pure subroutine find_pair(form, m, n, direct, conjugate)
       type(power_form_t), intent(in) :: form
       integer, intent(in) :: m
@@ -153,10 +158,10 @@ contains
       !> A_m at the start, [count]
       complex(wp), intent(in) :: amplitude(:)
       real(wp), intent(in) :: time
-      !> Computed unless it already is for the same terms and time
+      !> Terms over the interval; unchanged if they were computed before for the same amplitudes and length
       type(span_t), intent(inout) :: span
 
-      real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, fall
+      real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, modulus_less_one
       integer :: m
 
       associate (k => size(amplitude))
@@ -170,7 +175,7 @@ contains
          end if
          if (.not. allocated(span%amplitude)) allocate (span%amplitude(k), span%term(k), span%change(k), &
             span%changes(2*k), span%sums(2*k), span%squares(k))
-         call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, fall)
+         call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, modulus_less_one)
          span%time = time
          span%amplitude(:) = amplitude
          ! the difference of A^2 and B^2 is (A - B) (A + B)
@@ -181,7 +186,7 @@ contains
                span%change(m) = cmplx(span%changes(m), span%changes(k + m), wp)
                span%sums(m) = 2.0_wp*x + span%changes(m)
                span%sums(k + m) = 2.0_wp*y + span%changes(k + m)
-               span%squares(m) = (x**2 + y**2)*time_of_decay(form%decay(m), time, fall(m))
+               span%squares(m) = (x**2 + y**2)*decay_integral(form%decay(m), time, modulus_less_one(m))
             end associate
          end do
       end associate
@@ -209,17 +214,17 @@ contains
    end function energy_over
 
    !> Integral of exp(-2 decay t) from 0 to t.
-   elemental function time_of_decay(decay, t, fall) result(value)
+   elemental function decay_integral(decay, t, modulus_less_one) result(value)
       real(wp), intent(in) :: decay
       real(wp), intent(in) :: t
       !> exp(-decay t) - 1
-      real(wp), intent(in) :: fall
+      real(wp), intent(in) :: modulus_less_one
       real(wp) :: value
 
       ! so small a decay is negligible: the integral is t
-      value = merge(-fall*(2.0_wp + fall), 2.0_wp*t, decay*t > 1.0e-17_wp) &
+      value = merge(-modulus_less_one*(2.0_wp + modulus_less_one), 2.0_wp*t, decay*t > 1.0e-17_wp) &
          /merge(2.0_wp*decay, 2.0_wp, decay*t > 1.0e-17_wp)
-   end function time_of_decay
+   end function decay_integral
 
    !> x^T A y.
    pure function bilinear_form(order, matrix, x, y) result(value)
@@ -259,31 +264,31 @@ contains
    end function integrals_in
 
    !> (exp(s t) - 1)/s without cancellation.
-   elemental function integral(s, t, power) result(value)
+   elemental function integral(s, t, exponential) result(value)
       !> Exponent
       complex(wp), intent(in) :: s
       !> Time
       real(wp), intent(in) :: t
       !> exp(s t)
-      complex(wp), intent(in) :: power
+      complex(wp), intent(in) :: exponential
       complex(wp) :: value
 
       integer :: k
       real(wp), parameter :: inverse_factorial(10) = 1.0_wp/[(gamma(real(k + 1, wp)), k=1, 10)]
       complex(wp) :: x
-      real(wp) :: angle
+      real(wp) :: magnitude
 
       x = s*t
-      angle = abs(real(x, wp)) + abs(aimag(x))
-      if (angle < 0.1_wp) then
+      magnitude = abs(real(x, wp)) + abs(aimag(x))
+      if (magnitude < 0.1_wp) then
          ! the series has as many terms as double precision needs
          value = (0.0_wp, 0.0_wp)
-         do k = merge(4, size(inverse_factorial), angle < 1.0e-3_wp), 1, -1
+         do k = merge(4, size(inverse_factorial), magnitude < 1.0e-3_wp), 1, -1
             value = inverse_factorial(k) + x*value
          end do
          value = t*value
       else
-         value = (power - 1.0_wp)/s
+         value = (exponential - 1.0_wp)/s
       end if
    end function integral
 

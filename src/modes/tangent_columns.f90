@@ -9,8 +9,8 @@ module tangent_columns
    public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
    public :: by_nothing, by_amplitude, by_frequency
 
-   !> Parameter of the last column, after the columns for the initial state: no such column, the amplitude of a load, or
-   !> the frequency of a load, with the frequencies of all other loads in proportion.
+   !> Parameter of the last column, which follows the columns of the initial state: none (no such column), the amplitude
+   !> of a load, or the frequency of a load (the frequencies of all other loads change in proportion).
    integer, parameter :: by_nothing = 0
    integer, parameter :: by_amplitude = 1
    integer, parameter :: by_frequency = 2
@@ -51,7 +51,7 @@ contains
          tangent%delay(columns), source=0.0_wp)
    end subroutine allocate_tangent
 
-   !> Apply impulses to all columns: B'v+ = -eps B'v over the contacts that give an impulse.
+   !> Apply impulses to all columns: B^T v+ = -eps B^T v-, with B the modes at the contacts that give an impulse.
    subroutine reflect_columns(value, restitution, is_active, tangent)
       !> Modes at the contacts of the impact, [modes, contacts]
       real(wp), intent(in) :: value(:, :)
@@ -88,18 +88,18 @@ contains
       end do
    end subroutine shift_columns
 
-   !> Norm of a column in which each underdamped mode by itself decays monotonically.
-   pure function column_norm(tangent, place, oscillators) result(length)
+   !> Norm of a column, chosen such that the norm of a single free underdamped mode decays monotonically.
+   pure function column_norm(tangent, column, oscillators) result(norm)
       type(tangent_t), intent(in) :: tangent
-      integer, intent(in) :: place
+      integer, intent(in) :: column
       !> The free modes
       type(oscillators_t), intent(in) :: oscillators
-      real(wp) :: length
+      real(wp) :: norm
 
-      associate (q => tangent%q(:, place), v => tangent%v(:, place), n => oscillators%underdamped, &
+      associate (q => tangent%q(:, column), v => tangent%v(:, column), n => oscillators%underdamped, &
          last => oscillators%count)
-         length = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
-            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%memory(:, place)**2))
+         norm = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
+            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%memory(:, column)**2))
       end associate
    end function column_norm
 
