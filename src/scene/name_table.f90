@@ -262,6 +262,7 @@ contains
       class(table_t), intent(inout) :: table
       integer, intent(inout) :: value
       type(name_t), intent(in) :: name
+      !> Allowed words, if the value is a word
       character(*), intent(in), optional :: words(:)
 
       call table%advance(name, kind_whole, .false., words)
@@ -317,6 +318,7 @@ contains
       class(table_t), intent(inout) :: table
       integer, allocatable, intent(inout) :: value(:)
       type(name_t), intent(in) :: name
+      !> Allowed words, if the values are words
       character(*), intent(in), optional :: words(:)
 
       call table%advance(name, kind_whole, .true., words)
@@ -443,6 +445,7 @@ contains
    !> May a name be given, because the condition of its entry is met?
    pure function applies(table, place)
       class(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       logical :: applies
 

@@ -185,6 +185,7 @@ contains
    !> List the names of &tip_mass in the table, and bind them to the components of the scene.
    subroutine list_tip_mass(table, ratio)
       class(table_t), intent(inout) :: table
+      !> Tip mass over mass of the beam, mu
       real(wp), intent(inout) :: ratio
 
       call table%open(group_t('tip_mass', in_motion_and_benchmark))
@@ -414,6 +415,7 @@ contains
    !> May &cases vary the entry?
    pure function is_in_cases(table, place)
       class(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       logical :: is_in_cases
 
@@ -438,6 +440,7 @@ contains
    subroutine list_output(table, output, units)
       class(table_t), intent(inout) :: table
       type(output_settings_t), intent(inout) :: output
+      !> Units of the results: one of the `output_` constants, or 0
       integer, intent(inout) :: units
 
       integer, allocatable :: histories(:)

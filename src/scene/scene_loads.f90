@@ -299,8 +299,10 @@ contains
    subroutine fetch_table(input, table, group, which, folder, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
+      !> 'force' or 'base', and the number of the group
       character(*), intent(in) :: group
       integer, intent(in) :: which
+      !> Folder of the scene file, with a slash at its end
       character(*), intent(in) :: folder
       type(time_course_t), intent(inout) :: course
 
@@ -338,6 +340,7 @@ contains
    !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
    subroutine check_table(input, group, which, course)
       type(scene_input_t), intent(inout) :: input
+      !> 'force' or 'base', and the number of the group
       character(*), intent(in) :: group
       integer, intent(in) :: which
       !> Time function with the times in tau, and the values as in the file

@@ -292,6 +292,7 @@ contains
    !> Is the amplitude of a harmonic load zero? The numbers of loads count &force before &base.
    pure function is_zero_load(scene, load) result(answer)
       type(scene_t), intent(in) :: scene
+      !> Number of the load
       integer, intent(in) :: load
       logical :: answer
 

@@ -319,6 +319,7 @@ contains
 
       !> Value of the spline at the fraction `share` of interval i.
       pure function value_of(values, curvatures) result(value)
+         !> Values of the dimension and its second derivatives at the stations
          real(wp), intent(in) :: values(:)
          real(wp), intent(in) :: curvatures(:)
          real(wp) :: value

@@ -30,6 +30,7 @@ contains
    !> come first, so that each beam is computed once.
    pure subroutine list_parameters(table, places)
       class(table_t), intent(in) :: table
+      !> Indices of these entries
       integer, allocatable, intent(out) :: places(:)
 
       type(sweep_t) :: sweeps(table%entry_count)
@@ -52,6 +53,7 @@ contains
    !> Use of an entry as a parameter; an entry in units is used in the same way as its ratio.
    pure function sweep_of(table, place) result(sweep)
       class(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       type(sweep_t) :: sweep
 
@@ -76,6 +78,7 @@ contains
    !> Description of an entry as a parameter of a sweep.
    pure function parameter_of(table, place) result(parameter)
       class(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       type(parameter_t) :: parameter
 
@@ -101,6 +104,7 @@ contains
    !> Quantity of an entry in units; for some names the quantity depends on other names of the group.
    pure function quantity_of(table, place) result(quantity)
       class(table_t), intent(in) :: table
+      !> Index of the entry
       integer, intent(in) :: place
       character(:), allocatable :: quantity
 
@@ -122,6 +126,7 @@ contains
       !> Is the value of a name this word?
       pure logical function is(name, word)
          character(*), intent(in) :: name
+         !> Index of the word
          integer, intent(in) :: word
 
          is = nint(table%entries(table%find(group, name))%value) == word

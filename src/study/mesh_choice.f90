@@ -405,6 +405,7 @@ contains
 
       !> Store the measures of the trial in a column of `rows`; NaN if the run failed.
       subroutine record_row(place)
+         !> Number of the column: 1, 2, 3 for the mesh and its two refinements
          integer, intent(in) :: place
 
          rows(:, place) = ieee_value(1.0_wp, ieee_quiet_nan)

@@ -184,6 +184,7 @@ contains
    !> Value at a position between the minimum (0) and the maximum (1) of an axis.
    pure function value_at(axis, share) result(value)
       type(axis_t), intent(in) :: axis
+      !> Position, 0 to 1
       real(wp), intent(in) :: share
       real(wp) :: value
 

@@ -160,6 +160,7 @@ contains
       type(runner_t), intent(inout) :: runner
       type(set_store_t), target, intent(inout) :: sets
       type(plan_t), intent(in) :: plan
+      !> Number of the chunk, and its results
       integer, intent(in) :: number
       type(chunk_rows_t), intent(out) :: chunk
       !> Data that the threads share

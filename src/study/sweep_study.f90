@@ -159,6 +159,7 @@ contains
    !> backwards.
    pure function values_of(sweep, place) result(values)
       type(sweep_settings_t), intent(in) :: sweep
+      !> Index of the parameter
       integer, intent(in) :: place
       integer :: values
 
