@@ -26,15 +26,15 @@ contains
       real(wp), intent(in) :: time
       complex(wp) :: value
 
-      complex(wp), dimension(size(points)) :: exponentials, x
+      complex(wp), dimension(size(points)) :: exp_x, x
 
       associate (n => size(points))
          x = points*time
          if (are_near(x)) then
             value = series(n, x)*time**(n - 1)
          else
-            exponentials = exp(x)
-            value = difference(n, x, exponentials)*time**(n - 1)
+            exp_x = exp(x)
+            value = difference(n, x, exp_x)*time**(n - 1)
          end if
       end associate
    end function exponential_difference
@@ -48,14 +48,14 @@ contains
       !> One difference for each point
       complex(wp), intent(out) :: values(:)
 
-      complex(wp), dimension(size(points)) :: exponentials, x
+      complex(wp), dimension(size(points)) :: exp_x, x
       integer :: i
 
       associate (n => size(points))
          x = points*time
-         exponentials = exp(x)
+         exp_x = exp(x)
          do i = 1, n
-            values(i) = difference(n - i + 1, x(i:), exponentials(i:))*time**(n - i)
+            values(i) = difference(n - i + 1, x(i:), exp_x(i:))*time**(n - i)
          end do
       end associate
    end subroutine find_differences
@@ -75,11 +75,11 @@ contains
 
    !> The divided difference of exp over points. The recurrence separates the two points `first` and `second` that are
    !> farthest from each other, if a series is not accurate for all points.
-   pure recursive function difference(count, x, exponentials) result(value)
+   pure recursive function difference(count, x, exp_x) result(value)
       integer, intent(in) :: count
       complex(wp), intent(in) :: x(count)
       !> exp(x)
-      complex(wp), intent(in) :: exponentials(count)
+      complex(wp), intent(in) :: exp_x(count)
       complex(wp) :: value
 
       real(wp) :: square, largest
@@ -98,33 +98,33 @@ contains
          end do
       end do
       if (count == 1) then
-         value = exponentials(1)
+         value = exp_x(1)
       else if (.not. largest > max_spread**2) then
          value = series(count, x)
       else if (count == 2) then
-         value = difference_of_two(x(1), x(2), exponentials(1), exponentials(2))
+         value = difference_of_two(x(1), x(2), exp_x(1), exp_x(2))
       else if (count == 3) then
          ! The most frequent case, without copies; the indices of the three points add to 6
          associate (third => 6 - first - second)
-            value = (difference_of_two(x(first), x(third), exponentials(first), exponentials(third)) &
-               - difference_of_two(x(second), x(third), exponentials(second), exponentials(third)))/(x(first) - x(second))
+            value = (difference_of_two(x(first), x(third), exp_x(first), exp_x(third)) &
+               - difference_of_two(x(second), x(third), exp_x(second), exp_x(third)))/(x(first) - x(second))
          end associate
       else
-         value = (difference(count - 1, without(second, x), without(second, exponentials)) &
-            - difference(count - 1, without(first, x), without(first, exponentials)))/(x(first) - x(second))
+         value = (difference(count - 1, without(second, x), without(second, exp_x)) &
+            - difference(count - 1, without(first, x), without(first, exp_x)))/(x(first) - x(second))
       end if
    end function difference
 
    !> The divided difference of exp over two points.
-   pure function difference_of_two(first, second, exponentials, exponential_of_second) result(value)
+   pure function difference_of_two(first, second, exp_x, exp_second) result(value)
       complex(wp), intent(in) :: first
       complex(wp), intent(in) :: second
-      complex(wp), intent(in) :: exponentials
-      complex(wp), intent(in) :: exponential_of_second
+      complex(wp), intent(in) :: exp_x
+      complex(wp), intent(in) :: exp_second
       complex(wp) :: value
 
       if (square_of(first - second) > max_spread**2) then
-         value = (exponentials - exponential_of_second)/(first - second)
+         value = (exp_x - exp_second)/(first - second)
       else
          value = series(2, [first, second])
       end if

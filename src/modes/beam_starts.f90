@@ -21,8 +21,8 @@ module beam_starts
 
 contains
 
-   !> Momenta M y and M y' (M: mass matrix, ': d/dtau) of a start with a velocity, after a fall or from a table; zero for
-   !> all other starts.
+   !> Momenta M y and M y' (M: mass matrix, ': d/dtau) of a start with a velocity, after a fall or from a table; zero
+   !> for all other starts.
    pure subroutine find_start_momenta(model, start, displacement, velocity)
       type(beam_model_t), intent(in) :: model
       type(start_settings_t), intent(in) :: start

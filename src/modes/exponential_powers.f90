@@ -42,7 +42,7 @@ contains
    end subroutine exponentials
 
    !> exp(s t) and exp(s t) - 1, the latter without cancellation at short times.
-   pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, modulus_less_one)
+   pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, modulus_change)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
@@ -53,7 +53,7 @@ contains
       !> Real part of exp(s t) - 1; the imaginary part is that of exp(s t)
       real(wp), intent(out) :: less_one(lanes*blocks)
       !> |exp(s t)| - 1
-      real(wp), intent(out) :: modulus_less_one(lanes*blocks)
+      real(wp), intent(out) :: modulus_change(lanes*blocks)
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
@@ -79,12 +79,12 @@ contains
       !$omp simd private(x, versine)
       do i = 1, lanes*blocks
          x = min(decay(i)*t, series_limit)
-         modulus_less_one(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
+         modulus_change(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
             + x*(series(6) + x*(series(7) + x*(series(8) + x*(series(9) + x*(series(10) + x*series(11))))))))))))
-         modulus_less_one(i) = merge(modulus_less_one(i), factors(i) - 1.0_wp, decay(i)*t <= series_limit)
+         modulus_change(i) = merge(modulus_change(i), factors(i) - 1.0_wp, decay(i)*t <= series_limit)
          ! 1 - cos(omega t)
          versine = 2.0_wp*sines(i)**2
-         less_one(i) = modulus_less_one(i) - factors(i)*versine
+         less_one(i) = modulus_change(i) - factors(i)*versine
          real_part(i) = factors(i)*(1.0_wp - versine)
          imaginary_part(i) = factors(i)*(2.0_wp*sines(i)*cosines(i))
       end do
@@ -92,7 +92,7 @@ contains
 
    !> Terms A exp(s t). The exponentials are always those of `exponentials_less_one`, so that the rounding errors of a
    !> motion do not depend on the other quantities that a run evaluates.
-   pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, modulus_less_one)
+   pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, modulus_change)
       !> Amplitudes A, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> -Re s and Im s, [padded]
@@ -105,12 +105,13 @@ contains
       !> Further results of `exponentials_less_one`, [padded]
       real(wp), contiguous, intent(out) :: imaginary_part(:)
       real(wp), contiguous, intent(out) :: less_one(:)
-      real(wp), contiguous, intent(out) :: modulus_less_one(:)
+      real(wp), contiguous, intent(out) :: modulus_change(:)
 
       real(wp) :: real_part(size(decay))
       integer :: m
 
-      call exponentials_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, modulus_less_one)
+      call exponentials_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, &
+         modulus_change)
       do m = 1, size(amplitude)
          associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
             term(m) = cmplx(x*real_part(m) - y*imaginary_part(m), x*imaginary_part(m) + y*real_part(m), wp)

@@ -29,15 +29,16 @@ module free_modes
       !> unallocated: no mode is truncated
       real(wp), allocatable :: truncated_square(:)
       real(wp), allocatable :: truncated_mode(:, :)
-      !> Displacement of a massless node at the stop under a unit force if all other degrees of freedom are fixed; 0: the
-      !> node has mass
+      !> Displacement of a massless node at the stop under a unit force if all other degrees of freedom are fixed; 0:
+      !> the node has mass
       real(wp) :: node_flexibility = 0.0_wp
       !> M phi_i at the stop point, for impacts whose impulse replaces the velocity of that node only, [modes]
       real(wp), allocatable :: nodal_mass(:)
    end type free_modes_t
 
-   !> W^2 of a rigid-body mode, positive because formulas divide by W^2. The motion of the mode differs from a polynomial
-   !> in time, or with mass-proportional damping from an exponential, by (W t)^2/2, which is below rounding in a run of any length.
+   !> W^2 of a rigid-body mode, positive because formulas divide by W^2. The motion of the mode differs from a
+   !> polynomial in time, or with mass-proportional damping from an exponential, by (W t)^2/2, which is below rounding
+   !> in a run of any length.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
 
 contains

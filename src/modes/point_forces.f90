@@ -12,8 +12,8 @@ module point_forces
 
 contains
 
-   !> Solve D_i z_i = load_i + sum_k b_ik f_k and sum_i b_ik z_i + flexibility_k f_k = gap_k for point forces f and modal
-   !> displacements z.
+   !> Solve D_i z_i = load_i + sum_k b_ik f_k and sum_i b_ik z_i + flexibility_k f_k = gap_k for point forces f and
+   !> modal displacements z.
    pure subroutine find_point_forces(dynamic_stiffness, value, flexibility, load, gap, force, z)
       !> Dynamic stiffness D_i(s) of each mode, [modes]
       complex(wp), intent(in) :: dynamic_stiffness(:)

@@ -1,6 +1,6 @@
 !> Roots of a secular equation (the characteristic equation of modes that contacts couple), each stored as a pole
-!> (an exponent of a free mode) and an offset: the root of a weakly coupled mode lies so near to its pole that only their
-!> distance has significant digits. Near s = -1/(2 zeta), where the poles of heavily damped
+!> (an exponent of a free mode) and an offset: the root of a weakly coupled mode lies so near to its pole that only
+!> their distance has significant digits. Near s = -1/(2 zeta), where the poles of heavily damped
 !> modes cluster, differences of poles are taken in e = 1 + 2 zeta s, because s would lose the leading digits.
 module pole_offsets
    use kinds, only: wp

@@ -15,11 +15,12 @@ module power_integrals
       !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: decay(:), omega(:)
-      !> Products of the parts of the rates, summed over the squares: real parts, then imaginary parts, [2 count, 2 count]
+      !> Products of the parts of the rates, summed over the squares: real parts, then imaginary parts, [2 count, 2
+      !> count]
       real(wp), allocatable :: product(:, :)
-      !> The integral of the power is the change of x^T matrix x, with x the real parts of all A_m, then the imaginary parts, [2 count, 2
-      !> count]. The matrix omits the products A_m conj(A_m), which may decay slowly; `diagonal` has the factors of
-      !> the integrals of |A_m|^2, [count]
+      !> The integral of the power is the change of x^T matrix x, with x the real parts of all A_m, then the imaginary
+      !> parts, [2 count, 2 count]. The matrix omits the products A_m conj(A_m), which may decay slowly; `diagonal` has
+      !> the factors of the integrals of |A_m|^2, [count]
       real(wp), allocatable :: matrix(:, :), diagonal(:)
       !> Pairs that nearly are each other's conjugate, which the matrix omits, too, [2, pairs]
       integer, allocatable :: pairs(:, :)
@@ -100,7 +101,7 @@ contains
       !> |s_m + conj(s_n)|^2; 0 for m = n and if the two terms nearly are each other's conjugate, [count]
       real(wp), contiguous, intent(out) :: distance(:)
 
-      real(wp) :: total_decay, real_part, min_distance, minus, imag_part, over_minus, over_plus, plus, square, u, v, x, y
+      real(wp) :: total_decay, re, min_distance, minus, im, over_minus, over_plus, plus, square, u, v, x, y
       integer :: k, m
 
       k = size(decay)
@@ -112,7 +113,7 @@ contains
          distance(m) = merge(0.0_wp, distance(m), distance(m) <= square .and. distance(m) <= min_distance)
       end do
       distance(n) = 0.0_wp
-      !$omp simd private(total_decay, real_part, minus, imag_part, over_minus, over_plus, plus, square, u, v, x, y)
+      !$omp simd private(total_decay, re, minus, im, over_minus, over_plus, plus, square, u, v, x, y)
       do m = 1, k
          total_decay = decay(m) + decay(n)
          plus = omega(m) + omega(n)
@@ -122,14 +123,15 @@ contains
          square = total_decay**2 + plus**2
          over_plus = merge(0.5_wp, 0.0_wp, square > negligible)/max(square, negligible)
          over_minus = merge(0.5_wp, 0.0_wp, distance(m) > negligible)/max(distance(m), negligible)
-         real_part = product_real(m) - product_imag(k + m)
-         imag_part = product_imag(m) + product_real(k + m)
-         u = over_plus*(plus*imag_part - total_decay*real_part)
-         x = over_plus*(total_decay*imag_part + plus*real_part)
-         real_part = product_real(m) + product_imag(k + m)
-         imag_part = product_real(k + m) - product_imag(m)
-         v = over_minus*(minus*imag_part - total_decay*real_part)
-         y = over_minus*(total_decay*imag_part + minus*real_part)
+         ! Real and imaginary part of the direct coefficient, then of the conjugate coefficient
+         re = product_real(m) - product_imag(k + m)
+         im = product_imag(m) + product_real(k + m)
+         u = over_plus*(plus*im - total_decay*re)
+         x = over_plus*(total_decay*im + plus*re)
+         re = product_real(m) + product_imag(k + m)
+         im = product_real(k + m) - product_imag(m)
+         v = over_minus*(minus*im - total_decay*re)
+         y = over_minus*(total_decay*im + minus*re)
          integral_real(m) = u + v
          integral_imag(k + m) = v - u
          integral_imag(m) = x - y
@@ -161,7 +163,7 @@ contains
       !> Terms over the interval; unchanged if they were computed before for the same amplitudes and length
       type(span_t), intent(inout) :: span
 
-      real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, modulus_less_one
+      real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, modulus_change
       integer :: m
 
       associate (k => size(amplitude))
@@ -175,7 +177,7 @@ contains
          end if
          if (.not. allocated(span%amplitude)) allocate (span%amplitude(k), span%term(k), span%change(k), &
             span%changes(2*k), span%sums(2*k), span%squares(k))
-         call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, modulus_less_one)
+         call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, modulus_change)
          span%time = time
          span%amplitude(:) = amplitude
          ! the difference of A^2 and B^2 is (A - B) (A + B)
@@ -186,7 +188,7 @@ contains
                span%change(m) = cmplx(span%changes(m), span%changes(k + m), wp)
                span%sums(m) = 2.0_wp*x + span%changes(m)
                span%sums(k + m) = 2.0_wp*y + span%changes(k + m)
-               span%squares(m) = (x**2 + y**2)*decay_integral(form%decay(m), time, modulus_less_one(m))
+               span%squares(m) = (x**2 + y**2)*decay_integral(form%decay(m), time, modulus_change(m))
             end associate
          end do
       end associate
@@ -214,15 +216,15 @@ contains
    end function energy_over
 
    !> Integral of exp(-2 decay t) from 0 to t.
-   elemental function decay_integral(decay, t, modulus_less_one) result(value)
+   elemental function decay_integral(decay, t, modulus_change) result(value)
       real(wp), intent(in) :: decay
       real(wp), intent(in) :: t
       !> exp(-decay t) - 1
-      real(wp), intent(in) :: modulus_less_one
+      real(wp), intent(in) :: modulus_change
       real(wp) :: value
 
       ! so small a decay is negligible: the integral is t
-      value = merge(-modulus_less_one*(2.0_wp + modulus_less_one), 2.0_wp*t, decay*t > 1.0e-17_wp) &
+      value = merge(-modulus_change*(2.0_wp + modulus_change), 2.0_wp*t, decay*t > 1.0e-17_wp) &
          /merge(2.0_wp*decay, 2.0_wp, decay*t > 1.0e-17_wp)
    end function decay_integral
 

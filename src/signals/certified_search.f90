@@ -1,8 +1,8 @@
 !> The first zero of a signal, found so that no zero before it can be missed (docs/theory.md, section 9).
 !>
-!> A signal gives at an instant its value s, its slope s' and a bound B on |s''| that holds from that instant on. As
-!> long as s + s' h - B h^2/2 > 0 there is no zero: each step goes up to the root of that parabola. Once s' < 0
-!> certainly holds up to a zero, inverse interpolation inside a bracket ends the search.
+!> A signal (a gap or a contact force as a function of time) gives at an instant its value s, its slope s' and a bound B
+!> on |s''| that holds from then on. As long as s + s' h - B h^2/2 > 0 there is no zero: each step ends at the root of
+!> that parabola. If s' < 0 certainly holds up to a zero, inverse interpolation ends the search.
 module certified_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
@@ -26,8 +26,8 @@ module certified_search
    !> Depth below zero that the rounding error of forces may give a signal of the order of 1 after a start at rest.
    real(wp), parameter :: max_dip = 1.0e-11_wp
 
-   !> Columns of an array of terms, one term of the signal a row: its value and first two derivatives, then bounds that
-   !> hold from that instant on: on how far the term comes below zero, on the magnitudes of its 2nd and 3rd derivative.
+   !> Columns of an array with one row for each term of a signal: its value and first two derivatives, then bounds that
+   !> hold from that instant on: depth of the term below zero, magnitudes of its second and third derivative.
    integer, parameter :: term_value = 1
    integer, parameter :: term_rate = 2
    integer, parameter :: term_curvature = 3
@@ -36,7 +36,7 @@ module certified_search
    integer, parameter :: bound_jerk = 6
    integer, parameter :: term_columns = 6
 
-   !> A function of time with certain bounds on its derivatives.
+   !> A function of time with guaranteed bounds on its derivatives.
    type, abstract :: certified_signal_t
       !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
       integer :: start_order = 0
@@ -167,7 +167,7 @@ contains
       real(wp), intent(in) :: limit
       !> Outcome
       type(search_t), intent(out) :: search
-      !> Evaluations on the way
+      !> Evaluations of the search
       type(search_history_t), intent(inout), optional :: history
       !> Permitted number of evaluations; default: unlimited
       integer(i8), intent(in), optional :: max_evaluations
@@ -267,7 +267,7 @@ contains
       slope = max(bounds%slope, 0.0_wp)
       bend = bounds%two_sided_bound
       if (bounds%bound_jerk < sqrt(huge(1.0_wp))) bend = min(bend, bounds%curvature + step*bounds%bound_jerk)
-      ! a parabola that bends downwards has its maximum at this length
+      ! `bend` bounds the curvature from above; if it is negative, a parabola may have its maximum within the step
       length = step
       if (slope < -step*bend) length = -slope/bend
       bound = bounds%value + bounds%rounding + length*(slope + 0.5_wp*length*bend)
@@ -313,7 +313,7 @@ contains
       end if
    end subroutine bounds_at_start
 
-   !> Change to a lower derivative, or to the signal itself, as soon as that exceeds its rounding error.
+   !> Change to a lower derivative, or to the signal itself, as soon as its value clearly (64 times) exceeds rounding.
    subroutine lower_order(signal, before, t, order, bounds, search, is_found)
       class(certified_signal_t), intent(in) :: signal
       !> Instants of the last evaluation but one and of the last one
@@ -380,7 +380,7 @@ contains
       time = bracket%high
    end function start_of_dip
 
-   !> Does the signal certainly fall monotonically to zero?
+   !> Does the signal certainly fall monotonically to zero, at more than half of its present slope?
    elemental function falls_to_zero(bounds) result(certain)
       !> Values and bounds of the signal
       type(bounds_t), intent(in) :: bounds
@@ -486,15 +486,15 @@ contains
       real(wp), intent(in) :: slope
       real(wp) :: step
 
-      real(wp) :: share, fall
+      real(wp) :: share, change
 
       step = -value/slope
-      fall = value - value_before
-      if (.not. (slope < 0.0_wp .and. slope_before < 0.0_wp .and. abs(value) < 0.5_wp*abs(fall))) return
-      share = value/fall
+      change = value - value_before
+      if (.not. (slope < 0.0_wp .and. slope_before < 0.0_wp .and. abs(value) < 0.5_wp*abs(change))) return
+      share = value/change
       ! Hermite's polynomial, with its origin at the second point
-      step = step - share**2*(distance*(3.0_wp - 2.0_wp*share) - fall*(2.0_wp/slope + 1.0_wp/slope_before) &
-         + share*fall*(1.0_wp/slope + 1.0_wp/slope_before))
+      step = step - share**2*(distance*(3.0_wp - 2.0_wp*share) - change*(2.0_wp/slope + 1.0_wp/slope_before) &
+         + share*change*(1.0_wp/slope + 1.0_wp/slope_before))
    end function inverse_cubic_step
 
 end module certified_search

@@ -1,5 +1,5 @@
-!> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element stop. No term
-!> grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
+!> A sum of decaying complex exponentials as a signal with guaranteed bounds: the force of the three-element stop. No
+!> term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
       term_columns, term_curvature, term_rate, term_value, transformable_signal_t
@@ -11,12 +11,13 @@ module exponential_signal
    private
    public :: exponential_signal_t
 
-   !> offset + sum weight Re(c exp(s t)).
+   !> offset + Re sum c exp(s t).
    type, extends(transformable_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
-      !> Exponents, Re s <= 0, the fastest last, which allows long steps, [count]
+      !> Exponents s, Re s <= 0, the largest |s| last: `zero_free_step` replaces the last terms by bounds of their
+      !> values, so that their large second derivatives do not shorten the step, [count]
       complex(wp), allocatable :: exponent(:)
-      !> weight times c, [count]
+      !> c, [count]
       complex(wp), allocatable :: amplitude(:)
    contains
       procedure :: find_bounds
@@ -35,40 +36,40 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, power_imag
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
       real(wp) :: term, term_imag
       integer :: k
 
-      call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
-      call exponentials(size(decay)/lanes, decay, omega, t, power, power_imag)
+      call copy_to_vectors(self, decay, omega, c_real, c_imag)
+      call exponentials(size(decay)/lanes, decay, omega, t, exp_real, exp_imag)
       value = self%offset
       slope = 0.0_wp
       !$omp simd reduction(+:value, slope) private(term, term_imag)
       do k = 1, size(self%exponent)
-         term = real_part(k)*power(k) - imaginary_part(k)*power_imag(k)
-         term_imag = real_part(k)*power_imag(k) + imaginary_part(k)*power(k)
+         term = c_real(k)*exp_real(k) - c_imag(k)*exp_imag(k)
+         term_imag = c_real(k)*exp_imag(k) + c_imag(k)*exp_real(k)
          value = value + term
          slope = slope - decay(k)*term - omega(k)*term_imag
       end do
    end subroutine evaluate
 
-   !> Copy exponents and amplitudes into real vectors, the fastest term last.
-   pure subroutine copy_to_vectors(self, decay, omega, real_part, imaginary_part)
+   !> Copy exponents and amplitudes into real vectors.
+   pure subroutine copy_to_vectors(self, decay, omega, c_real, c_imag)
       type(exponential_signal_t), intent(in) :: self
       !> -Re s and Im s, padded with zeros to whole vectors
       real(wp), intent(out) :: decay(:)
       real(wp), intent(out) :: omega(:)
       !> Real and imaginary part of the amplitude, [count at least]
-      real(wp), intent(inout) :: real_part(:)
-      real(wp), intent(inout) :: imaginary_part(:)
+      real(wp), intent(inout) :: c_real(:)
+      real(wp), intent(inout) :: c_imag(:)
 
       integer :: k
 
       do k = 1, size(self%exponent)
          decay(k) = -real(self%exponent(k), wp)
          omega(k) = aimag(self%exponent(k))
-         real_part(k) = real(self%amplitude(k), wp)
-         imaginary_part(k) = aimag(self%amplitude(k))
+         c_real(k) = real(self%amplitude(k), wp)
+         c_imag(k) = aimag(self%amplitude(k))
       end do
       decay(size(self%exponent) + 1:) = 0.0_wp
       omega(size(self%exponent) + 1:) = 0.0_wp
@@ -85,27 +86,28 @@ contains
       type(bounds_t), intent(out) :: bounds
 
       real(wp) :: terms(size(self%exponent), term_columns)
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, power_imag
-      real(wp), dimension(size(self%exponent)) :: value, value_imag, speed, bound
-      real(wp) :: magnitude, rest(term_columns), size_of_signal, signal, rounding, rate, rate_imag
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
+      real(wp), dimension(size(self%exponent)) :: value, value_imag, modulus, bound
+      real(wp) :: magnitude, rest(term_columns), term_bounds, signal, rounding, rate, rate_imag
       integer :: k, m, n
 
       n = size(self%exponent)
-      call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
-      call exponentials(size(decay)/lanes, decay, omega, t, power, power_imag)
+      call copy_to_vectors(self, decay, omega, c_real, c_imag)
+      call exponentials(size(decay)/lanes, decay, omega, t, exp_real, exp_imag)
       signal = self%offset
+      ! The rounding error of a term is that of its amplitude and of its phase s t
       magnitude = 4.0_wp*abs(self%offset)
-      size_of_signal = 0.0_wp
-      !$omp simd reduction(+:signal, magnitude, size_of_signal)
+      term_bounds = 0.0_wp
+      !$omp simd reduction(+:signal, magnitude, term_bounds)
       do k = 1, n
-         value(k) = real_part(k)*power(k) - imaginary_part(k)*power_imag(k)
-         value_imag(k) = real_part(k)*power_imag(k) + imaginary_part(k)*power(k)
+         value(k) = c_real(k)*exp_real(k) - c_imag(k)*exp_imag(k)
+         value_imag(k) = c_real(k)*exp_imag(k) + c_imag(k)*exp_real(k)
          ! the squares are far from overflow, so the scaling of abs is not needed
-         speed(k) = sqrt(decay(k)**2 + omega(k)**2)
+         modulus(k) = sqrt(decay(k)**2 + omega(k)**2)
          bound(k) = sqrt(value(k)**2 + value_imag(k)**2)
          signal = signal + value(k)
-         size_of_signal = size_of_signal + bound(k)
-         magnitude = magnitude + (4.0_wp + speed(k)*t)*bound(k)
+         term_bounds = term_bounds + bound(k)
+         magnitude = magnitude + (4.0_wp + modulus(k)*t)*bound(k)
       end do
       bounds%signal = signal
       do m = 1, order
@@ -114,21 +116,21 @@ contains
             rate = -decay(k)*value(k) - omega(k)*value_imag(k)
             value_imag(k) = omega(k)*value(k) - decay(k)*value_imag(k)
             value(k) = rate
-            bound(k) = bound(k)*speed(k)
+            bound(k) = bound(k)*modulus(k)
          end do
       end do
       rounding = 0.0_wp
       !$omp simd reduction(+:rounding) private(rate, rate_imag)
       do k = 1, n
-         rounding = rounding + (4.0_wp + speed(k)*t)*bound(k)
+         rounding = rounding + (4.0_wp + modulus(k)*t)*bound(k)
          rate = -decay(k)*value(k) - omega(k)*value_imag(k)
          rate_imag = omega(k)*value(k) - decay(k)*value_imag(k)
          terms(k, term_value) = value(k)
          terms(k, term_rate) = rate
          terms(k, term_curvature) = -decay(k)*rate - omega(k)*rate_imag
          terms(k, bound_value) = bound(k)
-         terms(k, bound_curvature) = bound(k)*speed(k)**2
-         terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed(k), huge(1.0_wp))
+         terms(k, bound_curvature) = bound(k)*modulus(k)**2
+         terms(k, bound_jerk) = min(terms(k, bound_curvature)*modulus(k), huge(1.0_wp))
       end do
       bounds%slope = sum(terms(:, term_rate))
       bounds%curvature = sum(terms(:, term_curvature))
@@ -139,7 +141,7 @@ contains
       if (order == 0) then
          bounds%value = bounds%signal
          bounds%rounding = bounds%signal_rounding
-         bounds%floor = self%offset - size_of_signal
+         bounds%floor = self%offset - term_bounds
          if (bounds%floor > bounds%rounding .or. falls_to_zero(bounds)) return
       else
          bounds%value = sum(terms(:, term_value))
@@ -163,7 +165,7 @@ contains
       class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(exponential_signal_t), allocatable :: exponential
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, power, power_imag
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, exp_real, exp_imag
 
       allocate (exponential)
       exponential%offset = offset
@@ -177,8 +179,8 @@ contains
             omega(n + 1:) = 0.0_wp
             decay(:n) = -real(self%exponent, wp)
             omega(:n) = aimag(self%exponent)
-            call exponentials(size(decay)/lanes, decay, omega, from, power, power_imag)
-            exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), power_imag(:n), wp)
+            call exponentials(size(decay)/lanes, decay, omega, from, exp_real, exp_imag)
+            exponential%amplitude(:) = exponential%amplitude*cmplx(exp_real(:n), exp_imag(:n), wp)
          end associate
       end if
       call move_alloc(exponential, transformed)

@@ -10,7 +10,7 @@ module flight_peaks
 
 contains
 
-   !> The maximum of a signal between two zeros, certain within `peak_tolerance`.
+   !> The maximum of a signal between two zeros; a higher value exceeds it by less than the share `peak_tolerance`.
    subroutine find_peak(signal, history, is_certain, peak, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Evaluations of the search for the second zero; further evaluations are inserted
@@ -70,6 +70,7 @@ contains
       to = history%time(place + 1)
       time = from + (to - from)*cubic_maximum(to - from, history%bounds(place), history%bounds(place + 1))
       do k = 1, max_evaluations
+         ! Of order 1: `value` is the slope of the signal, `slope` its curvature, `curvature` its third derivative
          call signal%find_bounds_without_step(time, 1, bounds)
          if (bounds%value > 0.0_wp) from = time
          if (bounds%value <= 0.0_wp) to = time
@@ -124,11 +125,11 @@ contains
 
       ! marks a step that does not exist; its cube does not overflow
       real(wp), parameter :: no_step = 1.0e50_wp
-      real(wp) :: root
+      real(wp) :: radicand
 
       step = no_step
-      root = bounds%slope**2 - 2.0_wp*bounds%value*bounds%curvature
-      if (bounds%slope < 0.0_wp .and. root > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(root) - bounds%slope)
+      radicand = bounds%slope**2 - 2.0_wp*bounds%value*bounds%curvature
+      if (bounds%slope < 0.0_wp .and. radicand > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(radicand) - bounds%slope)
    end function step_to_maximum
 
    !> Maximum of the cubic through the values and slopes of two evaluations, as a share of their distance in time.
@@ -150,8 +151,9 @@ contains
       if (.not. (share > 0.0_wp .and. share < 1.0_wp)) share = 0.5_wp
    end function cubic_maximum
 
-   !> Does a signal certainly stay below a level between two evaluations? From either of them a cubic with the bound on
-   !> the third derivative lies above the signal, and its maximum Bernstein coefficient lies above the cubic.
+   !> Does a signal certainly stay below a level between two evaluations? From either evaluation up to one of 16
+   !> instants between, a cubic with the bound on the third derivative lies above the signal, and the maximum Bernstein
+   !> coefficient of the cubic lies above the cubic.
    pure function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
@@ -164,6 +166,7 @@ contains
       real(wp) :: from_left, from_right, jerk, left, right
       integer :: j
 
+      ! An unknown bound is huge: its products must not overflow
       jerk = min(earlier%bound_jerk, 1.0e100_wp)
       is = .false.
       do j = 0, divisions
@@ -184,11 +187,11 @@ contains
       real(wp), intent(in) :: length
       real(wp) :: top
 
-      real(wp) :: bend
+      real(wp) :: curvature_term
 
-      bend = length**2*curvature
-      top = max(value, value + length*slope/3.0_wp, value + length*slope*(2.0_wp/3.0_wp) + bend/6.0_wp, &
-         value + length*slope + 0.5_wp*bend + length**3*jerk/6.0_wp)
+      curvature_term = length**2*curvature
+      top = max(value, value + length*slope/3.0_wp, value + length*slope*(2.0_wp/3.0_wp) + curvature_term/6.0_wp, &
+         value + length*slope + 0.5_wp*curvature_term + length**3*jerk/6.0_wp)
    end function bernstein_maximum
 
    !> Insert an evaluation at an index of the history.

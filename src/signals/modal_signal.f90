@@ -1,4 +1,4 @@
-!> A linear combination of damped oscillators as a signal with certain bounds: the gap in flight, the reaction of a
+!> A linear combination of damped oscillators as a signal with guaranteed bounds: the gap in flight, the reaction of a
 !> closed contact.
 !>
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any instant on |z_i^(k)|
@@ -25,7 +25,8 @@ module modal_signal
       real(wp), allocatable :: z(:), v(:)
    end type modal_state_t
 
-   !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is a relaxing contact or a node without mass.
+   !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is the deformation of a
+   !> relaxing contact or of a node without mass.
    type, extends(transformable_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> Value of the signal without motion
@@ -38,7 +39,7 @@ module modal_signal
       real(wp), allocatable :: z(:), v(:)
       !> True (a force): for modes far beyond critical damping the sum is over z_i + 2 zeta z_i'
       logical :: is_viscous = .false.
-      !> Deformation of the relaxing contact at t = 0, and the rate at which it relaxes
+      !> Last term at t = 0, and its rate
       real(wp) :: relaxation = 0.0_wp
       real(wp) :: rate = 0.0_wp
       !> Receives the state at the instant evaluated last, in arrays that are already allocated; null: not wanted
@@ -149,7 +150,7 @@ contains
       real(wp), intent(in) :: limit
       !> Outcome
       type(search_t), intent(out) :: search
-      !> Evaluations on the way; none if the Taylor series was enough
+      !> Evaluations of the search; none if the Taylor series was enough
       type(search_history_t), intent(inout), optional :: history
       !> Values and bounds of the signal at its start, if they are known
       type(bounds_t), intent(in), optional :: at_start
@@ -269,6 +270,7 @@ contains
          end if
          if (order == 0 .and. bounds%floor > bounds%rounding) return
          if (order == 0 .and. falls_to_zero(bounds)) return
+         ! The bounds of `rest` cover no concave exponential
          if (relaxation < 0.0_wp) return
          rest = 0.0_wp
          if (present(added)) rest = added
@@ -379,7 +381,7 @@ contains
       end if
    end function min_amplitude
 
-   !> The sum of all terms, its slope, and the magnitude that its rounding error is proportional to.
+   !> The sum of all terms, its slope, and a magnitude proportional to its rounding error.
    pure subroutine sum_terms(blocks, weight, t, z, v, value, slope, magnitude)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks

@@ -11,9 +11,9 @@ module oscillator_terms
 
 contains
 
-   !> The terms of the signal and of its first two derivatives, with bounds from that instant on. The bound of each
-   !> oscillator is the smaller of two: the bound by its energy, which is good near critical damping, and the bound by
-   !> its envelope, which is good far from critical damping.
+   !> The terms of the signal and of its first two derivatives, with bounds that hold from that instant on. The bound of
+   !> each oscillator is the smaller of two: the bound by its energy, which is good near critical damping, and the bound
+   !> by its envelope, which is good far from critical damping.
    pure subroutine bound_terms(blocks, oscillators, weight, z, v, terms)
       !> Number of SIMD vectors
       integer, intent(in) :: blocks
@@ -26,6 +26,7 @@ contains
       !> Columns as in `certified_search`, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
+      ! Second, third and fourth derivative of z
       real(wp) :: a, jerk, snap, magnitude, block(lanes, term_columns)
       integer :: b, i
 
@@ -131,7 +132,7 @@ contains
       real(wp), contiguous, intent(in) :: weight(:)
       !> Fast exponentials whose weighted amplitude does not exceed this are left out
       real(wp), intent(in) :: cutoff
-      !> Replace z by z + 2 zeta z'
+      !> Replace z by z + 2 zeta z', the elastic and viscous force over W^2
       logical, intent(in) :: is_viscous
       !> Instant
       real(wp), intent(in) :: t
@@ -153,7 +154,7 @@ contains
          weight(first:), z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
       do i = first, size(z0)
-         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
+         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both decay rates s
          fast_rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
          slow(i) = -slow(i)*oscillators%inverse_square(i)*(oscillators%decay(i) &
             *(oscillators%decay(i) - oscillators%mass_rate(i)))
@@ -205,7 +206,7 @@ contains
       !> A exp(-slow t) and B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Sum of the exponentials and its slope; modes near critical damping stay unchanged, [padded]
+      !> Sum of the exponentials and its slope; modes up to `unseparated` stay unchanged, [padded]
       real(wp), contiguous, intent(inout) :: z(:)
       real(wp), contiguous, intent(inout) :: v(:)
 
@@ -234,7 +235,7 @@ contains
       end do
    end subroutine add_block
 
-   !> The terms of the modes that are represented by two exponentials, with bounds from that instant on.
+   !> The terms of the modes that are represented by two exponentials, with bounds that hold from that instant on.
    pure subroutine bound_exponentials(oscillators, weight, slow, fast, terms)
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
@@ -242,7 +243,7 @@ contains
       !> A exp(-slow t) and B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Columns as in `certified_search`; modes near critical damping stay unchanged, [padded, 6]
+      !> Columns as in `certified_search`; modes up to `unseparated` stay unchanged, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
       real(wp) :: block(lanes, term_columns)

@@ -67,7 +67,7 @@ contains
       basis%omega(:n) = aimag(exponents)
       basis%speed(:n) = abs(exponents)
       allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
-      ! a longer step than four radians of the slowest term is not used
+      ! The longest step is at most four radians of the slowest term, whose frequency counts as 2**-20 to 2**20
       slowest = minval(basis%speed(:n), mask=basis%speed(:n) > 0.0_wp)
       basis%highest = 2 - min(max(exponent(slowest), -20), 20)
       allocate (basis%power(padded(n), 2, lowest_step:basis%highest))

@@ -7,7 +7,7 @@ module row_peaks
    private
    public :: max_on_path, peak_tolerance
 
-   !> A higher peak in the same phase is missed only if it is higher by less than this share.
+   !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
    !> An interval within a step: its ends, and value, slope and curvature of the signal at both ends.
@@ -32,8 +32,9 @@ contains
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
+      !> The two instants
       real(wp), intent(in) :: ends(2)
-      !> The search may miss a peak that is higher by less than the share `peak_tolerance` of itself or of this
+      !> The search may miss a peak that is higher by less than `peak_tolerance` times the maximum or this magnitude
       real(wp), intent(in) :: scale
       logical, intent(out) :: is_found
       !> In: the known value. Out: the maximum, if it is higher
@@ -90,7 +91,7 @@ contains
       type(row_signal_t), intent(in) :: signal
       real(wp) :: ceiling
 
-      real(wp) :: curvature, end_curvature, error, length, step(4)
+      real(wp) :: curvature, end_curvature, error, length, inner(4)
       integer :: i, n, node
 
       n = basis%rows
@@ -103,20 +104,20 @@ contains
          path%range(:, 2) = -huge(1.0_wp)
          do node = 0, path%count - 1
             length = path%time(node + 1) - path%time(node)
-            associate (here => path%rows(:, node), there => path%rows(:, node + 1), bound => path%bounds(:, node), &
+            associate (left => path%rows(:, node), right => path%rows(:, node + 1), bound => path%bounds(:, node), &
                low => path%range(:, 1), high => path%range(:, 2))
                ! coefficients of the quintic in Bernstein's form; the next derivative of a row stands n places further
-               !$omp simd private(curvature, end_curvature, error, step)
+               !$omp simd private(curvature, end_curvature, error, inner)
                do i = 1, 2*n
                   error = bound(i)*length**6*error_share(0)
-                  curvature = 0.05_wp*length**2*here(i + 2*n)
-                  end_curvature = 0.05_wp*length**2*there(i + 2*n)
-                  step(1) = here(i) + 0.2_wp*length*here(i + n)
-                  step(2) = here(i) + 0.4_wp*length*here(i + n) + curvature
-                  step(3) = there(i) - 0.4_wp*length*there(i + n) + end_curvature
-                  step(4) = there(i) - 0.2_wp*length*there(i + n)
-                  low(i) = min(low(i), min(here(i), there(i), step(1), step(2), step(3), step(4)) - error)
-                  high(i) = max(high(i), max(here(i), there(i), step(1), step(2), step(3), step(4)) + error)
+                  curvature = 0.05_wp*length**2*left(i + 2*n)
+                  end_curvature = 0.05_wp*length**2*right(i + 2*n)
+                  inner(1) = left(i) + 0.2_wp*length*left(i + n)
+                  inner(2) = left(i) + 0.4_wp*length*left(i + n) + curvature
+                  inner(3) = right(i) - 0.4_wp*length*right(i + n) + end_curvature
+                  inner(4) = right(i) - 0.2_wp*length*right(i + n)
+                  low(i) = min(low(i), min(left(i), right(i), inner(1), inner(2), inner(3), inner(4)) - error)
+                  high(i) = max(high(i), max(left(i), right(i), inner(1), inner(2), inner(3), inner(4)) + error)
                end do
             end associate
          end do
@@ -154,6 +155,7 @@ contains
          level = best%value + peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
          if (maxval(b) + bound*length**6*error_share(0) > level) then
             t = interval%from + length*highest_point(b)
+            ! With a full stack the interval, a tiny share of the step, is not divided further
             if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
                call refine_maximum(basis, path, signal, node, interval, t, middle)
                call update_maximum(t, middle(0), best)
@@ -205,7 +207,8 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       integer, parameter :: max_rounds = 6
-      ! the error left by a shift so small is of the order of its square, and the value gains half of slope times shift
+      ! Share of the interval: the error after such a shift is of the order of its square, and half of slope times shift
+      ! is added to the value
       real(wp), parameter :: last_shift = 1.0e-5_wp
       real(wp) :: shift
       integer :: round

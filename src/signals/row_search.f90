@@ -12,7 +12,7 @@ module row_search
    private
    public :: search_rows
 
-   !> Error of the slope of a quintic Hermite polynomial as a share of B h**5 [Birkhoff].
+   !> Error of the slope of a quintic Hermite polynomial as a share of B h**5 (Birkhoff and Priver).
    real(wp), parameter :: slope_error_share = sqrt(5.0_wp)/30000.0_wp
 
    !> The first trial of a step has an error of about this share of the value or of its change.
@@ -70,8 +70,8 @@ contains
       do
          call begin_step(basis, limit, signals, path, node, step)
          if (.not. any(signals%is_certified .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
-         ! stiff terms of small amplitude make these steps short; the search of a single signal has better bounds for
-         ! them
+         ! Stiff terms of small amplitude make the steps of this search short; the search of a single signal
+         ! (`certified_search`) has better bounds for such terms
          if (node == max_nodes .or. path%evaluations > max_evaluations) signals%is_certified = .false.
          if (.not. any(signals%is_certified)) exit
          step%next = node + 1
@@ -135,7 +135,7 @@ contains
 
       integer :: n, power
 
-      power = min(minval(longest_steps(step%at_start, step%bound), mask=signals%is_certified), basis%highest)
+      power = min(minval(trial_exponents(step%at_start, step%bound), mask=signals%is_certified), basis%highest)
       step%answer = has_no_zero
       associate (from => step%from, next => step%next, length => step%length)
          do
@@ -192,7 +192,7 @@ contains
 
    !> Exponent of 2 of the step for which the error of the polynomial is a small share of the value of the signal or of
    !> its change.
-   pure function longest_steps(at_start, bound) result(step)
+   pure function trial_exponents(at_start, bound) result(step)
       !> Value, slope and curvature of each signal, [3, signals]
       real(wp), intent(in) :: at_start(0:, :)
       !> Bounds of the sixth derivatives, [signals]
@@ -209,7 +209,7 @@ contains
             step(n) = max(step(n), floor(real(exponent(abs(at_start(k, n))) - exponent(scaled_bound) - 1)/real(6 - k)))
          end do
       end do
-   end function longest_steps
+   end function trial_exponents
 
    !> Does a signal have zeros in a step?
    pure function answer_of(at_start, at_end, length, order, bound, noise) result(answer)
@@ -226,6 +226,7 @@ contains
 
       real(wp) :: b(0:5), size_of_error
 
+      ! The first `order` coefficients vanish with the first derivatives at the start
       b = coefficients(at_start, at_end, length)
       size_of_error = bound*length**6
       answer = is_undecided

@@ -1,5 +1,5 @@
-!> Signals made of rows (linear functionals of the state), their values at the nodes of a path of steps, and their
-!> bounds between two nodes (docs/theory.md, section 23).
+!> Signals made of rows (linear functionals of the state), their values at the ends of the steps of a phase, and
+!> their bounds within a step (docs/theory.md, section 23).
 !>
 !> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and
 !> curvature at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the
@@ -16,7 +16,8 @@ module row_signals
    integer, parameter :: max_nodes = 64
 
    !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first k - 1 derivatives vanish
-   !> at the start, the error at a share x of the step is at most `error_share(k)` x**k, from x**3 (1 - x)**3/720.
+   !> at the start, the error at a share x of the step is at most `error_share(k)` x**k B h**6, because it is at most
+   !> x**3 (1 - x)**3/720 B h**6.
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
@@ -41,7 +42,7 @@ module row_signals
 
    !> The steps of a phase (the motion between two events); a node is an instant at which a step ends or starts.
    type :: row_path_t
-      !> Index of the last node, and whether the steps reach from the start to the end of the phase
+      !> Index of the last node (the first is 0), and whether the steps reach from the start to the end of the phase
       integer :: count = 0
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
@@ -51,6 +52,7 @@ module row_signals
       !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2], and whether they are computed
       real(wp), allocatable :: range(:, :)
       logical :: has_range = .false.
+      !> Number of evaluations of all rows
       integer(i8) :: evaluations = 0_i8
    end type row_path_t
 
@@ -60,6 +62,7 @@ contains
    pure subroutine values_of(basis, signal, rows, time, values)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
+      !> All rows and their derivatives, from `evaluate_rows`
       real(wp), contiguous, intent(in) :: rows(:)
       real(wp), intent(in) :: time
       real(wp), intent(out) :: values(0:2)
@@ -75,6 +78,7 @@ contains
    pure subroutine bounds_of(basis, signal, bounds, time, steps, bound, noise, limit, floor)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
+      !> Bounds of all rows, from `bound_rows`
       real(wp), contiguous, intent(in) :: bounds(:)
       !> Time since the start, and number of steps that led there
       real(wp), intent(in) :: time
@@ -95,7 +99,7 @@ contains
             if (rate_factor > 0.0_wp) then
                bound = bound + rate_factor*bounds(index_of(basis, row, seventh_column))
                magnitude = magnitude + rate_factor*rate_bound
-               ! Hoelder's inequality
+               ! Hoelder's inequality: sum |c| |s|^2 from the sums of |c| |s| and |c| |s|^6
                curvature = 0.0_wp
                if (rate_bound > 0.0_wp) curvature = rate_bound*(sixth/rate_bound)**0.2_wp
                rate = rate + rate_factor*curvature

@@ -1,4 +1,5 @@
-!> Flights so short that the modes hardly oscillate in them: their end by the Taylor series of s(t)/t about the start.
+!> Flights (motions with the contact open) so short that the modes hardly oscillate in them: the end of a flight is the
+!> zero of the Taylor series of s(t)/t about the start, with s the gap, which is zero at the start.
 module short_flights
    use certified_search, only: found_none, found_zero, search_t, step_without_zero
    use damped_oscillators, only: lanes, oscillators_t
@@ -10,6 +11,7 @@ module short_flights
    !> Maximum number of terms of the series, and of derivatives at the start: one derivative more bounds the remainder.
    integer, parameter :: max_terms = 40
    integer, parameter :: max_derivatives = max_terms + 1
+   ! Index of the array constructors below
    integer :: place
    real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
       max_derivatives)]
@@ -43,6 +45,7 @@ contains
       real(wp), parameter :: margin = 1.25_wp, max_angle = 4.5_wp
       ! derivatives of faster modes may overflow
       real(wp), parameter :: max_rate = 1.0e5_wp
+      ! Two successive derivatives of the modes
       real(wp), dimension(size(weight)) :: low, high
       ! weighted sums of the derivatives in each SIMD lane; s^(k)/k!
       real(wp) :: total(lanes, max_derivatives), coefficient(max_derivatives)
@@ -52,6 +55,7 @@ contains
 
       search%outcome = found_none
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
+         ! `add_derivatives` has no damping proportional to mass
          if (any(oscillators%mass_rate > 0.0_wp)) return
          low(n + 1:) = 0.0_wp
          high(n + 1:) = 0.0_wp
@@ -123,7 +127,7 @@ contains
       real(wp), intent(in) :: coefficient(3)
       real(wp) :: t
 
-      ! maximum ratio of the estimate to the zero of the first two terms
+      ! maximum ratio of the estimate to the zero of the first two terms; the estimate if there is no zero
       real(wp), parameter :: max_ratio = 3.0_wp, never = 1.0e290_wp
       real(wp) :: square
 

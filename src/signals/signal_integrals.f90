@@ -31,7 +31,7 @@ module signal_integrals
       real(wp), private :: length = 0.0_wp
       !> Exponents s, [terms]
       complex(wp), allocatable, private :: exponent(:)
-      !> -Re s and Im s, filled up with zeros to whole vectors, [padded terms]
+      !> -Re s and Im s, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable, private :: decay(:), omega(:)
       !> Real and imaginary parts of 1/(s_m + s_n) and of 1/(s_m + conjg(s_n)), 0 for close pairs, [terms, terms, 4]
       real(wp), allocatable, private :: inverse(:, :, :)
@@ -65,9 +65,9 @@ contains
       ! products of terms that have decayed would be subnormal, which is slow
       real(wp), parameter :: negligible = 1.0e-140_wp
       complex(wp) :: ramp, simple, start
-      !> Real and imaginary parts of amplitudes, and their products with the matrix, [2 terms, signals]
+      ! Real and imaginary parts of amplitudes, and their products with the matrix, [2 terms, signals]
       real(wp), dimension(2*size(signals%exponent), size(first)) :: parts, products
-      !> Factors of the parts in integrals of a signal, of a signal times t, and in its value at the end, [2 terms]
+      ! Factors of the parts in integrals of a signal, of a signal times t, and in its value at the end, [2 terms]
       real(wp), dimension(2*size(signals%exponent)) :: of_simple, of_ramp, of_end
       real(wp) :: length, offset
       integer :: i, k, n
@@ -103,6 +103,7 @@ contains
             2*k)
          do i = 1, size(first)
             offset = signals%offset(i) + slope(i)*from
+            ! `rest`: difference, by rounding, of this length from that of the quadratic form
             associate (end => sum(parts(:, i)*of_end), rest => length - squares%length)
                first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + rest*end
                second(i) = length*(offset*(offset + slope(i)*length) + slope(i)**2*length**2/3.0_wp) &
@@ -160,7 +161,7 @@ contains
       !> The quadratic form, with the inverses
       type(squares_t), intent(inout) :: squares
 
-      real(wp) :: conjugate, fall(size(squares%decay)), sign, simple, turned, turned_conjugate, u, v, x, y
+      real(wp) :: conjugate, modulus_change(size(squares%decay)), sign, direct, direct_imag, conjugate_imag, u, v, x, y
       complex(wp) :: pair, power(2), total
       integer :: i, k, m, n
 
@@ -169,10 +170,10 @@ contains
       associate (s => squares%exponent, e => squares%change, inverse => squares%inverse, matrix => squares%matrix)
          call exponentials_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, squares%power(:, &
             1), &
-            squares%power(:, 2), e(:, 1), fall)
+            squares%power(:, 2), e(:, 1), modulus_change)
          e(:, 2) = squares%power(:, 2)
          do n = 1, k
-            ! surrogate exponentials of slow modes may grow
+            ! Surrogate harmonics for slow modes may grow, which `exponentials_less_one` does not allow
             if (squares%decay(n) >= 0.0_wp) cycle
             power(1) = exp(s(n)*length)
             squares%power(n, :) = [real(power(1), wp), aimag(power(1))]
@@ -180,20 +181,21 @@ contains
             e(n, :) = [real(pair, wp), aimag(pair)]
          end do
          do n = 1, k
-            !$omp simd private(x, y, u, v, simple, turned, conjugate, turned_conjugate)
+            !$omp simd private(x, y, u, v, direct, direct_imag, conjugate, conjugate_imag)
             do m = 1, k
+               ! x + i y = e_m + e_n + e_m e_n; u + i v: the same with conjg(e_n)
                x = e(m, 1) + e(n, 1) + e(m, 1)*e(n, 1) - e(m, 2)*e(n, 2)
                y = e(m, 2) + e(n, 2) + e(m, 1)*e(n, 2) + e(m, 2)*e(n, 1)
                u = e(m, 1) + e(n, 1) + e(m, 1)*e(n, 1) + e(m, 2)*e(n, 2)
                v = e(m, 2) - e(n, 2) - e(m, 1)*e(n, 2) + e(m, 2)*e(n, 1)
-               simple = x*inverse(m, n, 1) - y*inverse(m, n, 2)
-               turned = x*inverse(m, n, 2) + y*inverse(m, n, 1)
+               direct = x*inverse(m, n, 1) - y*inverse(m, n, 2)
+               direct_imag = x*inverse(m, n, 2) + y*inverse(m, n, 1)
                conjugate = u*inverse(m, n, 3) - v*inverse(m, n, 4)
-               turned_conjugate = u*inverse(m, n, 4) + v*inverse(m, n, 3)
-               matrix(m, n) = 0.5_wp*(conjugate + simple)
-               matrix(m + k, n + k) = 0.5_wp*(conjugate - simple)
-               matrix(m, n + k) = 0.5_wp*(turned_conjugate - turned)
-               matrix(m + k, n) = -0.5_wp*(turned_conjugate + turned)
+               conjugate_imag = u*inverse(m, n, 4) + v*inverse(m, n, 3)
+               matrix(m, n) = 0.5_wp*(conjugate + direct)
+               matrix(m + k, n + k) = 0.5_wp*(conjugate - direct)
+               matrix(m, n + k) = 0.5_wp*(conjugate_imag - direct_imag)
+               matrix(m + k, n) = -0.5_wp*(conjugate_imag + direct_imag)
             end do
          end do
          do i = 1, size(squares%close, 2)

@@ -9,7 +9,8 @@ module signal_peaks
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, peak_tolerance
 
    !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
-   !> for each phase. If they are used up, the tolerance is raised tenfold: an undamped beam oscillates for ever.
+   !> for each phase. If they are used up, the tolerance is raised tenfold: an undamped
+   !> beam oscillates without end.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    integer(i8), parameter :: further_evaluations = 2000_i8
    integer(i8), parameter :: phase_evaluations = 100_i8
@@ -18,6 +19,7 @@ module signal_peaks
    type :: extreme_search_t
       !> Present tolerance, as a share of the extreme
       real(wp) :: tolerance = peak_tolerance
+      !> Number of evaluations that remain before the tolerance is raised
       integer(i8), private :: remaining = initial_evaluations
    end type extreme_search_t
 
@@ -118,6 +120,7 @@ contains
             end if
          end if
          attempt = attempt + 1
+         ! Samples are taken at attempts 16, 32, 64, ... and when the evaluations are used up
          if (search%outcome == found_exhausted .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
             call sample_ahead(signal, t, length, &
                merge(further_evaluations, phase_evaluations, search%outcome == found_exhausted), value, time)

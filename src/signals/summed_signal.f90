@@ -49,6 +49,7 @@ contains
 
       type(bounds_t) :: first_bounds, second_bounds
 
+      ! The zero-free step of the sum is not computed (0): the steps of the two signals do not give it
       call self%first%find_bounds(t, order, first_bounds)
       call self%second%find_bounds(t, order, second_bounds)
       bounds%value = first_bounds%value + second_bounds%value

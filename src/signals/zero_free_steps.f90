@@ -1,5 +1,5 @@
-!> The length of a step in which a sum of terms certainly has no zero, longer than its bound on the second derivative
-!> alone certifies.
+!> Steps in which a signal, a sum of terms, certainly has no zero, longer than one bound on its second derivative
+!> allows.
 module zero_free_steps
    use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
       term_curvature, term_rate, term_value
@@ -10,15 +10,15 @@ module zero_free_steps
 
 contains
 
-   !> Length of a step in which a sum certainly has no zero, longer than one bound on the second derivative certifies.
+   !> Length of a step in which a sum of terms certainly has no zero.
    !>
    !> The terms above any number k are replaced by their lower bounds; the sum of the terms up to k enters by its value,
-   !> slope and a bound B on its second derivative. The k that gives the longest step is taken. From the same values a
-   !> cubic may reach further: the second derivative falls no faster than a bound on the third.
+   !> slope and a bound B on its second derivative. The k that gives the longest step is taken. A cubic may give
+   !> a longer step: the second derivative decreases no faster than the bound on the third allows.
    pure function zero_free_step(terms, rest, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
-      !> Sum of further terms, in the same columns; its bounds need cover only the part that is not convex
+      !> Sum of further terms, in the same columns; its bounds may leave out convex terms
       real(wp), intent(in) :: rest(term_columns)
       !> The whole sum and its slope
       real(wp), intent(in) :: whole
@@ -27,6 +27,7 @@ contains
 
       ! partial sums of the first k terms, and of the lower bounds of the others
       real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, tail, lower_value, step_length
+      ! running sums of five columns of the terms, and of the lower bounds of the last terms
       real(wp) :: sums(6), rounding
       integer :: best, k, n
 
@@ -72,8 +73,10 @@ contains
       if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerks(n), step))
    end function zero_free_step
 
-   !> The longest of some multiples of a step over which a cubic is certainly positive, and of multiples of that one in
-   !> turn; 0: the cubic may vanish in all. The cubic is not below its minimum Bernstein coefficient.
+   !> The longest of some multiples of a step over which a cubic is certainly positive; 0: the cubic may vanish in all.
+   !> If
+   !> the largest multiple is free of zeros, its multiples are tried in turn. The cubic is not below its minimum
+   !> Bernstein coefficient.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
       !> Value, slope and second derivative at the start, and the maximum rate at which the second derivative falls
       real(wp), intent(in) :: value
@@ -88,20 +91,20 @@ contains
          2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
       ! powers and products of magnitudes up to this do not overflow
       real(wp), parameter :: max_magnitude = 1.0e70_wp
-      real(wp) :: bend, fall, h, lower_bound, trial_step
+      real(wp) :: curvature_term, jerk_term, h, lower_bound, trial_step
       integer :: j
 
       longest = 0.0_wp
       if (.not. max(abs(slope), abs(curvature), jerk) < max_magnitude) return
       trial_step = step
       do while (trial_step > 0.0_wp .and. trial_step < max_magnitude)
-         !$omp simd private(bend, fall, h, lower_bound) reduction(max:longest)
+         !$omp simd private(curvature_term, jerk_term, h, lower_bound) reduction(max:longest)
          do j = 1, size(multiples)
             h = min(multiples(j)*trial_step, max_magnitude)
-            bend = h*h*curvature/6.0_wp
-            fall = h*h*h*jerk/6.0_wp
-            lower_bound = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
-               value + h*slope + 3.0_wp*bend - fall)
+            curvature_term = h*h*curvature/6.0_wp
+            jerk_term = h*h*h*jerk/6.0_wp
+            lower_bound = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + curvature_term, &
+               value + h*slope + 3.0_wp*curvature_term - jerk_term)
             longest = max(longest, merge(h, 0.0_wp, lower_bound > 0.0_wp))
          end do
          ! if stiff modes cancel in the sum, its second derivative is far below its bound: try longer steps
