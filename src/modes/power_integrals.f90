@@ -1,5 +1,5 @@
-!> Integrals of quadratic forms of decaying exponentials: the energy that a power (a force or a damper)
-!> dissipates or supplies in an interval of time.
+!> Integrals of quadratic forms of decaying exponentials: the energy that a force or a damper supplies or dissipates in
+!> an interval of time.
 module power_integrals
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms

@@ -267,7 +267,7 @@ contains
       slope = max(bounds%slope, 0.0_wp)
       bend = bounds%two_sided_bound
       if (bounds%bound_jerk < sqrt(huge(1.0_wp))) bend = min(bend, bounds%curvature + step*bounds%bound_jerk)
-      ! `bend` bounds the curvature from above; if it is negative, a parabola may have its maximum within the step
+      ! `bend` bounds the curvature from above; if it is negative, the maximum may be within the step
       length = step
       if (slope < -step*bend) length = -slope/bend
       bound = bounds%value + bounds%rounding + length*(slope + 0.5_wp*length*bend)

@@ -36,7 +36,7 @@ module row_basis
       !> Exponent of 2 of the longest stored step
       integer :: highest = 0
       !> -Re s, Im s and |s|, padded with zeros to whole SIMD vectors, [padded terms]
-      real(wp), allocatable :: decay(:), omega(:), speed(:)
+      real(wp), allocatable :: decay(:), omega(:), modulus(:)
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
       !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, terms, blocks]
@@ -62,13 +62,13 @@ contains
       basis%rows = rows
       basis%terms = n
       basis%blocks = padded(row_columns*rows)/lanes
-      allocate (basis%decay(padded(n)), basis%omega(padded(n)), basis%speed(padded(n)), source=0.0_wp)
+      allocate (basis%decay(padded(n)), basis%omega(padded(n)), basis%modulus(padded(n)), source=0.0_wp)
       basis%decay(:n) = -real(exponents, wp)
       basis%omega(:n) = aimag(exponents)
-      basis%speed(:n) = abs(exponents)
+      basis%modulus(:n) = abs(exponents)
       allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
       ! The longest step is at most four radians of the slowest term, whose frequency counts as 2**-20 to 2**20
-      slowest = minval(basis%speed(:n), mask=basis%speed(:n) > 0.0_wp)
+      slowest = minval(basis%modulus(:n), mask=basis%modulus(:n) > 0.0_wp)
       basis%highest = 2 - min(max(exponent(slowest), -20), 20)
       allocate (basis%power(padded(n), 2, lowest_step:basis%highest))
       allocate (basis%has_power(lowest_step:basis%highest), source=.false.)
@@ -103,9 +103,9 @@ contains
          s = cmplx(-basis%decay(m), basis%omega(m), wp)
          scaled = coefficient(m - first + 1)
          weight(size_column) = abs(scaled)
-         weight(rate_size_column) = weight(size_column)*basis%speed(m)
-         weight(sixth_column) = weight(size_column)*basis%speed(m)**6
-         weight(seventh_column) = weight(sixth_column)*basis%speed(m)
+         weight(rate_size_column) = weight(size_column)*basis%modulus(m)
+         weight(sixth_column) = weight(size_column)*basis%modulus(m)**6
+         weight(seventh_column) = weight(sixth_column)*basis%modulus(m)
          do k = 0, row_columns - 1
             place = index_of(basis, row, k) - 1
             basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(scaled, wp)

@@ -173,7 +173,7 @@ contains
             squares%power(:, 2), e(:, 1), modulus_change)
          e(:, 2) = squares%power(:, 2)
          do n = 1, k
-            ! Surrogate harmonics for slow modes may grow, which `exponentials_less_one` does not allow
+            ! Surrogate exponentials of slow modes (`surrogate_loads`) may grow, which `exponentials_less_one` excludes
             if (squares%decay(n) >= 0.0_wp) cycle
             power(1) = exp(s(n)*length)
             squares%power(n, :) = [real(power(1), wp), aimag(power(1))]

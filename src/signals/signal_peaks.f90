@@ -9,8 +9,8 @@ module signal_peaks
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, peak_tolerance
 
    !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
-   !> for each phase. If they are used up, the tolerance is raised tenfold: an undamped
-   !> beam oscillates without end.
+   !> for each phase. If they are used up, the tolerance is raised tenfold, because
+   !> an undamped beam oscillates without end.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    integer(i8), parameter :: further_evaluations = 2000_i8
    integer(i8), parameter :: phase_evaluations = 100_i8

@@ -1,5 +1,5 @@
-!> Steps in which a signal, a sum of terms, certainly has no zero, longer than one bound on its second derivative
-!> allows.
+!> Steps in which a signal, a sum of terms, certainly has no zero. They are longer than a bound on the second derivative
+!> of the whole sum allows.
 module zero_free_steps
    use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
       term_curvature, term_rate, term_value
@@ -27,7 +27,7 @@ contains
 
       ! partial sums of the first k terms, and of the lower bounds of the others
       real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, tail, lower_value, step_length
-      ! running sums of five columns of the terms, and of the lower bounds of the last terms
+      ! Running sums of five columns of the terms, and of the lower bounds of the last terms
       real(wp) :: sums(6), rounding
       integer :: best, k, n
 
@@ -74,8 +74,7 @@ contains
    end function zero_free_step
 
    !> The longest of some multiples of a step over which a cubic is certainly positive; 0: the cubic may vanish in all.
-   !> If
-   !> the largest multiple is free of zeros, its multiples are tried in turn. The cubic is not below its minimum
+   !> If the largest multiple is free of zeros, its multiples are tried in turn. The cubic is not below its minimum
    !> Bernstein coefficient.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
       !> Value, slope and second derivative at the start, and the maximum rate at which the second derivative falls
