@@ -1,6 +1,7 @@
 !> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0: the modes of a beam whose damping is
 !> proportional to its stiffness (zeta) and its mass (alpha), or is given mode by mode (alpha of each mode). W is the
-!> natural frequency in omega1. Each oscillator is propagated in closed form, without cancellation near critical damping.
+!> natural frequency in omega1. Each oscillator is propagated in closed form, without cancellation near critical
+!> damping.
 module damped_oscillators
    use kinds, only: wp
    implicit none (type, external)
