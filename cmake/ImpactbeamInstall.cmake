@@ -10,9 +10,9 @@ set(packages_folder "${CMAKE_INSTALL_LIBDIR}/cmake/impactbeam")
 
 install(TARGETS impactbeam impactbeam-paper impactbeam-benchmark RUNTIME)
 if(TARGET impactbeam_ranks)
-  set(chunks_folder "${CMAKE_INSTALL_LIBDIR}/impactbeam")
-  install(TARGETS impactbeam_ranks LIBRARY DESTINATION "${chunks_folder}")
-  file(RELATIVE_PATH parts_from_programs "/${CMAKE_INSTALL_BINDIR}" "/${chunks_folder}")
+  set(chunk_folder "${CMAKE_INSTALL_LIBDIR}/impactbeam")
+  install(TARGETS impactbeam_ranks LIBRARY DESTINATION "${chunk_folder}")
+  file(RELATIVE_PATH parts_from_programs "/${CMAKE_INSTALL_BINDIR}" "/${chunk_folder}")
   set_property(TARGET impactbeam impactbeam-paper impactbeam-benchmark
     APPEND PROPERTY INSTALL_RPATH "\$ORIGIN/${parts_from_programs}")
 endif()

@@ -14,7 +14,7 @@ module analyses
    use scene_types, only: scene_t
    implicit none (type, external)
    private
-   public :: analysed_t, asks_for, analyse, write_analyses, print_analyses, fill_row, of_beam, of_run
+   public :: analysed_t, requests_analysis, analyse, write_analyses, print_analyses, supply_measures_of, of_beam, of_run
 
    !> Entry of the table of analyses.
    type :: entry_t
@@ -68,14 +68,14 @@ contains
    end function requested
 
    !> Does a scene request any analysis of one selection?
-   pure function asks_for(scene, selection) result(answer)
+   pure function requests_analysis(scene, selection) result(answer)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`
       logical, intent(in) :: selection
       logical :: answer
 
       answer = any(requested(scene, selection))
-   end function asks_for
+   end function requests_analysis
 
    !> Make the analyses that a scene requests.
    subroutine analyse(scene, model, settings, response, analysed, error, selection)
@@ -133,7 +133,7 @@ contains
    end subroutine print_analyses
 
    !> Add the measures of each analysis to the measures of a run.
-   subroutine fill_row(analysed, measures)
+   subroutine supply_measures_of(analysed, measures)
       type(analysed_t), intent(in) :: analysed(:)
       !> Dimensionless measures (scalar results of the run), [measure_count]
       real(wp), intent(inout) :: measures(:)
@@ -141,8 +141,8 @@ contains
       integer :: i
 
       do i = 1, size(analysed)
-         call analysed(i)%analysis%fill(measures)
+         call analysed(i)%analysis%supply_measures(measures)
       end do
-   end subroutine fill_row
+   end subroutine supply_measures_of
 
 end module analyses

@@ -20,7 +20,7 @@ module analysis_types
       procedure(compute_interface), deferred :: compute
       procedure(write_interface), deferred :: write
       procedure :: print => print_nothing
-      procedure :: fill => add_no_measures
+      procedure :: supply_measures => add_no_measures
    end type analysis_t
 
    abstract interface

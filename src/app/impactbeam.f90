@@ -4,7 +4,7 @@ program impactbeam
    use process, only: end_process
    use program_identity, only: program_motion
    use program_run, only: program_t, run_program
-   use scene_needs, only: needs_of_scene
+   use scene_needs, only: memory_need_of_scene
    use scene_run, only: run_motion_scene
    implicit none (type, external)
 
@@ -13,7 +13,7 @@ program impactbeam
 
    call run_program(program_t(program_motion, &
       'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
-      needs_of_scene, run_motion_scene, &
+      memory_need_of_scene, run_motion_scene, &
       '  impactbeam --new beam > my.nml'//line_end// &
       '  impactbeam my.nml'//line_end// &
       '  impactbeam-plot response results/my.h5'//line_end), status)

@@ -5,9 +5,9 @@ module impactbeam_library
    use command_line, only: argument_t
    use failures, only: failure_t
    use program_identity, only: program_motion, program_version
-   use program_run, only: check_needs, program_t, read_scenes, run_scene
+   use program_run, only: check_memory_needs, program_t, read_scenes, run_scene
    use results_file, only: results_name
-   use scene_needs, only: needs_of_scene
+   use scene_needs, only: memory_need_of_scene
    use scene_run, only: run_motion_scene
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -46,10 +46,10 @@ contains
       status = 0
       thread_count = 0
       if (present(threads)) thread_count = max(0, threads)
-      program = program_t(program_motion, '', needs_of_scene, run_motion_scene)
+      program = program_t(program_motion, '', memory_need_of_scene, run_motion_scene)
       call single_threaded_blas()
       call read_scenes(program%number, [argument_t(scene_file)], scenes, error)
-      if (.not. allocated(error)) call check_needs(program, scenes, thread_count, error)
+      if (.not. allocated(error)) call check_memory_needs(program, scenes, thread_count, error)
       if (.not. allocated(error)) call run_scene(program, scenes(1), folder, thread_count, .true., error)
       if (allocated(error)) then
          status = error%status

@@ -23,7 +23,7 @@ module program_run
    use table_files, only: write_table_files
    implicit none (type, external)
    private
-   public :: program_t, run_program, read_scenes, check_needs, run_scene
+   public :: program_t, run_program, read_scenes, check_memory_needs, run_scene
 
    !> The properties that distinguish the programs.
    type :: program_t
@@ -32,7 +32,7 @@ module program_run
       !> Purpose of the program, a line of its help
       character(:), allocatable :: purpose
       !> Estimate the memory that a scene needs
-      procedure(needs_interface), pointer, nopass :: needs_of => null()
+      procedure(needs_interface), pointer, nopass :: memory_need_of => null()
       !> Compute a scene
       procedure(run_interface), pointer, nopass :: run => null()
       !> Example of a first use, lines ended by new_line('a'); unallocated: none
@@ -135,7 +135,7 @@ contains
       end if
       call read_scenes(program%number, command%scenes, scenes, error)
       if (command%estimate .and. .not. allocated(error)) call request_estimates(scenes, error)
-      if (.not. allocated(error)) call check_needs(program, scenes, command%threads, error)
+      if (.not. allocated(error)) call check_memory_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
          call report(program, error%message, error%status, status)
          return
@@ -180,7 +180,7 @@ contains
 
    !> Check that the memory suffices for each scene. MPI processes may see different free memory, so the first process
    !> decides.
-   subroutine check_needs(program, scenes, threads, error)
+   subroutine check_memory_needs(program, scenes, threads, error)
       type(program_t), intent(in) :: program
       type(scene_t), intent(in) :: scenes(:)
       !> Number of threads of a sweep; 0: as many as there are cores
@@ -194,14 +194,14 @@ contains
 
       do i = 1, size(scenes)
          if (.not. is_first_rank()) exit
-         call program%needs_of(scenes(i), threads, need)
+         call program%memory_need_of(scenes(i), threads, need)
          call check_need(need, refusal)
          if (.not. allocated(refusal)) cycle
          call fail(error, refusal%status, scenes(i)%file//': '//refusal%message)
          exit
       end do
       if (max_of_ranks(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
-   end subroutine check_needs
+   end subroutine check_memory_needs
 
    !> Request the estimate of the discretisation error in each scene.
    subroutine request_estimates(scenes, error)

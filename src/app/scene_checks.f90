@@ -6,7 +6,7 @@ module scene_checks
    use motion_run, only: check_motion
    use number_text, only: to_text
    use run_settings, only: method_newmark
-   use scene_beam_model, only: motion_model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_settings_of
    use scene_reader, only: complain_of_scene, draft_t, set_parameters
    use scene_types, only: mass_redistributed, scene_t
    use stop_contacts, only: has_one_contact
@@ -38,7 +38,7 @@ contains
          if (all_fail) call complain_of_scene(scene, 'sweep', '', problem, error)
          if (all_fail) return
       end if
-      single_contact = has_one_contact(run_of(scene), merge(1, 0, scene%has_supports)) .and. &
+      single_contact = has_one_contact(run_settings_of(scene), merge(1, 0, scene%has_supports)) .and. &
          scene%response%mode_count == 0
       ! with one contact and all modes a run by the exact method can always start, unless inertia is redistributed
       if (single_contact .and. scene%response%method /= method_newmark) then
@@ -64,7 +64,7 @@ contains
                return
             end if
             call check_run(scene, modified, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
-               i == 1 .or. parameter%is_of_beam, model, error)
+               i == 1 .or. parameter%changes_beam, model, error)
             if (allocated(error)) return
          end do
       end associate
@@ -121,7 +121,7 @@ contains
       type(failure_t), allocatable, intent(out) :: failure
 
       if (is_new_beam) call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, failure)
-      if (.not. allocated(failure)) call check_motion(model, run_of(scene), failure)
+      if (.not. allocated(failure)) call check_motion(model, run_settings_of(scene), failure)
    end subroutine find_failure
 
    !> Description of the cases of a sweep that cannot start; empty: all can. Of a long sweep only some cases are tested,
@@ -160,7 +160,7 @@ contains
          call set_parameters(modified, plan%axes%parameter, values, problem, draft)
          ! a mesh that the run chooses by a tolerance is not known yet, so the start is not tested
          if (.not. allocated(problem) .and. scene%mesh%tolerance <= 0.0_wp) then
-            call find_failure(modified, .not. has_beam .or. any(plan%axes%parameter%is_of_beam), model, failure)
+            call find_failure(modified, .not. has_beam .or. any(plan%axes%parameter%changes_beam), model, failure)
             has_beam = model%mesh%elements > 0
             if (allocated(failure)) problem = failure%message
          end if
@@ -186,7 +186,7 @@ contains
       logical, intent(in) :: single_contact
       logical :: changes
 
-      changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
+      changes = parameter%changes_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
          (parameter%group == 'stop' .and. .not. single_contact)
    end function changes_start
 

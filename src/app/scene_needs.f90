@@ -1,7 +1,7 @@
 !> The memory that a scene of the program `impactbeam` needs, summed from estimates for its beams, modes, histories,
 !> tables and sweeps.
 module scene_needs
-   use auto_solver, only: lanczos_is_faster
+   use auto_solver, only: uses_lanczos
    use few_modes, only: base_count, takes_few_modes
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
@@ -11,20 +11,20 @@ module scene_needs
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
    use run_settings, only: method_exact, run_settings_t
-   use scene_beam_model, only: run_of
+   use scene_beam_model, only: run_settings_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_contacts, only: has_one_contact, contacts_of
    use sweep_plan, only: cases_of_chunk, section_values
-   use sweep_settings, only: is_swept, place_of, values_given
+   use sweep_settings, only: is_swept, parameter_index, values_given
    use sweep_study, only: cases_of, threads_for, values_of
    implicit none (type, external)
    private
-   public :: needs_of_scene
+   public :: memory_need_of_scene
 
 contains
 
    !> Estimate the memory that a scene needs.
-   subroutine needs_of_scene(scene, threads, need)
+   subroutine memory_need_of_scene(scene, threads, need)
       type(scene_t), intent(in) :: scene
       !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
@@ -44,7 +44,7 @@ contains
          if (scene%wants_cases) workers = size(scene%cases%values)
          call add_tables(scene, workers, need)
       end if
-   end subroutine needs_of_scene
+   end subroutine memory_need_of_scene
 
    !> Add the tables of loads: as read and echoed, and as converted by each run.
    subroutine add_tables(scene, runs, need)
@@ -122,7 +122,7 @@ contains
       n = real(elements, wp)
       modes = min(max_modes, 2*elements)
       by_lanczos = solver == solver_lanczos
-      if (solver == solver_auto) by_lanczos = lanczos_is_faster(elements, modes)
+      if (solver == solver_auto) by_lanczos = uses_lanczos(elements, modes)
       if (by_lanczos) then
          modes = min(modes, elements)
          ! Lanczos vectors, deflections at four points per element, shapes, and the beam itself
@@ -184,7 +184,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: numbers
 
-      numbers = 5 + 2*size(contacts_of(run_of(scene)))
+      numbers = 5 + 2*size(contacts_of(run_settings_of(scene)))
       if (.not. scene%poincare%records_modes) return
       associate (all => 2*elements_of(scene, scene%mesh%elements))
          numbers = numbers + 2*merge(min(scene%response%mode_count, all), all, scene%response%mode_count > 0)
@@ -219,7 +219,7 @@ contains
 
       type(run_settings_t) :: settings
 
-      settings = run_of(scene)
+      settings = run_settings_of(scene)
       number = 0
       if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(contacts_of(settings))
    end function contacts_recorded
@@ -264,7 +264,7 @@ contains
       !> for each length of the step
       real(wp), parameter :: matrices = 40.0_wp
 
-      if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
+      if (scene%response%method == method_exact .and. takes_few_modes(elements, run_settings_of(scene))) then
          associate (modes => max(scene%response%mode_count, base_count))
             call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
                to_text(modes)//' modes of '//to_text(elements)//' elements', advice)
@@ -312,11 +312,11 @@ contains
       ! one parameter at a time also has a random permutation
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
          //in_words(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
-      elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &
+      elements = nint(maxval(values_given(scene%sweep%swept(parameter_index('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
       call add_beam(scene, elements_of(scene, elements), workers, need)
       if (scene%response%method /= method_exact) then
-         duration = maxval(values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), &
+         duration = maxval(values_given(scene%sweep%swept(parameter_index('duration', scene%sweep%swept)), &
             scene%response%duration))
          call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, &
             'the samples of a case', 'give &response a longer step')

@@ -8,7 +8,7 @@ module cost_growth
       task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
    use run_settings, only: name_length, output_settings_t
-   use scene_types, only: contender_average, contender_exact, precision_settings_t, scene_t
+   use scene_types, only: integrator_average, integrator_exact, precision_settings_t, scene_t
    use timed_tasks, only: measure_time, timing_t
    implicit none (type, external)
    private
@@ -36,7 +36,7 @@ contains
 
       call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
-      task%settings = settings_for(contender_exact, scene%precision, sample_step)
+      task%settings = settings_for(integrator_exact, scene%precision, sample_step)
       allocate (study%parts(0))
       call add_part(task_assembly, no_output(), 'assembly', 0.0_wp)
       if (.not. allocated(error)) call add_part(task_modes, no_output(), 'modes', 0.0_wp)
@@ -115,7 +115,7 @@ contains
       !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      integer, parameter :: contenders(2) = [contender_exact, contender_average]
+      integer, parameter :: contenders(2) = [integrator_exact, integrator_average]
       character(*), parameter :: names(2) = [character(name_length) :: 'exact motion', 'newmark, d tau = 0.01']
       type(task_t) :: task
       type(timing_t) :: timing
@@ -127,7 +127,7 @@ contains
          call prepare_task(scene, scene%mesh%elements, task, error, with_modes=.true.)
          if (allocated(error)) return
          do k = 1, 2
-            task%action = merge(task_motion, task_run, contenders(k) == contender_exact)
+            task%action = merge(task_motion, task_run, contenders(k) == integrator_exact)
             task%settings = settings_for(contenders(k), scene%precision, sample_step)
             do i = 1, size(durations)
                task%settings%duration = durations(i)
@@ -173,7 +173,7 @@ contains
          if (allocated(error)) return
          memory(i) = max(peak_memory() - before, 0.0_wp)
          if (elements(i) > max_elements_modes) cycle
-         task%settings = settings_for(contender_average, scene%precision, sample_step)
+         task%settings = settings_for(integrator_average, scene%precision, sample_step)
          call seconds_of(scene%precision, task, task_run, seconds, error)
          if (allocated(error)) return
          newmark = [newmark, seconds]
@@ -183,7 +183,7 @@ contains
          last_dense = i
          if (elements(i) > max_elements_motion) cycle
          last_motion = i
-         task%settings = settings_for(contender_exact, scene%precision, sample_step)
+         task%settings = settings_for(integrator_exact, scene%precision, sample_step)
          task%settings%keep_all_modes = .true.
          call add_motion(task)
          if (allocated(error)) return

@@ -4,7 +4,7 @@
 module fastest_schemes
    use kinds, only: wp
    use precision_types, only: motion_entry_t, varied_mesh
-   use scene_types, only: contender_exact, contender_names, mass_names
+   use scene_types, only: integrator_exact, integrator_names, mass_names
    implicit none (type, external)
    private
    public :: error_bounds, schemes_of, scheme_name, fastest_of, error_contributions
@@ -36,7 +36,7 @@ contains
       type(motion_entry_t), intent(in) :: entry
       character(40) :: name
 
-      name = trim(contender_names(entry%contender))//', '//mass_names(entry%mass)
+      name = trim(integrator_names(entry%contender))//', '//mass_names(entry%mass)
    end function scheme_name
 
    !> Index of the fastest entry of a scheme whose error is within a bound; 0: there is none. An entry does not qualify
@@ -76,7 +76,7 @@ contains
          do i = 1, size(entries)
             if (entries(i)%varied /= varied_mesh .or. entries(i)%elements /= stepped%elements .or. &
                entries(i)%mass /= stepped%mass .or. entries(i)%failure /= '') cycle
-            if (entries(i)%contender == contender_exact) parts(2) = entries(i)%errors%history
+            if (entries(i)%contender == integrator_exact) parts(2) = entries(i)%errors%history
             if (entries(i)%contender == stepped%contender .and. .not. abs(entries(i)%step - stepped%step) > 0.0_wp) then
                parts(3) = entries(i)%errors%history
             end if

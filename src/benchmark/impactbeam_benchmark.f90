@@ -2,7 +2,7 @@
 !> a study is called a precision study in the source.
 program impactbeam_benchmark
    use, intrinsic :: iso_c_binding, only: c_int
-   use precision_study, only: needs_of_precision, run_precision_scene
+   use precision_study, only: memory_need_of_precision, run_precision_scene
    use process, only: end_process
    use program_identity, only: program_benchmark
    use program_run, only: program_t, run_program
@@ -11,6 +11,6 @@ program impactbeam_benchmark
    integer :: status
 
    call run_program(program_t(program_benchmark, 'Measures run time against error: scenes with &precision.', &
-      needs_of_precision, run_precision_scene), status)
+      memory_need_of_precision, run_precision_scene), status)
    if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam_benchmark

@@ -11,8 +11,8 @@ module motion_precision
       varied_step
    use response_types, only: balance_error
    use run_settings, only: response_settings_t, strict_mode_tolerance
-   use scene_beam_model, only: run_of
-   use scene_types, only: contender_average, contender_exact, mass_auto, mass_consistent, mass_redistributed, &
+   use scene_beam_model, only: run_settings_of
+   use scene_types, only: integrator_average, integrator_exact, mass_auto, mass_consistent, mass_redistributed, &
       precision_settings_t, scene_t
    use stop_laws, only: is_rigid
    use timed_tasks, only: measure_time
@@ -98,7 +98,7 @@ contains
             entry = motion_entry_t(contender=requested%methods(i), varied=varied_step, step=comparison_step, &
                hop_tolerance=defaults%hop_tolerance, mode_tolerance=strict_mode_tolerance, &
                elements=scene%mesh%elements, mass=scene%mesh%mass)
-            if (requested%methods(i) /= contender_exact) then
+            if (requested%methods(i) /= integrator_exact) then
                do k = 1, size(requested%steps)
                   entry%step = requested%steps(k)
                   entries = [entries, entry]
@@ -169,7 +169,7 @@ contains
       task%output = full_output()
       task%output%measures = .true.
       if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
-      task%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       task%settings%hop_tolerance = tightest_hop
       task%settings%keep_all_modes = .true.
       call task%run(error)
@@ -196,13 +196,13 @@ contains
       newmark%scene = scene
       newmark%model = reference%model
       newmark%output = reference%output
-      call make_balance(reference%model, reference%modes, run_of(scene), balance, error)
+      call make_balance(reference%model, reference%modes, run_settings_of(scene), balance, error)
       if (allocated(error)) then
          check%failure = error%message
          return
       end if
       do i = 1, 2
-         newmark%settings = settings_for(contender_average, scene%precision, check%steps(i))
+         newmark%settings = settings_for(integrator_average, scene%precision, check%steps(i))
          newmark%settings%contact_tolerance = event_tolerance
          newmark%settings%release_tolerance = event_tolerance
          call newmark%run(error)
@@ -301,7 +301,7 @@ contains
          call reference%run(error)
          if (allocated(error)) return
       end if
-      call make_balance(reference%model, reference%modes, run_of(reference%scene), balance, error)
+      call make_balance(reference%model, reference%modes, run_settings_of(reference%scene), balance, error)
       if (allocated(error)) return
       call results_of(reference%response, horizon, balance, results, every)
    end subroutine find_reference_results
@@ -343,12 +343,12 @@ contains
       task%action = task_run
       task%output = reference%output
       task%settings = settings_for(entry%contender, scene%precision, entry%step)
-      if (entry%contender == contender_exact) then
+      if (entry%contender == integrator_exact) then
          task%settings%hop_tolerance = entry%hop_tolerance
          task%settings%mode_tolerance = entry%mode_tolerance
       end if
       if (.not. allocated(error)) call task%run(error)
-      if (.not. allocated(error)) call make_balance(task%model, task%modes, run_of(scene), balance, error)
+      if (.not. allocated(error)) call make_balance(task%model, task%modes, run_settings_of(scene), balance, error)
       if (.not. allocated(error)) then
          if (entry%varied == varied_mesh .and. every(1) > 0) then
             call find_reference_results(reference, entry%step, horizon, exact, error, every(2))
@@ -364,7 +364,7 @@ contains
          call measure_time(task, scene%precision, entry%whole, error)
       end if
       entry%motion = entry%whole
-      if (.not. allocated(error) .and. entry%contender == contender_exact) then
+      if (.not. allocated(error) .and. entry%contender == integrator_exact) then
          task%action = task_motion
          call measure_time(task, scene%precision, entry%motion, error)
       end if

@@ -10,8 +10,8 @@ module motion_tasks
    use response_types, only: response_t
    use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t, &
       strict_mode_tolerance
-   use scene_beam_model, only: motion_model_of, run_of
-   use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t
+   use scene_beam_model, only: motion_model_of, run_settings_of
+   use scene_types, only: integrator_average, integrator_exact, integrator_linear, precision_settings_t, scene_t
    use timed_tasks, only: timed_task_t
    implicit none (type, external)
    private
@@ -114,7 +114,7 @@ contains
       type(task_t), intent(in) :: self
       type(run_settings_t) :: settings
 
-      settings = run_of(self%scene)
+      settings = run_settings_of(self%scene)
       settings%response = self%settings
       settings%output = self%output
    end function run_of_task
@@ -137,16 +137,16 @@ contains
       ! the mode tolerance alone decides how many modes are used
       settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
-      if (contender == contender_exact) return
+      if (contender == integrator_exact) return
       settings%method = method_newmark
       settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2
       settings%release_tolerance = settings%release_tolerance*(step/paper_step)**2
       settings%substep = .true.
       ! average acceleration, linear acceleration, or central differences
       select case (contender)
-      case (contender_average)
+      case (integrator_average)
          settings%newmark_beta = 0.25_wp
-      case (contender_linear)
+      case (integrator_linear)
          settings%newmark_beta = 1.0_wp/6.0_wp
       case default
          settings%newmark_beta = 0.0_wp

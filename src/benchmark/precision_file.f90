@@ -1,8 +1,8 @@
 !> Writes the results file of a precision study (run time against error of all methods).
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
-   use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use failures, only: failure_t
+   use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use machine_facts, only: compiler_name, kind_of_build, options_of_compiler, processor_name
@@ -11,7 +11,7 @@ module precision_file
    use precision_types, only: precision_t, varied_names, varied_step
    use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results
-   use scene_types, only: contender_names, mass_names, scene_t
+   use scene_types, only: integrator_names, mass_names, scene_t
    use timed_tasks, only: clock_resolution, timing_t
    implicit none (type, external)
    private
@@ -60,7 +60,7 @@ contains
       associate (entries => study%motion)
          call group%attribute('horizon', study%horizon)
          call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
-         call group%add('method', contender_names(entries%contender), 'none', 'way through time', along=along)
+         call group%add('method', integrator_names(entries%contender), 'none', 'way through time', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
             along=along)
          call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', &

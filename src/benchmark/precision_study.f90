@@ -13,7 +13,7 @@ module precision_study
    use progress_line, only: start_progress, stop_progress
    use response_types, only: response_t
    use results_file, only: write_results
-   use scene_types, only: contender_exact, scene_t
+   use scene_types, only: integrator_exact, scene_t
    use skip_savings, only: measure_savings
    use solver_precision, only: compare_solvers
    use study_job, only: job_t
@@ -21,7 +21,7 @@ module precision_study
    use timed_tasks, only: measure_time, timed_task_t
    implicit none (type, external)
    private
-   public :: needs_of_precision, run_precision_scene, run_precision
+   public :: memory_need_of_precision, run_precision_scene, run_precision
 
    !> Task that writes the results file of a run.
    type, extends(timed_task_t) :: file_task_t
@@ -35,7 +35,7 @@ module precision_study
 contains
 
    !> Memory that the scene needs. One run is computed at a time, in addition to the reference.
-   subroutine needs_of_precision(scene, threads, need)
+   subroutine memory_need_of_precision(scene, threads, need)
       type(scene_t), intent(in) :: scene
       !> Not used, because runs are not computed in parallel
       integer, intent(in) :: threads
@@ -57,7 +57,7 @@ contains
             'give &precision a shorter duration or longer steps', need)
       end associate
       call add_modes(elements, 1, 'give fewer elements', need)
-   end subroutine needs_of_precision
+   end subroutine memory_need_of_precision
 
    !> Compute the study, write the results file and print the tables.
    subroutine run_precision_scene(scene, job, error)
@@ -122,7 +122,7 @@ contains
       if (allocated(error)) return
       task%action = task_run
       task%output = full_output()
-      task%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       call task%run(error)
       if (allocated(error)) return
       writing%folder = folder

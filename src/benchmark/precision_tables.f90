@@ -6,7 +6,7 @@ module precision_tables
    use number_text, only: to_text
    use precision_types, only: motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_names, &
       varied_step
-   use scene_types, only: contender_exact, contender_names, mass_names, scene_t
+   use scene_types, only: integrator_exact, integrator_names, mass_names, scene_t
    use solver_precision, only: rounding_start
    implicit none (type, external)
    private
@@ -43,13 +43,13 @@ contains
          'v_1', 'history', 'energy', 'impulse', 'ledger', 'seconds', '  quartiles'
       do i = 1, size(study%motion)
          associate (entry => study%motion(i), errors => study%motion(i)%errors)
-            if (allocated(study%beam) .and. entry%varied == varied_mesh .and. entry%contender /= contender_exact) cycle
+            if (allocated(study%beam) .and. entry%varied == varied_mesh .and. entry%contender /= integrator_exact) cycle
             if (entry%failure /= '') then
-               write (unit, '(2x, a22, a16, es10.1, 2x, a)') contender_names(entry%contender), &
+               write (unit, '(2x, a22, a16, es10.1, 2x, a)') integrator_names(entry%contender), &
                   varied_names(entry%varied), value_of(entry), trim(entry%failure)
                cycle
             end if
-            name = contender_names(entry%contender)(:len(name))
+            name = integrator_names(entry%contender)(:len(name))
             if (allocated(study%beam) .and. entry%varied == varied_mesh) name = scheme_name(entry)
             write (unit, numbers) name(:22), adjustr(varied_names(entry%varied)(:16)), &
                value_of(entry), &
@@ -107,7 +107,7 @@ contains
          write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', "the step's", "the mesh's", 'both'
          do i = 1, size(entries)
             if (entries(i)%varied == varied_step) write (unit, '(2x, a22, 4es12.1)') &
-               contender_names(entries(i)%contender), entries(i)%step, error_contributions(entries, i)
+               integrator_names(entries(i)%contender), entries(i)%step, error_contributions(entries, i)
          end do
       end associate
 
@@ -122,7 +122,7 @@ contains
          if (number > 0) then
             associate (entry => study%motion(number))
                write (text, '(es8.2, i6)') 1.0e3_wp*entry%whole%median, entry%elements
-               if (entry%contender /= contender_exact) write (text(15:), '(es9.1)') entry%step
+               if (entry%contender /= integrator_exact) write (text(15:), '(es9.1)') entry%step
             end associate
          end if
          text = adjustr(text)

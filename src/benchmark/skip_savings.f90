@@ -2,11 +2,12 @@
 !> is executed without and with each skip, and the results are compared.
 module skip_savings
    use command_line, only: argument_t
+   use compliant_stop, only: impedance_t, compliant_stop_t
+   use constrained_sets, only: free_beam_t
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use damped_oscillators, only: damping_order, make_oscillators
    use failures, only: failure_t
    use free_modes, only: find_free_modes
-   use constrained_sets, only: free_beam_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use mode_choice, only: rates_of_modes
@@ -19,12 +20,11 @@ module skip_savings
    use response_types, only: response_t
    use results_file, only: write_results
    use run_settings, only: output_settings_t, run_settings_t, strict_mode_tolerance
-   use scene_beam_model, only: run_of
-   use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
+   use scene_beam_model, only: run_settings_of
+   use scene_types, only: integrator_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
    use stop_laws, only: make_compliant_stop
    use timed_tasks, only: measure_time
-   use compliant_stop, only: impedance_t, compliant_stop_t
    implicit none (type, external)
    private
    public :: measure_savings
@@ -81,7 +81,7 @@ contains
       allocate (measured%savings(0))
       call prepare_task(scene, scene%mesh%elements, measured%base, measured%error, with_modes=.true.)
       measured%base%folder = folder
-      measured%base%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      measured%base%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       measured%base%action = task_motion
       if (scene%beam%shape == shape_taper) call measure_quadrature(measured)
       call measure_eigen_solve(measured)
@@ -382,7 +382,7 @@ contains
 
       call make_compliant_stop(self%scene%stop, stop)
       if (allocated(stop)) impedance = stop%impedance_t
-      settings = run_of(self%scene)
+      settings = run_settings_of(self%scene)
       associate (free => self%modes, rate => rates_of_modes(settings, self%modes%square))
          order = damping_order(free%square, settings%zeta, rate)
          call make_oscillators(free%square(order), settings%zeta, beam%oscillators, rate(order))

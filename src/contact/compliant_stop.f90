@@ -9,7 +9,7 @@ module compliant_stop
    implicit none (type, external)
    private
    public :: impedance_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
-   public :: holds
+   public :: is_rigid_stop
 
    !> Impedance of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s tau).
    type :: impedance_t
@@ -86,12 +86,12 @@ module compliant_stop
 contains
 
    !> Is the stop rigid, with zero stiffness standing for infinite stiffness?
-   elemental function holds(impedance) result(answer)
+   elemental function is_rigid_stop(impedance) result(answer)
       class(impedance_t), intent(in) :: impedance
       logical :: answer
 
       answer = impedance%stiffness <= 0.0_wp
-   end function holds
+   end function is_rigid_stop
 
    !> P = k u + P2.
    elemental function contact_force(stop, indentation, branch_force) result(force)

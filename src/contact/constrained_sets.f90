@@ -218,7 +218,7 @@ contains
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
-         ! the flexibility of slow modes would hide that of the others
+            ! the flexibility of slow modes would hide that of the others
          else if (any(square < slow_frequency**2)) then
             no_load = (0.0_wp, 0.0_wp)
             call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &

@@ -5,7 +5,7 @@ module contact_rows
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: contact_row_t, along, set_along, band
+   public :: contact_row_t, row_value, set_row_value, band
 
    !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
@@ -20,23 +20,23 @@ module contact_rows
 contains
 
    !> Value w . x of the row for a vector of degrees of freedom: the component of the vector normal to the contact.
-   pure function along(row, vector) result(value)
+   pure function row_value(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
       !> x, padded, [-2 : order + 3]
       real(wp), intent(in) :: vector(1 - band:)
       real(wp) :: value
 
       value = row%sign*vector(row%dof)
-   end function along
+   end function row_value
 
    !> Set w . x to a value that it differs from by rounding errors only.
-   pure subroutine set_along(row, value, vector)
+   pure subroutine set_row_value(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value
       !> x, padded
       real(wp), intent(inout) :: vector(1 - band:)
 
       vector(row%dof) = row%sign*value
-   end subroutine set_along
+   end subroutine set_row_value
 
 end module contact_rows

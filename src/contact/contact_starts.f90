@@ -6,8 +6,8 @@ module contact_starts
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use number_text, only: to_text
-   use stop_laws, only: static_stiffness
    use stop_contacts, only: penetrates, contact_t
+   use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts

@@ -2,12 +2,12 @@
 !> between an opening of a contact and its next closing; a phase is the motion between two events of any contact or
 !> load.
 module contact_states
+   use compliant_stop, only: impedance_t, compliant_stop_t
    use kinds, only: wp
    use run_settings, only: law_spring_damper
    use spring_damper_stop, only: make_node_spring
-   use stop_laws, only: is_rigid, make_compliant_stop
    use stop_contacts, only: contact_t
-   use compliant_stop, only: impedance_t, compliant_stop_t
+   use stop_laws, only: is_rigid, make_compliant_stop
    implicit none (type, external)
    private
    public :: contact_state_t, make_contact_state, add_massless_node, node_motion_at, has_rigid_stop, impedance_of
@@ -36,7 +36,7 @@ module contact_states
       !> itself is nonzero. Closed contact: the same for the force
       integer :: start_order = 0
       !> Indentation u of the stop and force P2 of the Maxwell branch at the start of the next phase
-      real(wp) :: depth = 0.0_wp
+      real(wp) :: indentation = 0.0_wp
       real(wp) :: branch_force = 0.0_wp
       !> The present flight is a capture if its gap never exceeds this tolerance; 0: no capture is possible.
       !> `is_new_flight`: the flight began with the present phase. `is_low`: the gap has not exceeded the tolerance so
@@ -118,7 +118,7 @@ contains
 
       node = 0.0_wp
       if (.not. state%is_node) return
-      if (state%spring%recovery_rate < huge(1.0_wp)) node = [1.0_wp, -state%spring%recovery_rate]*state%depth &
+      if (state%spring%recovery_rate < huge(1.0_wp)) node = [1.0_wp, -state%spring%recovery_rate]*state%indentation &
          *exp(-state%spring%recovery_rate*time)
    end function node_motion_at
 
@@ -132,23 +132,23 @@ contains
       real(wp) :: before
 
       if (.not. allocated(state%spring) .or. state%is_closed .or. state%moves_with_beam) return
-      if (.not. state%depth > 0.0_wp) return
+      if (.not. state%indentation > 0.0_wp) return
       before = energy_in(state)
-      call set_indentation(state, state%depth*exp(-state%spring%recovery_rate*time))
+      call set_indentation(state, state%indentation*exp(-state%spring%recovery_rate*time))
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover
 
    !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0. The indentation remains zero if
    !> the stop recovers instantaneously.
-   elemental subroutine set_indentation(state, depth)
+   elemental subroutine set_indentation(state, indentation)
       type(contact_state_t), intent(inout) :: state
       !> Indentation u
-      real(wp), intent(in) :: depth
+      real(wp), intent(in) :: indentation
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
-         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%moves_with_beam .or. &
+         state%indentation = merge(max(indentation, 0.0_wp), 0.0_wp, has_branch .or. state%moves_with_beam .or. &
             (state%is_node .and. state%spring%recovery_rate < huge(1.0_wp)))
-         state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
+         state%branch_force = merge(-state%spring%stiffness*state%indentation, 0.0_wp, has_branch)
       end associate
    end subroutine set_indentation
 
@@ -159,7 +159,7 @@ contains
       real(wp), intent(in) :: velocity
       real(wp) :: force
 
-      force = state%spring%stiffness*state%depth + state%branch_force - state%spring%viscosity*velocity
+      force = state%spring%stiffness*state%indentation + state%branch_force - state%spring%viscosity*velocity
    end function force_in
 
    !> Record those components of the contact states that change during a phase, at the start of the phase.
@@ -169,7 +169,7 @@ contains
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states
-      at_start%depth = states%depth
+      at_start%indentation = states%indentation
       at_start%branch_force = states%branch_force
       at_start%is_closed = states%is_closed
       at_start%is_deformed = states%is_deformed
@@ -181,7 +181,7 @@ contains
       real(wp) :: energy
 
       energy = 0.0_wp
-      if (allocated(state%spring)) energy = state%spring%energy(state%depth, state%branch_force)
+      if (allocated(state%spring)) energy = state%spring%energy(state%indentation, state%branch_force)
    end function energy_in
 
 end module contact_states

@@ -9,10 +9,10 @@
 !> separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix without that mode, so that
 !> nothing cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation
+   use compliant_stop, only: is_rigid_stop, impedance_t
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, abs1
    use small_equations, only: eliminate
-   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, numerators
@@ -75,7 +75,7 @@ contains
       problem%two_zeta = 2.0_wp*zeta
       problem%poles = 2*size(square) + count(spring%branch_stiffness > 0.0_wp)
       ! each rigid stop removes one mode
-      problem%roots = problem%poles - 2*count(holds(spring))
+      problem%roots = problem%poles - 2*count(is_rigid_stop(spring))
       problem%spring = spring
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
@@ -106,7 +106,7 @@ contains
             problem%product(:, pair) = value(:, j)*value(:, k)
          end do
       end do
-      problem%crowded = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
+      problem%is_clustered = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_coupled_equation
 
    !> Evaluate the equation at one s. The separated mode is that with the nearest pole or, if none is given, that which
@@ -303,7 +303,7 @@ contains
 
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j))
-            if (holds(spring)) then
+            if (is_rigid_stop(spring)) then
                n(j) = 0.0_wp
                n_slope(j) = 0.0_wp
                m(j) = 1.0_wp

@@ -4,18 +4,18 @@
 !> Laplace transform as amplitudes. The beam is given in its free modes, or in its constrained modes if rigid contacts
 !> are closed, too.
 module coupled_modes
-   use damped_oscillators, only: oscillators_t
-   use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
-   use failures, only: fail, failure_t, status_run_failed
+   use compliant_stop, only: is_rigid_stop, impedance_t
+   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
    use coupled_roots, only: find_coupled_roots
    use coupled_terms, only: enlarge_terms, coupled_amplitudes, coupled_modes_t, allocate_terms, sort_terms, &
       pad_terms, terms_at
-   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
+   use damped_oscillators, only: oscillators_t
+   use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
+   use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use point_forces, only: find_point_forces
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
-   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: coupled_modes_t, make_coupled_modes, coupled_amplitudes, terms_at
@@ -183,7 +183,7 @@ contains
 
       no_load = (0.0_wp, 0.0_wp)
       flexibility = (0.0_wp, 0.0_wp)
-      where (.not. holds(spring)) flexibility = 1.0_wp/spring%stiffness
+      where (.not. is_rigid_stop(spring)) flexibility = 1.0_wp/spring%stiffness
       allocate (modes%static_force(size(spring), size(spring)), modes%static_shape(size(square), size(spring)))
       do k = 1, size(spring)
          heights = (0.0_wp, 0.0_wp)
@@ -365,7 +365,7 @@ contains
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
-            if (holds(spring)) cycle
+            if (is_rigid_stop(spring)) cycle
             terms = problem%value(:, j)*modes%shape(active, place)
             u = -sum(terms)
             s_plus_rate = 1.0_wp

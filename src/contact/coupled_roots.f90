@@ -1,11 +1,11 @@
 !> Exponents of the motion of a beam with several closed compliant contacts: the roots of the equation in
 !> `coupled_equation`, all found simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
 module coupled_roots
+   use compliant_stop, only: is_rigid_stop
    use constrained_modes, only: constrain
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, vectors_at
    use kinds, only: wp
    use pole_offsets, only: distances, root_distances, abs1, sum_of_inverses
-   use compliant_stop, only: holds
    implicit none (type, external)
    private
    public :: find_coupled_roots
@@ -227,7 +227,7 @@ contains
          ! the branch acts as a spring for motion faster than its relaxation
          if (fastest > problem%spring(k)%relaxation_rate) stiffness = stiffness + problem%spring(k)%branch_stiffness
          flexibility = 0.0_wp
-         if (.not. holds(problem%spring(k))) flexibility = 1.0_wp/stiffness
+         if (.not. is_rigid_stop(problem%spring(k))) flexibility = 1.0_wp/stiffness
          call constrain(square, value(:, k), flexibility, new_square, change, reaction)
          square = new_square
          value = matmul(transpose(change), value)
@@ -262,7 +262,7 @@ contains
       end do
       offset = s - problem%pole(near)
       do j = 1, size(s)
-         if (problem%crowded(near(j))) then
+         if (problem%is_clustered(near(j))) then
             ! poles in the cluster: start at a small fraction of their distance from -1/(2 zeta)
             offset(j) = 0.05_wp*problem%relative(near(j))/problem%two_zeta
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then

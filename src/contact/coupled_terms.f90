@@ -1,11 +1,11 @@
 !> Terms exp(s t) of the motion of a beam with several closed compliant contacts: their exponents, shapes, amplitudes,
 !> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
+   use compliant_stop, only: impedance_t
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
    use sorting, only: ascending_order
-   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: coupled_modes_t, allocate_terms, enlarge_terms, sort_terms, pad_terms, coupled_amplitudes, terms_at

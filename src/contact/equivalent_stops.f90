@@ -6,9 +6,9 @@
 !> S, and the forces P of the stops act on the modes as the forces S P of the equivalent stops. The remaining branch
 !> forces P2 with S P2 = 0 act on no mode and relax independently (docs/theory.md, section 17).
 module equivalent_stops
+   use compliant_stop, only: impedance_t
    use kinds, only: wp
    use lapack_interfaces, only: dsygv
-   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: equivalent_stops_t, find_equivalent_stops

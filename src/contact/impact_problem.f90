@@ -8,7 +8,8 @@ module impact_problem
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impact_contact_t, rebounds, comes_to_rest, holds, unchanged, is_hit, is_arrested, gets_impulse, is_released
+   public :: impact_contact_t, rebounds, comes_to_rest, stays_closed, unchanged, is_hit, is_arrested, gets_impulse, &
+      is_released
    public :: max_rounds, add_impact_contact, find_impulses, find_nodal_impulse, outcome_of
 
    !> Maximum number of problems at one instant; in the last one every contact that the beam touches comes to rest.
@@ -16,10 +17,10 @@ module impact_problem
 
    !> Role of a contact in the problem. `rebounds`: the contact rebounds by its coefficient of restitution, and takes
    !> part only if the beam approaches it. `comes_to_rest`: no restitution, also if the beam separates from the contact
-   !> (capture). `holds`: the contact is closed already.
+   !> (capture). `stays_closed`: the contact is closed already.
    integer, parameter :: rebounds = 1
    integer, parameter :: comes_to_rest = 2
-   integer, parameter :: holds = 3
+   integer, parameter :: stays_closed = 3
 
    !> Outcome for a contact: unchanged; an impact; a capture; an impulse on a closed contact; or a release, without an
    !> impulse of its own. If the contact has received an impulse, the outcome equals its role, so the constants are
@@ -27,7 +28,7 @@ module impact_problem
    integer, parameter :: unchanged = 0
    integer, parameter :: is_hit = rebounds
    integer, parameter :: is_arrested = comes_to_rest
-   integer, parameter :: gets_impulse = holds
+   integer, parameter :: gets_impulse = stays_closed
    integer, parameter :: is_released = 4
 
    !> A rigid contact in the impact problem.
@@ -35,7 +36,7 @@ module impact_problem
       !> Index among all contacts
       integer :: contact = 0
       !> Role in the problem, one of the constants above
-      integer :: part = rebounds
+      integer :: role = rebounds
       real(wp) :: restitution = 0.0_wp
       !> Normal velocity of the beam, positive away from the contact, before and after the impulse
       real(wp) :: before = 0.0_wp
@@ -49,11 +50,11 @@ contains
 
    !> Add a contact that the beam touches to the problem, unless it would rebound and the beam separates from it. The
    !> normal velocity at a closed contact is exactly zero.
-   pure subroutine add_impact_contact(contact, part, velocity, restitution, struck, count)
+   pure subroutine add_impact_contact(contact, role, velocity, restitution, struck, count)
       !> Index among all contacts
       integer, intent(in) :: contact
       !> Role in the problem, one of the constants above
-      integer, intent(in) :: part
+      integer, intent(in) :: role
       !> Normal velocity of the beam, positive away from the contact
       real(wp), intent(in) :: velocity
       real(wp), intent(in) :: restitution
@@ -61,10 +62,10 @@ contains
       !> Number of contacts in the problem
       integer, intent(inout) :: count
 
-      if (part == rebounds .and. velocity > 0.0_wp) return
+      if (role == rebounds .and. velocity > 0.0_wp) return
       count = count + 1
-      struck(count) = impact_contact_t(contact, part, merge(restitution, 0.0_wp, part == rebounds), &
-         merge(0.0_wp, velocity, part == holds))
+      struck(count) = impact_contact_t(contact, role, merge(restitution, 0.0_wp, role == rebounds), &
+         merge(0.0_wp, velocity, role == stays_closed))
    end subroutine add_impact_contact
 
    !> Solve for impulses Lambda >= 0 complementary to w+ + eps w- >= 0, with the normal velocities w- before and w+ = w-
@@ -108,7 +109,7 @@ contains
 
       outcome = unchanged
       if (struck%impulse > 0.0_wp) then
-         outcome = struck%part
+         outcome = struck%role
       else if (struck%after > noise) then
          outcome = is_released
       end if

@@ -4,8 +4,8 @@
 !> then on spring and damper balance each other without contact force, and the surface moves with the beam. The branch
 !> force P2 = c u' is that of the damper.
 module spring_damper_stop
-   use kinds, only: lambda1_power4, wp
    use compliant_stop, only: stop_step_t, compliant_stop_t
+   use kinds, only: lambda1_power4, wp
    implicit none (type, external)
    private
    public :: spring_damper_t, make_spring_damper, make_node_spring

@@ -5,11 +5,11 @@ module static_states
    use beam_model, only: beam_model_t
    use contact_starts, only: find_static_forces
    use failures, only: fail, failure_t, status_bad_input
-   use support_coordinates, only: supported_beam_t
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
    use static_shapes, only: make_elastic_beam, unit_shape
    use stop_contacts, only: active_contacts, penetrates, contact_t
+   use support_coordinates, only: supported_beam_t
    implicit none (type, external)
    private
    public :: find_static_start, find_static_rest

@@ -1,10 +1,10 @@
 !> Contact laws of the stops as the run settings select them: rigid with a coefficient of restitution, or compliant.
 module stop_laws
+   use compliant_stop, only: compliant_stop_t
    use kinds, only: lambda1_power4, wp
    use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
    use spring_damper_stop, only: make_spring_damper
    use three_element_stop, only: make_three_element
-   use compliant_stop, only: compliant_stop_t
    implicit none (type, external)
    private
    public :: is_rigid, static_stiffness, make_compliant_stop

@@ -4,8 +4,8 @@
 !> The branch force P2 follows from dP2/dtau + nu P2 = beta k du/dtau, with u the indentation and nu = beta k/c the
 !> relaxation rate. The force of the stop is P = k u + P2.
 module three_element_stop
-   use kinds, only: lambda1_power4, wp
    use compliant_stop, only: contact_force, stop_step_t, compliant_stop_t
+   use kinds, only: lambda1_power4, wp
    implicit none (type, external)
    private
    public :: three_element_t, make_three_element, branch_decay, branch_gain, recovery_factor

@@ -1,13 +1,13 @@
 !> Opening and closing of contacts during a motion, and the start of the flight that follows an opening: the motion of
 !> a stop point (the point of the beam at a stop) while its contact is open.
 module contact_changes
+   use contact_states, only: node_motion_at
+   use contact_values, only: event_of, force_of, velocity_of
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, &
       event_t, response_t
-   use contact_states, only: node_motion_at
-   use contact_values, only: event_of, force_of, velocity_of
    implicit none (type, external)
    private
    public :: detach_contact, open_contact, start_flight, close_contact, check_dampers
@@ -32,7 +32,7 @@ contains
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
             call start_flight(self, k, 1, 0.0_wp)
-            state%is_deformed = state%moves_with_beam .and. state%depth > 0.0_wp
+            state%is_deformed = state%moves_with_beam .and. state%indentation > 0.0_wp
          end if
       end associate
    end subroutine detach_contact
@@ -85,7 +85,7 @@ contains
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          ! between contacts a stop with spring and damper is undeformed
-         if (state%moves_with_beam .and. .not. state%is_deformed) state%depth = 0.0_wp
+         if (state%moves_with_beam .and. .not. state%is_deformed) state%indentation = 0.0_wp
          if (state%is_node) then
             ! the massless node returns to the position given by the modes, without an impact because it has no mass
             node = node_motion_at(state, 0.0_wp)

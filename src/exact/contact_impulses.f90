@@ -3,16 +3,16 @@
 !> bring a stop point (the point of the beam at a stop) to rest.
 module contact_impulses
    use complementarity, only: solve_active
+   use contact_changes, only: start_flight
    use contact_measures, only: measure_impulse
-   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, gets_impulse, &
+   use contact_values, only: modal_product, event_of, velocity_rounding, velocity_of
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, stays_closed, is_hit, gets_impulse, &
       is_released, outcome_of, rebounds, impact_contact_t, add_impact_contact
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_closed_impulse, event_impact, event_release, event_t, response_t
    use run_recorder, only: charge_event
-   use contact_changes, only: start_flight
-   use contact_values, only: modal_product, event_of, velocity_rounding, velocity_of
    use tangent_columns, only: reflect_columns
    implicit none (type, external)
    private
@@ -148,14 +148,14 @@ contains
 
    contains
 
-      !> Role of a contact in the impact problem: one of `rebounds`, `comes_to_rest` and `holds`.
-      pure function role_of(k) result(part)
+      !> Role of a contact in the impact problem: one of `rebounds`, `comes_to_rest` and `stays_closed`.
+      pure function role_of(k) result(role)
          integer, intent(in) :: k
-         integer :: part
+         integer :: role
 
-         part = rebounds
-         if (captures(k)%is_captured) part = comes_to_rest
-         if (self%states(k)%is_closed) part = holds
+         role = rebounds
+         if (captures(k)%is_captured) role = comes_to_rest
+         if (self%states(k)%is_closed) role = stays_closed
       end function role_of
    end subroutine solve_impact
 
@@ -174,10 +174,10 @@ contains
 
       associate (k => struck%contact, capture => captures(struck%contact))
          noise = 0.0_wp
-         if (struck%part /= rebounds) noise = velocity_rounding(self, k, motion)
+         if (struck%role /= rebounds) noise = velocity_rounding(self, k, motion)
          outcome = outcome_of(struck, noise)
-         select case (struck%part)
-         case (holds)
+         select case (struck%role)
+         case (stays_closed)
             if (outcome == gets_impulse) call record_impulse(event_closed_impulse, struck%before, struck%impulse, &
                struck%energy_change)
             if (outcome == is_released) call record_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)

@@ -6,15 +6,17 @@
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
    use contact_sets, only: find_end_terms, point_response, prepare_losses
+   use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
+      contact_state_t
+   use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: phasor_of
+   use forced_responses, only: find_rows_at
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
-   use coupled_modes, only: terms_at
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
    use motion_phases, only: found_segment_end, found_cancelled, motion_t, phase_t
-   use forced_responses, only: find_rows_at
    use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, update_indentation, recover_contact
    use phase_rows, only: can_search_rows, search_contacts
@@ -28,8 +30,6 @@ module contact_phase
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: record_modes, state_at
    use section_types, only: section_state_t
-   use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
-      contact_state_t
    use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
    implicit none (type, external)
    private
@@ -390,7 +390,7 @@ contains
                call update_indentation(self%now, place, time, term, now%states(k))
                if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                ! the force vanishes: the branch force follows from the indentation
-               if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%depth)
+               if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%indentation)
             else
                call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), &
                   time, &
@@ -430,7 +430,7 @@ contains
       associate (constrained => self%now%set%constrained, state => self%now%states(self%ended_at))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
          displacement = sum(constrained%value(:, self%ended_at)*self%interval%z_end)
-         correction = -state%depth - constrained%static_gap(self%ended_at) - displacement
+         correction = -state%indentation - constrained%static_gap(self%ended_at) - displacement
          if (state%is_rigid .and. correction < min_correction) return
          associate (shape => point_response(self%now%set, self%ended_at, constrained%oscillators%square))
             force = correction/sum(constrained%value(:, self%ended_at)*shape)

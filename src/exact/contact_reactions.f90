@@ -3,17 +3,17 @@
 !> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes, b their values at a contact.
 module contact_reactions
    use complementarity, only: solve_complementarity
+   use contact_changes, only: close_contact
+   use contact_states, only: reactions_t
+   use contact_values, only: modal_product, force_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, &
+      velocity_of, &
+      compliant_forces
    use damped_oscillators, only: acceleration_of => acceleration
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use motion_phases, only: motion_t
    use phase_state, only: find_load, phase_state_t
    use response_types, only: response_t
-   use contact_changes, only: close_contact
-   use contact_states, only: reactions_t
-   use contact_values, only: modal_product, force_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, &
-      velocity_of, &
-      compliant_forces
    implicit none (type, external)
    private
    public :: find_reactions, opening_orders, resolve_touched_contacts
@@ -283,7 +283,7 @@ contains
          associate (state => self%states(k))
             if (state%is_rigid .or. .not. answer) cycle
             answer = .not. (state%is_deformed .or. abs(state%branch_force) > 0.0_wp .or. &
-               (state%depth > 0.0_wp .and. .not. state%is_closed))
+               (state%indentation > 0.0_wp .and. .not. state%is_closed))
          end associate
       end do
    end function is_at_rest

@@ -3,19 +3,19 @@
 !> exp(s t). If each mode has its own damping ratio, rigid contacts also apply forces, to the free modes (section 18). A
 !> set is made at first use and cached.
 module contact_sets
-   use damped_oscillators, only: propagate, sampler_t, step_matrices_t
-   use failures, only: failure_t
+   use compliant_stop, only: is_rigid_stop, impedance_t
    use constrained_sets, only: damp_constrained_set, free_beam_t, constrained_set_t, make_constrained_set, &
       find_static_state
    use coupled_modes, only: coupled_modes_t, make_coupled_modes, terms_at
+   use damped_oscillators, only: propagate, sampler_t, step_matrices_t
+   use failures, only: failure_t
+   use forced_responses, only: unit_responses_t
    use kinds, only: wp
    use modal_signal, only: modal_state_t
-   use forced_responses, only: unit_responses_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, energy_over
    use row_basis, only: row_basis_t
    use signal_integrals, only: squares_t
    use small_equations, only: solve_small
-   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: contact_set_t, set_store_t, start_sets, find_set, losses_in, find_end_terms, state_in, state_of_terms
@@ -342,8 +342,8 @@ contains
       associate (value => set%constrained%value)
          shape = value(:, k)/divisor
          if (size(set%compliant) == 0) return
-         if (.not. any(holds(set%coupled%spring))) return
-         allocate (rigid, source=pack(set%compliant, holds(set%coupled%spring)))
+         if (.not. any(is_rigid_stop(set%coupled%spring))) return
+         allocate (rigid, source=pack(set%compliant, is_rigid_stop(set%coupled%spring)))
          allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
          do j = 1, size(rigid)
             force(j, 1) = -sum(value(:, rigid(j))*shape)

@@ -2,11 +2,11 @@
 !> errors. A gap is the distance of the stop point (the point of the beam at a stop) from the undeformed contact
 !> surface, positive away from the surface.
 module contact_values
+   use contact_states, only: force_in
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: event_t
-   use contact_states, only: force_in
    implicit none (type, external)
    private
    public :: modal_product, event_of, gap_of, gap_to_undeformed, velocity_of, gap_rounding, velocity_rounding, force_of
@@ -40,7 +40,7 @@ contains
       real(wp) :: gap
 
       gap = gap_to_undeformed(self, k, q)
-      if (self%states(k)%is_node) gap = gap + self%states(k)%depth
+      if (self%states(k)%is_node) gap = gap + self%states(k)%indentation
    end function gap_of
 
    !> Gap of a contact by the displacement of the modes alone, without the displacement of a massless node.

@@ -4,13 +4,15 @@ module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
    use complementarity, only: solve_complementarity
+   use constrained_sets, only: free_beam_t
    use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
+   use contact_states, only: energy_in, make_contact_state, has_rigid_stop, add_massless_node, contact_state_t
+   use contact_values, only: gap_to_undeformed
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
    use free_modes, only: free_modes_t
-   use constrained_sets, only: free_beam_t
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: rates_of_modes
@@ -27,8 +29,6 @@ module exact_start
    use section_states, only: restore_state
    use section_types, only: run_sections_t
    use stop_contacts, only: active_contacts, contact_t, contacts_of
-   use contact_states, only: energy_in, make_contact_state, has_rigid_stop, add_massless_node, contact_state_t
-   use contact_values, only: gap_to_undeformed
    use tangent_columns, only: allocate_tangent, tangent_t
    implicit none (type, external)
    private
@@ -167,9 +167,9 @@ contains
          associate (state => now%states(k))
             ! also marks a rigid contact with a force, which `begin_contacts_at_start` closes
             state%is_deformed = forces(k) > 0.0_wp
-            if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
+            if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%indentation = forces(k)/state%spring%stiffness
             ! a massless node is displaced by the static force that holds the beam before its release
-            if (state%is_node) state%depth = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
+            if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
       end do
@@ -188,8 +188,8 @@ contains
       ! a damped node relaxes at a finite rate
       if (state%spring%recovery_rate < huge(1.0_wp)) return
       before = energy_in(state)
-      state%depth = max(0.0_wp, -gap)
-      state%is_deformed = state%depth > 0.0_wp
+      state%indentation = max(0.0_wp, -gap)
+      state%is_deformed = state%indentation > 0.0_wp
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
    end subroutine release_node
 

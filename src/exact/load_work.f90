@@ -3,11 +3,11 @@
 !> vibration of the modes, or terms exp(s t) if compliant contacts are closed. The work is the sum of the works on both.
 !> W is the frequency of a mode, w that of a load harmonic, and ' is d/dtau.
 module load_work
-   use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
    use coupled_modes, only: terms_at
+   use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
+   use forced_responses, only: by_constant, by_harmonic
    use kinds, only: wp
    use load_courses, only: load_segment_t
-   use forced_responses, only: by_constant, by_harmonic
    use phase_state, only: phase_state_t
    use power_integrals, only: find_span, integral, span_t, energy_over
    implicit none (type, external)
@@ -280,7 +280,7 @@ contains
                cmplx(forced%constant(row), 0.0_wp, wp)])
          else
             factor = spring%viscosity
-            row = set%forced%at%depths + set%compliant(place)
+            row = set%forced%at%indentations + set%compliant(place)
             allocate (amplitude, source=[coupled%exponent*coupled%indentation(place, :)*self%amplitude, &
                cmplx(0.0_wp, forced%frequency, wp)*forced%harmonic(row, :), cmplx(forced%slope(row), 0.0_wp, wp)])
          end if

@@ -5,6 +5,7 @@ module modal_starts
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
    use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
+   use contact_states, only: contact_state_t
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: wp
@@ -13,7 +14,6 @@ module modal_starts
       start_table, start_velocity
    use phase_state, only: phase_state_t
    use point_forces, only: find_point_forces, slow_frequency
-   use contact_states, only: contact_state_t
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility

@@ -16,7 +16,7 @@ module moment_signals
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use moment_places, only: gather_places, moment_places_t
+   use moment_places, only: find_place_weights, place_weights_t
    use phase_state, only: set_reaction_state, phase_state_t
    use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
@@ -56,11 +56,11 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(moments_t), intent(out) :: moments
 
-      type(moment_places_t) :: places
+      type(place_weights_t) :: places
       real(wp), allocatable :: static(:, :)
       integer :: k
 
-      call gather_places(model, settings, loads, places)
+      call find_place_weights(model, settings, loads, places)
       allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
       allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
       call move_alloc(places%load, moments%load)

@@ -2,10 +2,11 @@
 !> statistics, evaluate: values, maxima, integrals and energies in closed form.
 module phase_intervals
    use certified_search, only: search_t, transformable_signal_t
+   use contact_states, only: energy_in, has_rigid_stop, contact_state_t
+   use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy
    use driven_modes, only: driven_mode_at, integral_of, integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
-   use coupled_modes, only: terms_at
    use kinds, only: wp
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
@@ -22,7 +23,6 @@ module phase_intervals
    use row_signals, only: node_at_time, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_last_exceedance, peak_tolerance
-   use contact_states, only: energy_in, has_rigid_stop, contact_state_t
    implicit none (type, external)
    private
    public :: phase_interval_t
@@ -127,7 +127,7 @@ contains
       else if (self%now%states(k)%is_rigid) then
          gap_bound = self%searches(k)%ceiling
       else if (allocated(self%at_start)) then
-         gap_bound = max(self%searches(k)%ceiling, self%at_start(k)%depth)
+         gap_bound = max(self%searches(k)%ceiling, self%at_start(k)%indentation)
       end if
    end function gap_bound
 
@@ -271,7 +271,8 @@ contains
          if (allocated(curve%signal)) deallocate (curve%signal)
          allocate (curve%signal, source=signal)
          curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_deformed)
-         if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= settling_level
+         if (allocated(self%at_start)) curve%is_above = curve%is_above &
+            .and. self%at_start(k)%indentation <= settling_level
          curve%known_above = 0.0_wp
          if (has_history(self, k)) then
             associate (history => self%now%history)
@@ -374,15 +375,15 @@ contains
       logical, intent(out) :: is_at_end
 
       ! minus the gap, and the result of its search
-      class(transformable_signal_t), allocatable :: depth
+      class(transformable_signal_t), allocatable :: indentation
       real(wp) :: last_negative
       logical :: ends_negative
 
       call find_last_exceedance(self%signal, self%length, level, time, is_at_end, &
          merge(self%known_above, 0.0_wp, level <= settling_level))
       if (self%is_above .and. level >= settling_level) return
-      call self%signal%transform(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
-      call find_last_exceedance(depth, self%length, level, last_negative, ends_negative)
+      call self%signal%transform(0.0_wp, -1.0_wp, 0.0_wp, 0, indentation)
+      call find_last_exceedance(indentation, self%length, level, last_negative, ends_negative)
       time = max(time, last_negative)
       is_at_end = is_at_end .or. ends_negative
    end subroutine last_exceedance

@@ -2,13 +2,13 @@
 !> compliant contacts at a time in the phase (docs/theory.md, sections 17 and 18).
 module phase_losses
    use contact_sets, only: losses_in
+   use contact_states, only: energy_in, set_indentation, recover, contact_state_t
    use damped_oscillators, only: elastic_and_viscous, modal_energy
    use driven_signal, only: phasor_of
+   use forced_responses, only: forced_rows_at
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
-   use forced_responses, only: forced_rows_at
    use phase_state, only: phase_state_t
-   use contact_states, only: energy_in, set_indentation, recover, contact_state_t
    implicit none (type, external)
    private
    public :: find_losses, force_at, update_indentation, recover_contact
@@ -27,7 +27,7 @@ contains
       if (self%loads%count == 0) return
       associate (set => self%set%forced, forced => self%forced)
          driven = [forced_rows_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
-            forced_rows_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
+            forced_rows_at(set, forced, set%at%indentations + k, set%at%indentations + k, time, 0), &
             forced_rows_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
    end function load_response_of
@@ -122,7 +122,7 @@ contains
 
       associate (set => self%set)
          driven = load_response_of(self, set%compliant(place), time)
-         state%depth = set%rest_force(place)/state%spring%stiffness &
+         state%indentation = set%rest_force(place)/state%spring%stiffness &
             + sum(real(set%coupled%indentation(place, :)*term, wp)) + driven(2)
          state%branch_force = sum(real(set%coupled%branch(place, :)*term, wp)) + driven(3)
       end associate

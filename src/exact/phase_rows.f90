@@ -3,6 +3,8 @@
 !> so finds the contact that ends the phase (docs/theory.md, section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
+   use compliant_stop, only: is_rigid_stop, impedance_t
+   use contact_states, only: impedance_of
    use damped_oscillators, only: lanes
    use kinds, only: wp
    use motion_intervals, only: output_row_t
@@ -11,8 +13,6 @@ module phase_rows
    use row_basis, only: make_row_basis, set_row
    use row_search, only: search_rows
    use row_signals, only: max_nodes, row_signal_t
-   use contact_states, only: impedance_of
-   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
@@ -73,7 +73,7 @@ contains
             if (.not. set%is_closed(k)) cycle
             spring = impedance_of(self%states(k))
             ! the force k u + c u' of spring and damper is a combination of gap and gap rate
-            if (any(set%compliant == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. holds(spring)) cycle
+            if (any(set%compliant == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. is_rigid_stop(spring)) cycle
             rows = rows + 1
             set%force_row(k) = rows
          end do
@@ -237,7 +237,7 @@ contains
       is = self%set%gap_row(k) > 0
       if (kind == end_force) return
       associate (state => self%states(k))
-         if (kind == end_gap) is = is .and. (state%moves_with_beam .or. .not. state%depth > 0.0_wp)
+         if (kind == end_gap) is = is .and. (state%moves_with_beam .or. .not. state%indentation > 0.0_wp)
          if (kind == observed_gap) is = is .and. .not. (state%is_node .and. self%node_depth > 0.0_wp)
       end associate
    end function is_row

@@ -108,7 +108,7 @@ contains
          ! the search stores the state at its last instant, so that the end of the phase need not compute it again
          gap%last => self%set%last
          if (allocated(state%spring)) then
-            if (.not. state%moves_with_beam) gap%relaxation = state%depth
+            if (.not. state%moves_with_beam) gap%relaxation = state%indentation
             gap%rate = min(state%spring%recovery_rate, huge(1.0_wp))
          end if
          if (self%loads%count == 0) then

@@ -2,22 +2,22 @@
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, transformable_signal_t
+   use compliant_stop, only: impedance_t
+   use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t, state_in, state_of_terms
+   use contact_states, only: impedance_of, reactions_t, contact_state_t
+   use coupled_modes, only: coupled_amplitudes
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
-   use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
-   use coupled_modes, only: coupled_amplitudes
+   use forced_responses, only: forced_rows_at, find_rows_at, make_unit_responses, forced_response_t, &
+      start_forced_response
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use forced_responses, only: forced_rows_at, find_rows_at, make_unit_responses, forced_response_t, &
-      start_forced_response
    use row_signals, only: row_path_t
    use surrogate_loads, only: forced_terms
-   use contact_states, only: impedance_of, reactions_t, contact_state_t
-   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: phase_state_t, open_set_store, start_phase, find_load, signal_of, find_gap_signal, cache_state
@@ -111,13 +111,13 @@ contains
       logical, intent(out) :: is_new
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp), dimension(size(self%states)) :: depth, branch_force
+      real(wp), dimension(size(self%states)) :: indentation, branch_force
       integer :: k
 
       self%force_signal_at = 0
       self%history_of = 0
       self%path%is_complete = .false.
-      self%node_depth = sum(self%states%depth, mask=self%states%is_node)
+      self%node_depth = sum(self%states%indentation, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       self%z => self%set%state(:, 1)
@@ -127,11 +127,12 @@ contains
          call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
          if (self%loads%count > 0) call start_load_response(self, tau, is_new)
          if (size(compliant) > 0) then
-            depth = self%states%depth
+            indentation = self%states%indentation
             branch_force = self%states%branch_force
             if (self%loads%count > 0) then
                associate (at => self%set%forced%at)
-                  depth = depth - forced_rows_at(self%set%forced, self%forced, at%depths + 1, at%branches, 0.0_wp, 0)
+                  indentation = indentation - forced_rows_at(self%set%forced, self%forced, at%indentations + 1, &
+                     at%branches, 0.0_wp, 0)
                   branch_force = branch_force - forced_rows_at(self%set%forced, self%forced, at%branches + 1, at%tip, &
                      0.0_wp, 0)
                end associate
@@ -141,7 +142,7 @@ contains
             end if
             if (.not. allocated(self%amplitude)) allocate (self%amplitude(coupled%count))
             call coupled_amplitudes(constrained%oscillators%square, coupled, -constrained%static_gap(compliant), &
-               depth(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
+               indentation(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
             self%amplitude = coupled%weight*self%amplitude
          else
             do k = 1, size(constrained%closed)
@@ -373,7 +374,7 @@ contains
          case default
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
-            if (kind == end_gap .and. state%depth > 0.0_wp &
+            if (kind == end_gap .and. state%indentation > 0.0_wp &
                .and. .not. state%moves_with_beam) call add_recovery_term(state, sum)
          end select
       end associate
@@ -391,7 +392,7 @@ contains
       rate = min(state%spring%recovery_rate, huge(1.0_wp))
       slower = count(abs(sum%exponent) < rate)
       sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
-      sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
+      sum%amplitude = [sum%amplitude(:slower), cmplx(state%indentation, 0.0_wp, wp), sum%amplitude(slower + 1:)]
    end subroutine add_recovery_term
 
    !> Force of closed contact k (k = 0: displacement of the tip) as offset plus terms, if a compliant contact is closed.

@@ -3,17 +3,17 @@
 !> motion of a stop point, the point of the beam at a stop, while its contact is open.
 module phase_transitions
    use certified_search, only: found_never_positive, search_t
+   use contact_changes, only: check_dampers, close_contact, detach_contact, open_contact, start_flight
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
+   use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
+   use contact_values, only: event_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, velocity_of
    use impact_problem, only: max_rounds
    use kinds, only: wp
    use motion_phases, only: found_segment_end, found_cancelled, motion_t
    use phase_state, only: end_force, end_undeformed, end_renewed_contact, find_load, phase_state_t
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
-   use contact_changes, only: check_dampers, close_contact, detach_contact, open_contact, start_flight
-   use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
-   use contact_values, only: event_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, velocity_of
    implicit none (type, external)
    private
    public :: apply_transition, begin_contacts_at_start, update_contacts
@@ -66,7 +66,7 @@ contains
             call detach_contact(self, k, motion, response)
          case (end_undeformed)
             state%is_deformed = .false.
-            state%depth = 0.0_wp
+            state%indentation = 0.0_wp
             state%start_order = 1
          case (end_renewed_contact)
             call close_contact(self, k, 1, motion, response)
@@ -166,7 +166,7 @@ contains
             ! after a flight below rounding, a stop point that is not slower than the recovering surface gets the
             ! velocity of the surface
             surface_speed = 0.0_wp
-            if (.not. state%moves_with_beam) surface_speed = state%spring%recovery_rate*state%depth
+            if (.not. state%moves_with_beam) surface_speed = state%spring%recovery_rate*state%indentation
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                excess_speed = velocity_of(self, k, motion) - surface_speed

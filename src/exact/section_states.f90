@@ -1,11 +1,11 @@
 !> The complete state of exact motion at an instant, modal states at Poincare sections (instants one load period apart),
 !> and the continuation of a motion from a stored state (docs/theory.md, section 21).
 module section_states
+   use contact_states, only: contact_state_t
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
    use section_types, only: run_sections_t, section_state_t
-   use contact_states, only: contact_state_t
    implicit none (type, external)
    private
    public :: state_at, record_modes, restore_state
@@ -30,7 +30,7 @@ contains
       state%tau = tau + time
       allocate (state%q(size(self%beam%tip_value)), state%v(size(self%beam%tip_value)))
       allocate (state%is_closed(n), state%is_deformed(n), state%is_low(n))
-      allocate (state%depth(n), state%branch_force(n), state%hop_tolerance(n))
+      allocate (state%indentation(n), state%branch_force(n), state%hop_tolerance(n))
       call find_state(self, time, z, v)
       call to_free_state(self, z, v, state%q, state%v)
       allocate (term(0))
@@ -49,7 +49,7 @@ contains
          end if
          state%is_closed(k) = contact%is_closed
          state%is_deformed(k) = contact%is_deformed
-         state%depth(k) = contact%depth
+         state%indentation(k) = contact%indentation
          state%branch_force(k) = contact%branch_force
          state%hop_tolerance(k) = contact%hop_tolerance
          state%is_low(k) = contact%is_low
@@ -67,7 +67,7 @@ contains
          associate (contact => self%states(k))
             contact%is_closed = state%is_closed(k)
             contact%is_deformed = state%is_deformed(k)
-            contact%depth = state%depth(k)
+            contact%indentation = state%indentation(k)
             contact%branch_force = state%branch_force(k)
             contact%hop_tolerance = state%hop_tolerance(k)
             contact%is_low = state%is_low(k)

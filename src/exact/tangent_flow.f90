@@ -3,17 +3,17 @@
 !> phase is linear, so its closed form applies to each variation. The state holds the displacements q and velocities v
 !> of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch (`memory`).
 module tangent_flow
+   use constrained_sets, only: constrained_set_t
+   use contact_states, only: contact_state_t
+   use coupled_modes, only: coupled_amplitudes
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
    use exponential_differences, only: exponential_difference
-   use constrained_sets, only: constrained_set_t
-   use coupled_modes, only: coupled_amplitudes
+   use forced_responses, only: forced_rows_at
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use load_settings, only: course_harmonic, time_course_t
-   use forced_responses, only: forced_rows_at
    use phase_state, only: find_state, phase_state_t
-   use contact_states, only: contact_state_t
    use tangent_columns, only: by_amplitude, by_nothing, state_rates_t, tangent_t
    implicit none (type, external)
    private
@@ -242,7 +242,7 @@ contains
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       ! terms exp(s t) of the column, and their amplitudes after an impulse of a load
       complex(wp), dimension(now%set%coupled%count) :: term, impulse_term
-      real(wp), dimension(size(now%set%compliant)) :: zeros, depth
+      real(wp), dimension(size(now%set%compliant)) :: zeros, indentation
       integer :: g, i, m
 
       associate (constrained => now%set%constrained, coupled => now%set%coupled, compliant => now%set%compliant)
@@ -254,8 +254,9 @@ contains
             v0 = v
          end if
          zeros = 0.0_wp
-         depth = -matmul(z0, constrained%value(:, compliant))
-         call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, depth, memory(compliant), z0, v0, term)
+         indentation = -matmul(z0, constrained%value(:, compliant))
+         call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, indentation, memory(compliant), z0, &
+            v0, term)
          term = coupled%weight*term*exp(coupled%exponent*time)
          if (is_driven) then
             do g = 1, size(change)

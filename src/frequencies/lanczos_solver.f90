@@ -14,13 +14,13 @@
 module lanczos_solver
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
-   use support_coordinates, only: bend, bend_transposed, displace, supported_beam_t, make_supported_beam
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
    use mode_count, only: modes_below
    use mode_shapes, only: fix_mode_signs, sign_changes
    use number_text, only: to_text
    use pinned_coordinates, only: rigid_rotation
+   use support_coordinates, only: bend, bend_transposed, displace, supported_beam_t, make_supported_beam
    implicit none (type, external)
    private
    public :: lanczos_modes, lanczos_vectors, lambda_of, orthogonalise

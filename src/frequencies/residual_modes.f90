@@ -9,10 +9,10 @@
 !> flexibility at and between the points equals that of all modes.
 module residual_modes
    use failures, only: fail, failure_t, status_run_failed
-   use support_coordinates, only: bend, supported_beam_t
    use kinds, only: wp
    use lanczos_solver, only: orthogonalise
    use lapack_interfaces, only: dsygv, lapack_message
+   use support_coordinates, only: bend, supported_beam_t
    implicit none (type, external)
    private
    public :: find_residual_modes

@@ -21,7 +21,7 @@ module support_coordinates
    implicit none (type, external)
    private
    public :: supported_beam_t, make_supported_beam, bend, bend_transposed, displace, displace_transposed, &
-      strain_of_shape
+      coordinates_of_motion
 
    !> The constraint of a support: a degree of freedom equals the deflection of its spring, which is `sqrt_compliance`
    !> times the coordinate of the spring, or 0 if the support is rigid.
@@ -177,7 +177,7 @@ contains
       if (.not. model%has_massless_node) return
       shape = 0.0_wp
       shape(2*model%mesh%struck_node - 1) = 1.0_wp
-      call exclude(beam, strain_of_shape(beam, shape))
+      call exclude(beam, coordinates_of_motion(beam, shape))
    end subroutine exclude_supports
 
    !> The constraint of a support in terms of the coordinates.
@@ -405,7 +405,7 @@ contains
    end function coordinates_under_force
 
    !> Coordinates of a motion of the degrees of freedom that satisfies the constraints of the supports.
-   pure function strain_of_shape(beam, nodal) result(q)
+   pure function coordinates_of_motion(beam, nodal) result(q)
       type(supported_beam_t), intent(in) :: beam
       !> Displacements and rotations, [dofs]
       real(wp), intent(in) :: nodal(:)
@@ -413,6 +413,6 @@ contains
 
       q(:beam%natural%order) = coordinates_of_shape(beam%natural, nodal)
       q(beam%natural%order + 1:) = beam%sqrt_stiffness*nodal(beam%sprung_dofs)
-   end function strain_of_shape
+   end function coordinates_of_motion
 
 end module support_coordinates

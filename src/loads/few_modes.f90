@@ -6,9 +6,6 @@ module few_modes
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use failures, only: failure_t
    use free_modes, only: complete_modes, find_free_modes, free_modes_t
-   use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
-      make_supported_beam, &
-      strain_of_shape
    use kinds, only: wp
    use lanczos_solver, only: lambda_of, lanczos_vectors
    use mode_shapes, only: fix_mode_signs
@@ -16,8 +13,11 @@ module few_modes
    use residual_modes, only: find_residual_modes
    use run_settings, only: impulse_nodal, run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_laws, only: is_rigid
    use stop_contacts, only: stops_of
+   use stop_laws, only: is_rigid
+   use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
+      make_supported_beam, &
+      coordinates_of_motion
    implicit none (type, external)
    private
    public :: takes_few_modes, needs_all_modes, number_of_modes, base_count
@@ -166,7 +166,7 @@ contains
       do j = 1, size(vectors, 2)
          ! rounding errors of displacements cause strains of high modes, which the product with B^T B suppresses: `bend`
          ! multiplies by B, `bend_transposed` by B^T
-         call bend(beam, strain_of_shape(beam, modes%mode(:, rigid_modes + j)), deflection)
+         call bend(beam, coordinates_of_motion(beam, modes%mode(:, rigid_modes + j)), deflection)
          call bend_transposed(beam, deflection, vectors(:, j))
       end do
    end subroutine take_lowest
@@ -268,7 +268,7 @@ contains
          if (.not. has_impulses(j)) cycle
          shape = forces(:, j)
          call solve_factorised(factors, shape)
-         shapes(:, size(forces, 2) + count(has_impulses(:j))) = strain_of_shape(beam, shape)
+         shapes(:, size(forces, 2) + count(has_impulses(:j))) = coordinates_of_motion(beam, shape)
       end do
    end subroutine gather_shapes
 

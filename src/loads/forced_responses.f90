@@ -9,15 +9,15 @@
 module forced_responses
    use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
+   use compliant_stop, only: is_rigid_stop, impedance_t
+   use constrained_sets, only: free_beam_t, constrained_set_t
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
    use driven_signal, only: driven_signal_t, phasor_of
-   use constrained_sets, only: free_beam_t, constrained_set_t
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use point_forces, only: find_point_forces
    use power_integrals, only: make_power_form, power_form_t
-   use compliant_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: unit_responses_t, forced_response_t, make_unit_responses, prepare_work_terms, start_forced_response, &
@@ -36,7 +36,7 @@ module forced_responses
       integer :: modes = 0
       integer :: gaps = 0
       integer :: forces = 0
-      integer :: depths = 0
+      integer :: indentations = 0
       integer :: branches = 0
       integer :: tip = 0
       integer :: loads = 0
@@ -121,8 +121,8 @@ contains
       total = loads%count
       forced%at%gaps = constrained%count
       forced%at%forces = forced%at%gaps + contacts
-      forced%at%depths = forced%at%forces + contacts
-      forced%at%branches = forced%at%depths + contacts
+      forced%at%indentations = forced%at%forces + contacts
+      forced%at%branches = forced%at%indentations + contacts
       forced%at%tip = forced%at%branches + contacts
       forced%at%loads = forced%at%tip + 1
       forced%at%rows = forced%at%loads + total
@@ -282,7 +282,7 @@ contains
       if (size(compliant) > 0) then
          no_height = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
-         where (.not. holds(spring(compliant))) flexibility = 1.0_wp/dynamic_stiffness(spring(compliant), s)
+         where (.not. is_rigid_stop(spring(compliant))) flexibility = 1.0_wp/dynamic_stiffness(spring(compliant), s)
          call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, cmplx(forced%load(:, load), &
             0.0_wp, wp), &
             no_height, force, z)
@@ -301,9 +301,9 @@ contains
          do k = 1, size(compliant)
             response(at%forces + compliant(k)) = force(k)
             response(at%gaps + compliant(k)) = (0.0_wp, 0.0_wp)
-            if (holds(spring(compliant(k)))) cycle
+            if (is_rigid_stop(spring(compliant(k)))) cycle
             associate (u => force(k)*flexibility(k), p => compliant(k))
-               response(at%depths + p) = u
+               response(at%indentations + p) = u
                response(at%gaps + p) = -u
                response(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u
             end associate

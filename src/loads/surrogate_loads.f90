@@ -4,12 +4,12 @@
 !> responses to these surrogates are hardly larger than the motion (docs/theory.md, section 18).
 module surrogate_loads
    use applied_loads, only: applied_loads_t
+   use compliant_stop, only: impedance_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
+   use forced_responses, only: response_at, forced_response_t, prepare_work_terms, unit_responses_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
-   use forced_responses, only: response_at, forced_response_t, prepare_work_terms, unit_responses_t
-   use compliant_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: forced_terms, surrogate_count, surrogate_frequencies, surrogate_amplitudes

@@ -21,7 +21,7 @@ module pole_offsets
       !> Poles, and 1 + 2 zeta pole, [poles]
       complex(wp), allocatable :: pole(:), relative(:)
       !> The pole is one of the cluster near -1/(2 zeta), [poles]
-      logical, allocatable :: crowded(:)
+      logical, allocatable :: is_clustered(:)
    end type secular_t
 
 contains
@@ -105,7 +105,7 @@ contains
       integer, intent(in) :: b
       complex(wp) :: difference
 
-      if (problem%crowded(a) .and. problem%crowded(b)) then
+      if (problem%is_clustered(a) .and. problem%is_clustered(b)) then
          difference = (problem%relative(a) - problem%relative(b))/problem%two_zeta
       else
          difference = problem%pole(a) - problem%pole(b)
@@ -124,7 +124,7 @@ contains
 
       integer :: j
 
-      if (problem%crowded(near)) then
+      if (problem%is_clustered(near)) then
          do j = 1, problem%poles
             distance(j) = pole_difference(problem, near, j) + offset
          end do
@@ -148,7 +148,7 @@ contains
 
       integer :: j
 
-      if (problem%crowded(near(root))) then
+      if (problem%is_clustered(near(root))) then
          do j = 1, size(near)
             distance(j) = pole_difference(problem, near(root), near(j)) + (offset(root) - offset(j))
          end do

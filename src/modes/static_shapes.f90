@@ -6,8 +6,8 @@
 module static_shapes
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
-   use support_coordinates, only: displace, displace_transposed, supported_beam_t, make_supported_beam
    use kinds, only: wp
+   use support_coordinates, only: displace, displace_transposed, supported_beam_t, make_supported_beam
    implicit none (type, external)
    private
    public :: make_elastic_beam, unit_shape

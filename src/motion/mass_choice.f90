@@ -6,8 +6,8 @@ module mass_choice
    use beam_section, only: area, section_t
    use kinds, only: wp
    use run_settings, only: impulse_nodal, method_exact, run_settings_t, stop_settings_t
-   use stop_laws, only: is_rigid
    use stop_contacts, only: has_one_contact, stops_of
+   use stop_laws, only: is_rigid
    implicit none (type, external)
    private
    public :: is_redistribution_more_accurate

@@ -18,9 +18,9 @@ module motion_run
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
+   use stop_contacts, only: has_one_contact, stops_of, contacts_of
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
-   use stop_contacts, only: has_one_contact, stops_of, contacts_of
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes, set_store_t

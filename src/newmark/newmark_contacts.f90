@@ -2,8 +2,9 @@
 !> opens or closes by the sign of its force, a rigid contact by the complementarity of reactions and accelerations.
 module newmark_contacts
    use complementarity, only: solve_complementarity
+   use compliant_stop, only: contact_force
    use contact_measures, only: measure_impulse
-   use contact_rows, only: along, set_along
+   use contact_rows, only: row_value, set_row_value
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_unloaded, is_open, &
@@ -14,7 +15,6 @@ module newmark_contacts
       event_release, &
       event_separation, event_t, is_contact_end, response_t
    use run_recorder, only: charge_event
-   use compliant_stop, only: contact_force
    implicit none (type, external)
    private
    public :: open_contact, begin_contact, end_contact, resolve_contacts, event_now, record_event
@@ -39,7 +39,7 @@ contains
             state%branch_force(k) = 0.0_wp
          end if
          contact%may_close = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
-         contact%leaving = gap_at(run, k, state) < -run%contact_tolerance
+         contact%is_penetrating = gap_at(run, k, state) < -run%contact_tolerance
       end associate
    end subroutine open_contact
 
@@ -55,7 +55,7 @@ contains
 
       associate (contact => run%contacts(k))
          if (contact%status == is_open) contact%shift = gap_at(run, k, run%states(run%now))
-         contact%leaving = .false.
+         contact%is_penetrating = .false.
          contact%status = is_in_contact
          contact%rejected_end = no_rejection
          run%next_level = max(run%next_level, contact%contact_level)
@@ -122,7 +122,7 @@ contains
          end do
          if (n == 0) return
          do k = 1, n
-            free_acceleration(k) = along(run%contacts(members(k))%row, state%beam%acceleration)
+            free_acceleration(k) = row_value(run%contacts(members(k))%row, state%beam%acceleration)
          end do
          call solve_complementarity(run%mobility(members(:n), members(:n)), free_acceleration(:n), reaction(:n), &
             is_closed(:n))
@@ -130,7 +130,7 @@ contains
             call accelerate(state%beam%acceleration, members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) call set_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
+            if (reaction(k) > 0.0_wp) call set_row_value(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
             call close_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
@@ -227,8 +227,8 @@ contains
       associate (state => run%states(run%now)%beam, contact => run%contacts(k))
          event%tau = instant_of(run)
          event%kind = kind
-         event%eta = contact%row%sign*(along(contact%row, state%displacement) - contact%contact%height)
-         event%velocity_before = contact%row%sign*along(contact%row, state%velocity)
+         event%eta = contact%row%sign*(row_value(contact%row, state%displacement) - contact%contact%height)
+         event%velocity_before = contact%row%sign*row_value(contact%row, state%velocity)
          event%velocity_after = event%velocity_before
          event%contact = contact%contact%number
       end associate

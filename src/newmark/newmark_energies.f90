@@ -6,7 +6,7 @@
 !> energy balance of a step (change of energy + dissipated energy = work of loads and contact forces) is exact to
 !> rounding. y is the displacement vector, v = dy/dtau.
 module newmark_energies
-   use contact_rows, only: along, band, contact_row_t
+   use contact_rows, only: row_value, band, contact_row_t
    use kinds, only: wp
    use newmark_stepper, only: newmark_state_t, newmark_stepper_t
    use skyline_matrix, only: multiply
@@ -37,7 +37,7 @@ contains
       real(wp), intent(out) :: energy
 
       associate (n => stepper%order)
-         if (stepper%is_general) then
+         if (stepper%uses_skyline) then
             call multiply(stepper%stiffness, state%displacement(1:n), stepper%result(1:n))
             energy = 0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
             return
@@ -61,15 +61,15 @@ contains
       real(wp), intent(out) :: dissipated
 
       dissipated = 0.0_wp
-      if (stepper%double_zeta <= 0.0_wp .and. .not. stepper%is_general) return
+      if (stepper%stiffness_damping <= 0.0_wp .and. .not. stepper%uses_skyline) return
       associate (n => stepper%order)
          call find_mean_velocity(n, old%velocity, new%velocity, stepper%work)
-         if (stepper%is_general) then
+         if (stepper%uses_skyline) then
             call multiply(stepper%damping, stepper%work(1:n), stepper%result(1:n))
             dissipated = step*dot_product(stepper%work(1:n), stepper%result(1:n))
             return
          end if
-         dissipated = step*stepper%double_zeta*quadratic_form(n, stepper%stiffness_diagonals, stepper%work)
+         dissipated = step*stepper%stiffness_damping*quadratic_form(n, stepper%stiffness_diagonals, stepper%work)
       end associate
    end subroutine beam_dissipation
 
@@ -124,7 +124,7 @@ contains
 
       associate (n => stepper%order)
          call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
-         momentum = along(row, stepper%result)
+         momentum = row_value(row, stepper%result)
       end associate
       mass = stepper%mass%values(stepper%mass%diagonal(row%dof))
    end subroutine momentum_along

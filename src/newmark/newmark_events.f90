@@ -2,7 +2,7 @@
 !> until the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens
 !> there.
 module newmark_events
-   use contact_rows, only: along
+   use contact_rows, only: row_value
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_contacts, only: begin_contact, end_contact, event_now, record_event, open_contact, resolve_contacts
@@ -63,7 +63,7 @@ contains
          is_vanishing = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
          if (.not. allocated(contact%stop)) return
          if (is_vanishing .and. contact%is_viscous) is_vanishing = is_force_free(run, k, new)
-         is_vanishing = is_vanishing .or. (along(contact%row, new%beam%velocity) > 0.0_wp .and. &
+         is_vanishing = is_vanishing .or. (row_value(contact%row, new%beam%velocity) > 0.0_wp .and. &
             new%force(k) <= force_rounding_at(run, k, new))
       end associate
    end function is_vanishing
@@ -88,10 +88,10 @@ contains
             if (contact%peak > run%hop_height) contact%may_be_capture = .false.
          end if
          if (gap > run%hop_height) contact%captures = 0
-         contact%leaving = gap < -run%contact_tolerance
+         contact%is_penetrating = gap < -run%contact_tolerance
          if (gap >= run%contact_tolerance) then
             contact%may_close = .true.
-         else if (rate < 0.0_wp .and. (contact%may_close .or. run%event_ahead(k) .or. contact%leaving)) then
+         else if (rate < 0.0_wp .and. (contact%may_close .or. run%event_ahead(k) .or. contact%is_penetrating)) then
             run%arrives(k) = .true.
          else if (rate > 0.0_wp) then
             contact%may_close = .true.

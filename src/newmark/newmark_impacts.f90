@@ -3,9 +3,9 @@
 !> to rest without restitution, if its last flight stayed below the hop height.
 module newmark_impacts
    use complementarity, only: solve_active
-   use contact_rows, only: set_along
+   use contact_rows, only: set_row_value
    use failures, only: failure_t
-   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_arrested, is_hit, &
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, stays_closed, is_arrested, is_hit, &
       gets_impulse, &
       is_released, max_rounds, outcome_of, rebounds, impact_contact_t, add_impact_contact
    use kinds, only: wp
@@ -41,7 +41,7 @@ contains
       do round = 1, max_rounds
          call find_struck(run, round == max_rounds, struck, n, is_nodal)
          if (.not. any(struck(:n)%before < 0.0_wp)) return
-         only_captures = .not. any(struck(:n)%part == rebounds)
+         only_captures = .not. any(struck(:n)%role == rebounds)
          if (is_nodal) then
             call replace_velocities(run, struck(:n))
          else
@@ -70,7 +70,7 @@ contains
       !> The contacts replace nodal velocities
       logical, intent(out) :: is_nodal
 
-      integer :: k, part
+      integer :: k, role
       real(wp) :: rate
 
       n = 0
@@ -78,19 +78,19 @@ contains
          rate = gap_rate_at(run, k, run%states(run%now))
          associate (contact => run%contacts(k))
             if (contact%status == is_constrained .or. contact%is_stopped) then
-               part = holds
+               role = stays_closed
             else
                if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
-               part = rebounds
+               role = rebounds
                if (is_last .or. rate >= 0.0_wp .or. &
                   (contact%may_be_capture .and. contact%flight_events /= begins_now)) then
-                  part = comes_to_rest
+                  role = comes_to_rest
                end if
             end if
-            call add_impact_contact(k, part, rate, contact%contact%settings%restitution, struck, n)
+            call add_impact_contact(k, role, rate, contact%contact%settings%restitution, struck, n)
          end associate
       end do
-      associate (nodal => struck(:n)%part == rebounds .and. &
+      associate (nodal => struck(:n)%role == rebounds .and. &
          run%contacts(struck(:n)%contact)%contact%settings%impulse == impulse_nodal)
          is_nodal = any(nodal)
          if (.not. is_nodal) return
@@ -158,7 +158,7 @@ contains
          end do
          do k = 1, n
             associate (contact => run%contacts(members(k)))
-               call set_along(contact%row, 0.0_wp, state%beam%velocity)
+               call set_row_value(contact%row, 0.0_wp, state%beam%velocity)
                if (contact%status == is_constrained) then
                   call record_closed_impulse(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
@@ -205,9 +205,9 @@ contains
       real(wp) :: frequency
 
       level = 0
-      if (stepper%double_zeta <= 0.0_wp) return
+      if (stepper%stiffness_damping <= 0.0_wp) return
       call highest_frequency(stepper%stiffness, stepper%mass, frequency, error)
-      if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
+      if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%stiffness_damping*frequency**2))
    end subroutine find_impulse_level
 
    !> Is a rigid contact open, and is the beam within the contact tolerance of it?
@@ -236,7 +236,7 @@ contains
             associate (row => run%contacts(struck(i)%contact)%row)
                call momentum_along(run%stepper, beam, row, momentum, mass)
                call find_nodal_impulse(mass, momentum, struck(i))
-               call set_along(row, struck(i)%after, beam%velocity)
+               call set_row_value(row, struck(i)%after, beam%velocity)
             end associate
          end do
       end associate
@@ -257,7 +257,7 @@ contains
             velocity(:) = velocity + struck(i)%impulse*run%mass_columns(:, struck(i)%contact)
          end do
          do i = 1, size(struck)
-            if (struck(i)%impulse > 0.0_wp) call set_along(run%contacts(struck(i)%contact)%row, struck(i)%after, &
+            if (struck(i)%impulse > 0.0_wp) call set_row_value(run%contacts(struck(i)%contact)%row, struck(i)%after, &
                velocity)
          end do
       end associate
@@ -277,13 +277,13 @@ contains
       type(event_t) :: event
 
       associate (k => struck%contact, contact => run%contacts(struck%contact))
-         if (struck%part /= holds) contact%may_close = .true.
+         if (struck%role /= stays_closed) contact%may_close = .true.
          select case (outcome_of(struck, 0.0_wp))
          case (gets_impulse)
             call record_closed_impulse(run, k, struck%impulse, response)
          case (is_released)
             ! an open contact that the beam leaves without an impulse has no event
-            if (struck%part /= holds) return
+            if (struck%role /= stays_closed) return
             event = event_now(run, k, event_release)
             event%velocity_before = 0.0_wp
             if (contact%status == is_constrained .or. contact%is_captured) call record_event(run, k, event, response)
@@ -292,11 +292,11 @@ contains
             call begin_flight(run, k)
             if (.not. only_captures) contact%captures = 0
          case (is_hit, is_arrested)
-            event = event_now(run, k, merge(event_impact, event_capture, struck%part == rebounds))
+            event = event_now(run, k, merge(event_impact, event_capture, struck%role == rebounds))
             event%velocity_before = contact%row%sign*struck%before
             event%impulse = struck%impulse
             event%energy_change = struck%energy_change
-            contact%is_captured = struck%part == comes_to_rest
+            contact%is_captured = struck%role == comes_to_rest
             if (contact%is_captured) contact%captures = contact%captures + 1
             contact%is_stopped = .not. struck%after > 0.0_wp
             contact%may_be_capture = .false.

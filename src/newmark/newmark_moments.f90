@@ -8,7 +8,7 @@ module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use moment_places, only: gather_places
+   use moment_places, only: find_place_weights
    use newmark_run, only: newmark_run_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
@@ -29,8 +29,8 @@ contains
       type(newmark_run_t), intent(inout) :: run
 
       if (.not. allocated(response%moments)) return
-      allocate (run%places)
-      call gather_places(model, settings, run%loads, run%places)
+      allocate (run%place_weights)
+      call find_place_weights(model, settings, run%loads, run%place_weights)
       associate (scheme => settings%response, stepper => run%stepper)
          run%share_of_damping = (scheme%newmark_gamma - 0.5_wp)*stepper%step
          run%share_of_stiffness = 2.0_wp*settings%zeta*run%share_of_damping &
@@ -38,7 +38,7 @@ contains
          run%mass_damping = 2.0_wp*settings%zeta_mass
          run%has_modal_damping = allocated(settings%mode_ratios)
          if (.not. run%has_modal_damping) return
-         run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%double_zeta, stepper%stiffness)
+         run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%stiffness_damping, stepper%stiffness)
          ! M, from which the factors are made
          run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%share_of_damping, run%mode_damping), &
             -run%share_of_stiffness, stepper%stiffness)
@@ -51,7 +51,7 @@ contains
    !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
-      real(wp) :: moment(size(run%places%stiffness, 2))
+      real(wp) :: moment(size(run%place_weights%stiffness, 2))
 
       ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in
       ! K
@@ -68,11 +68,11 @@ contains
                damped = run%mass_damping*(v + run%share_of_damping*a)
             end if
             accelerated = a + damped
-            strained = y + stepper%double_zeta*v + run%share_of_stiffness*a
+            strained = y + stepper%stiffness_damping*v + run%share_of_stiffness*a
          end associate
-         moment = matmul(strained, run%places%stiffness) + matmul(accelerated, run%places%mass)
+         moment = matmul(strained, run%place_weights%stiffness) + matmul(accelerated, run%place_weights%mass)
          do g = 1, run%loads%count
-            moment = moment + value_at(run%loads%course(g), state%load_tau)*run%places%load(g, :)
+            moment = moment + value_at(run%loads%course(g), state%load_tau)*run%place_weights%load(g, :)
          end do
       end associate
    end function moments_now

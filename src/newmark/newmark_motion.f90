@@ -9,7 +9,7 @@ module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use contact_measures, only: open_measures
-   use contact_rows, only: along, band, contact_row_t, set_along
+   use contact_rows, only: row_value, band, contact_row_t, set_row_value
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: i8, wp
    use load_settings, only: start_release
@@ -39,8 +39,8 @@ module newmark_motion
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_laws, only: make_compliant_stop
    use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of
+   use stop_laws, only: make_compliant_stop
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark
@@ -136,7 +136,7 @@ contains
          k=1, size(run%contacts))], run%release_contact, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
       places = 0
-      if (allocated(run%places)) places = size(response%moments)
+      if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare)
       call open_step_interval(size(run%contacts), places, run%interval)
    end subroutine open_outputs
@@ -275,13 +275,13 @@ contains
             contact%is_viscous = contacts(k)%settings%law == law_spring_damper
             call check_contact(run, k, error)
             if (allocated(error)) return
-            call set_along(contact%row, 1.0_wp, run%mass_columns(:, k))
+            call set_row_value(contact%row, 1.0_wp, run%mass_columns(:, k))
             call solve_factorised(run%stepper%mass_factors, run%mass_columns(1:run%stepper%order, k))
          end associate
       end do
       do k = 1, n
          do j = 1, n
-            run%mobility(j, k) = along(run%contacts(j)%row, run%mass_columns(:, k))
+            run%mobility(j, k) = row_value(run%contacts(j)%row, run%mass_columns(:, k))
          end do
          associate (contact => run%contacts(k))
             if (.not. allocated(contact%stop)) cycle
@@ -337,7 +337,7 @@ contains
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
       from = instant_of(run)
-      if (allocated(run%places)) moments(:, 1) = moments_now(run)
+      if (allocated(run%place_weights)) moments(:, 1) = moments_now(run)
       level = run%next_level
       run%next_level = 0
       ! a step begins at a multiple of its own length
@@ -382,7 +382,7 @@ contains
       energy = energy_left(run)
       if (run%records_ledger) call account_step(run, step)
       if (run%observes) then
-         if (allocated(run%places)) moments(:, 2) = moments_now(run)
+         if (allocated(run%place_weights)) moments(:, 2) = moments_now(run)
          call observe_step(run, from, step, [energy, energy_left(run)], moments)
       end if
       if (run%records_shapes) call shapes_in_step(run, step, response)

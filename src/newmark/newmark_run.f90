@@ -6,11 +6,12 @@
 !> with y the displacements of the degrees of freedom.
 module newmark_run
    use applied_loads, only: applied_loads_t
+   use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
    use contact_measures, only: measurer_t
-   use contact_rows, only: along, contact_row_t
+   use contact_rows, only: row_value, contact_row_t
    use failures, only: failure_t
    use kinds, only: i8, wp
-   use moment_places, only: moment_places_t
+   use moment_places, only: place_weights_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use run_observers, only: observers_t
    use run_recorder, only: ledger_t
@@ -18,13 +19,12 @@ module newmark_run
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
    use stop_contacts, only: contact_t
-   use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
    public :: whole_step, no_rejection, level_of, begins_now, is_open, is_constrained, is_in_contact, is_unloaded, &
       is_inactive
-   public :: instant_of, gap_at, gap_rate_at, depth_at, spring_damper_force, is_force_free, force_rounding_at, &
+   public :: instant_of, gap_at, gap_rate_at, indentation_at, spring_damper_force, is_force_free, force_rounding_at, &
       contact_energy, energy_left
 
    !> Length of the undivided step in units of the shortest step.
@@ -71,7 +71,7 @@ module newmark_run
       logical :: may_close = .true.
       !> The beam penetrates the surface of the open contact by more than the contact tolerance, due to relaxation of
       !> the stop or rounding; steps in which it does so are accepted
-      logical :: leaving = .false.
+      logical :: is_penetrating = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
       integer :: flight_events = is_interrupted
       !> Rigid contact: an impact brought the beam to rest on it
@@ -212,7 +212,7 @@ module newmark_run
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
       !> Weights of the bending moments at the requested positions; unallocated: no moments are requested
-      type(moment_places_t), allocatable :: places
+      type(place_weights_t), allocatable :: place_weights
       !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
       real(wp) :: share_of_stiffness = 0.0_wp
       real(wp) :: share_of_damping = 0.0_wp
@@ -274,7 +274,7 @@ contains
       real(wp) :: gap
 
       associate (contact => run%contacts(k))
-         gap = along(contact%row, state%beam%displacement) - contact%contact%height
+         gap = row_value(contact%row, state%beam%displacement) - contact%contact%height
          if (.not. contact%is_viscous) gap = gap + state%indentation(k)
       end associate
    end function gap_at
@@ -288,24 +288,24 @@ contains
       real(wp) :: rate
 
       associate (contact => run%contacts(k))
-         rate = along(contact%row, state%beam%velocity)
+         rate = row_value(contact%row, state%beam%velocity)
          if (contact%is_viscous) return
          if (state%indentation(k) > 0.0_wp) rate = rate - contact%stop%recovery_rate*state%indentation(k)
       end associate
    end function gap_rate_at
 
    !> Indentation of a closed contact.
-   pure function depth_at(run, k, state) result(depth)
+   pure function indentation_at(run, k, state) result(indentation)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: depth
+      real(wp) :: indentation
 
       associate (contact => run%contacts(k))
-         depth = contact%contact%height + contact%shift - along(contact%row, state%beam%displacement)
+         indentation = contact%contact%height + contact%shift - row_value(contact%row, state%beam%displacement)
       end associate
-   end function depth_at
+   end function indentation_at
 
    !> Force of a spring and damper with the indentation u, k u + c du/dtau, which may be tensile.
    pure function spring_damper_force(run, k, state) result(force)
@@ -317,7 +317,7 @@ contains
 
       associate (contact => run%contacts(k))
          force = contact%stop%stiffness*state%indentation(k) &
-            - contact%stop%viscosity*along(contact%row, state%beam%velocity)
+            - contact%stop%viscosity*row_value(contact%row, state%beam%velocity)
       end associate
    end function spring_damper_force
 
@@ -331,7 +331,7 @@ contains
 
       associate (contact => run%contacts(k))
          force = rounding_of_force(contact%stop, abs(contact%contact%height) &
-            + abs(along(contact%row, state%beam%displacement)), abs(along(contact%row, state%beam%velocity)))
+            + abs(row_value(contact%row, state%beam%displacement)), abs(row_value(contact%row, state%beam%velocity)))
       end associate
    end function force_rounding_at
 
@@ -349,7 +349,7 @@ contains
       force = spring_damper_force(run, k, state)
       associate (contact => run%contacts(k))
          is_force_free = force <= force_rounding_at(run, k, state) .or. &
-            (force <= run%release_force .and. along(contact%row, state%beam%velocity) >= 0.0_wp)
+            (force <= run%release_force .and. row_value(contact%row, state%beam%velocity) >= 0.0_wp)
       end associate
    end function is_force_free
 

@@ -49,7 +49,7 @@ contains
             end associate
          end do
       end associate
-      if (allocated(run%places)) sample%moment = moments_now(run)
+      if (allocated(run%place_weights)) sample%moment = moments_now(run)
       call record_sample(place, sample, run%ledger, response)
    end subroutine take_sample
 

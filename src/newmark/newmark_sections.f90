@@ -1,7 +1,7 @@
 !> Start of a Newmark run from a stored state, mostly the final state of an earlier run, and storage of its own final
 !> state. Such states are used as Poincare sections: one state in each period of the load (docs/theory.md, section 21).
 module newmark_sections
-   use contact_rows, only: along
+   use contact_rows, only: row_value
    use kinds, only: wp
    use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
@@ -27,7 +27,7 @@ contains
          state%v = now%beam%velocity
          state%is_closed = run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact
          state%is_deformed = run%contacts%status == is_unloaded
-         state%depth = now%indentation
+         state%indentation = now%indentation
          state%branch_force = now%branch_force
          state%hop_tolerance = run%contacts%peak
          state%is_low = run%contacts%may_be_capture
@@ -47,7 +47,7 @@ contains
          now%beam%displacement(:) = state%q
          now%beam%velocity(:) = state%v
          now%force = 0.0_wp
-         now%indentation = state%depth
+         now%indentation = state%indentation
          now%branch_force = state%branch_force
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k))
@@ -58,9 +58,9 @@ contains
                if (state%is_deformed(k)) contact%status = is_unloaded
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
                ! the indentation is measured from the gap at which contact began, which is not stored
-               if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%contact%height &
-                  + along(contact%row, now%beam%displacement)
-               contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
+               if (contact%status == is_in_contact) contact%shift = state%indentation(k) - contact%contact%height &
+                  + row_value(contact%row, now%beam%displacement)
+               contact%is_penetrating = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
          end do
          call restart_acceleration(run%stepper, now%beam)

@@ -18,8 +18,8 @@ module newmark_start
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_laws, only: static_stiffness
    use stop_contacts, only: active_contacts, contact_t, penetration_tolerance
+   use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: make_start, begin_at_contacts

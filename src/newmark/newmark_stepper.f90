@@ -25,7 +25,7 @@
 !> skyline product and solution alone (measured at 8 elements: 0.10 against 0.18 microseconds).
 module newmark_stepper
    use beam_model, only: beam_model_t
-   use contact_rows, only: band, contact_row_t, set_along
+   use contact_rows, only: band, contact_row_t, set_row_value
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
    use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
@@ -60,7 +60,7 @@ module newmark_stepper
       !> If inertia was redistributed, the slope at the tip is coupled to the last node but two as well: L(order, order
       !> - 5) and L(order, order - 4)
       real(wp) :: lower_left(2) = 0.0_wp
-      !> Skyline factors of A, used instead of the diagonals if the stepper `is_general`
+      !> Skyline factors of A, used instead of the diagonals if the stepper `uses_skyline`
       type(skyline_t) :: skyline_factors
    end type newmark_factors_t
 
@@ -70,11 +70,11 @@ module newmark_stepper
       !> Degrees of freedom of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> 2 zeta + (gamma - 1/2) step, so that C* = `double_zeta` K if C = 2 zeta K
-      real(wp) :: double_zeta = 0.0_wp
+      !> 2 zeta + (gamma - 1/2) step, so that C* = `stiffness_damping` K if C = 2 zeta K
+      real(wp) :: stiffness_damping = 0.0_wp
       !> C* is not a multiple of K, or the root is not fixed: products and solutions use skyline matrices instead of
       !> diagonals, and `damping` is C*
-      logical :: is_general = .false.
+      logical :: uses_skyline = .false.
       type(skyline_t) :: damping
       !> Length of the undivided step
       real(wp) :: step = 0.0_wp
@@ -118,19 +118,19 @@ contains
       stepper%order = model%stiffness%order
       stepper%stop_dof = model%stop_dof
       stepper%tip_dof = model%tip_dof
-      stepper%double_zeta = 2.0_wp*zeta + (gamma - 0.5_wp)*step
+      stepper%stiffness_damping = 2.0_wp*zeta + (gamma - 0.5_wp)*step
       stepper%step = step
       stepper%stiffness = model%stiffness
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
       ! the root's degrees of freedom are numbered last, outside the band of those to which they are coupled
-      stepper%is_general = present(more_damping) .or. any(model%root_dofs > 0)
+      stepper%uses_skyline = present(more_damping) .or. any(model%root_dofs > 0)
       if (present(more_damping)) then
          stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), more_damping)
-         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 1.0_wp, more_damping)
-      else if (stepper%is_general) then
-         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 0.0_wp, stepper%stiffness)
+         stepper%damping = combine(stepper%stiffness_damping, stepper%stiffness, 1.0_wp, more_damping)
+      else if (stepper%uses_skyline) then
+         stepper%damping = combine(stepper%stiffness_damping, stepper%stiffness, 0.0_wp, stepper%stiffness)
       end if
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
@@ -170,15 +170,15 @@ contains
       if (stepper%factors(level)%made) return
       h = scale(stepper%step, -level)
       matrix = combine(1.0_wp, stepper%mass, &
-         h*(0.5_wp*stepper%double_zeta + 0.25_wp*h), stepper%stiffness)
-      if (stepper%is_general) matrix = combine(1.0_wp, combine(1.0_wp, stepper%mass, 0.5_wp*h, stepper%damping), &
+         h*(0.5_wp*stepper%stiffness_damping + 0.25_wp*h), stepper%stiffness)
+      if (stepper%uses_skyline) matrix = combine(1.0_wp, combine(1.0_wp, stepper%mass, 0.5_wp*h, stepper%damping), &
          0.25_wp*h**2, stepper%stiffness)
       call factorise(matrix, error)
       if (allocated(error)) return
       stepper%factorisations = stepper%factorisations + 1
       associate (factors => stepper%factors(level), n => stepper%order)
          factors%step = h
-         if (stepper%is_general) factors%skyline_factors = matrix
+         if (stepper%uses_skyline) factors%skyline_factors = matrix
          allocate (factors%lower(n + band, band), source=0.0_wp)
          allocate (factors%reciprocal_pivot(n))
          do column = 1, n
@@ -208,7 +208,7 @@ contains
       real(wp), intent(out) :: column(1 - band:)
 
       column = 0.0_wp
-      call set_along(row, 1.0_wp, column)
+      call set_row_value(row, 1.0_wp, column)
       call solve(stepper, stepper%factors(level), column)
    end subroutine solve_for_row
 
@@ -219,7 +219,7 @@ contains
       !> b, padded with zeros; x on return
       real(wp), intent(inout) :: x(1 - band:)
 
-      if (stepper%is_general) then
+      if (stepper%uses_skyline) then
          call solve_factorised(factors%skyline_factors, x(1:stepper%order))
       else
          call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, x)
@@ -228,13 +228,13 @@ contains
 
    !> Forces F - K y - C* v on the degrees of freedom.
    pure subroutine find_forces(stepper, state)
-      !> The beam; its `work` holds y + `double_zeta` v
+      !> The beam; its `work` holds y + `stiffness_damping` v
       type(newmark_stepper_t), intent(inout) :: stepper
       !> The forces replace its acceleration
       type(newmark_state_t), intent(inout) :: state
 
       associate (n => stepper%order, forces => state%acceleration)
-         if (stepper%is_general) then
+         if (stepper%uses_skyline) then
             call multiply(stepper%stiffness, state%displacement(1:n), forces(1:n))
             call multiply(stepper%damping, state%velocity(1:n), stepper%result(1:n))
             forces(1:n) = -(forces(1:n) + stepper%result(1:n))
@@ -257,7 +257,7 @@ contains
       type(newmark_state_t), intent(inout) :: new
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
-         call predict(stepper%order, h, stepper%double_zeta, &
+         call predict(stepper%order, h, stepper%stiffness_damping, &
             old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call find_forces(stepper, new)
          call solve(stepper, factors, new%acceleration)
@@ -266,13 +266,13 @@ contains
 
    !> Predictors of displacement, y + h v + h^2 a/4, and velocity, v + h a/2, and the combination of both by which
    !> stiffness and damping forces are a single product with K.
-   pure subroutine predict(order, h, double_zeta, y, v, a, y_new, v_new, combined)
+   pure subroutine predict(order, h, stiffness_damping, y, v, a, y_new, v_new, combined)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> Length of the step
       real(wp), intent(in) :: h
       !> C* as a multiple of K
-      real(wp), intent(in) :: double_zeta
+      real(wp), intent(in) :: stiffness_damping
       !> State at the beginning
       real(wp), intent(in) :: y(1 - band:order + band)
       real(wp), intent(in) :: v(1 - band:order + band)
@@ -280,7 +280,7 @@ contains
       !> Predictors
       real(wp), intent(inout) :: y_new(1 - band:order + band)
       real(wp), intent(inout) :: v_new(1 - band:order + band)
-      !> Predictor of displacement + `double_zeta` times that of velocity
+      !> Predictor of displacement + `stiffness_damping` times that of velocity
       real(wp), intent(inout) :: combined(1 - band:order + band)
 
       real(wp) :: factor_y, factor_v
@@ -291,7 +291,7 @@ contains
       do i = 1, order
          y_new(i) = y(i) + (h*v(i) + factor_y*a(i))
          v_new(i) = v(i) + factor_v*a(i)
-         combined(i) = y_new(i) + double_zeta*v_new(i)
+         combined(i) = y_new(i) + stiffness_damping*v_new(i)
       end do
    end subroutine predict
 
@@ -449,7 +449,7 @@ contains
       !> Displacement and velocity are given; acceleration is set
       type(newmark_state_t), intent(inout) :: state
 
-      stepper%work = state%displacement + stepper%double_zeta*state%velocity
+      stepper%work = state%displacement + stepper%stiffness_damping*state%velocity
       call find_forces(stepper, state)
       call solve_factorised(stepper%mass_factors, state%acceleration(1:stepper%order))
    end subroutine restart_acceleration

@@ -8,17 +8,17 @@
 !> u+ at its end: slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c du/dtau
 !> at the end of the step.
 module newmark_steps
-   use contact_rows, only: along, band, set_along
+   use compliant_stop, only: contact_force, mean_force_coefficients
+   use contact_rows, only: row_value, band, set_row_value
    use kinds, only: wp
    use motion_intervals, only: observed_contact_t
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
-   use newmark_run, only: depth_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
+   use newmark_run, only: indentation_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
       is_open, &
       is_force_free, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: add_column, deepest_level, finish_step, make_factors, predict_step, solve_for_row
    use run_observers, only: observe
-   use compliant_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
    private
    public :: prepare_level, try_step, find_violations, account_step, observe_step
@@ -41,7 +41,7 @@ contains
             call solve_for_row(run%stepper, level, contacts(k)%row, factors%columns(:, k))
             if (allocated(contacts(k)%stop)) factors%stops(k) = contacts(k)%stop%step(run%stepper%factors(level)%step)
             do j = 1, n
-               factors%gains(j, k) = along(contacts(j)%row, factors%columns(:, k))
+               factors%gains(j, k) = row_value(contacts(j)%row, factors%columns(:, k))
             end do
          end do
          factors%made = .true.
@@ -73,7 +73,7 @@ contains
       if (count_closed == 1 .and. count_constrained == 1) then
          ! a single rigid contact is solved in closed form: 4 % fewer instructions in a run of 8 elements at rest on it
          k = run%closed(1)
-         run%right(1) = -along(run%contacts(k)%row, run%states(3 - run%now)%beam%acceleration) &
+         run%right(1) = -row_value(run%contacts(k)%row, run%states(3 - run%now)%beam%acceleration) &
             /run%factors(level)%gains(k, k)
          run%states(3 - run%now)%force(k) = run%right(1)
       else if (count_closed > 0) then
@@ -87,8 +87,8 @@ contains
             new => run%states(3 - run%now)%beam)
             ! these values are exact but for rounding errors
             new%displacement(row%dof) = old%displacement(row%dof)
-            call set_along(row, 0.0_wp, new%velocity)
-            call set_along(row, 0.0_wp, new%acceleration)
+            call set_row_value(row, 0.0_wp, new%velocity)
+            call set_row_value(row, 0.0_wp, new%acceleration)
          end associate
       end do
       if (run%yields) call move_open_contacts(run, level)
@@ -115,7 +115,7 @@ contains
                   new%branch_force(k) = -contact%stop%stiffness*u
                case (is_unloaded)
                   contact%work = 0.0_wp
-                  u = max(depth_at(run, k, new), 0.0_wp)
+                  u = max(indentation_at(run, k, new), 0.0_wp)
                   new%branch_force(k) = -contact%stop%stiffness*u
                end select
             end associate
@@ -157,7 +157,7 @@ contains
          do i = 1, count_closed
             k = closed(i)
             associate (contact => run%contacts(k), right => run%right(i))
-               acceleration = along(contact%row, new%beam%acceleration)
+               acceleration = row_value(contact%row, new%beam%acceleration)
                if (contact%status == is_constrained) then
                   do j = 1, count_closed
                      run%rows(i, j) = factors%gains(k, closed(j))
@@ -165,9 +165,9 @@ contains
                   right = -acceleration
                   cycle
                end if
-               y = along(contact%row, new%beam%displacement) + displacement_factor*acceleration
+               y = row_value(contact%row, new%beam%displacement) + displacement_factor*acceleration
                if (contact%is_viscous) then
-                  v = along(contact%row, new%beam%velocity) + velocity_factor*acceleration
+                  v = row_value(contact%row, new%beam%velocity) + velocity_factor*acceleration
                   factor = contact%stop%stiffness*displacement_factor + contact%stop%viscosity*velocity_factor
                   right = contact%stop%stiffness*(contact%contact%height + contact%shift - y) - contact%stop%viscosity*v
                else
@@ -214,7 +214,7 @@ contains
          do i = count_constrained + 1, count_closed
             k = run%closed(i)
             associate (contact => run%contacts(k), u => new%indentation(k))
-               u = depth_at(run, k, new)
+               u = indentation_at(run, k, new)
                if (contact%is_viscous) then
                   new%branch_force(k) = new%force(k) - contact%stop%stiffness*u
                   contact%work = 0.5_wp*(old%force(k) + new%force(k))*(u - old%indentation(k))
@@ -305,7 +305,7 @@ contains
             select case (run%contacts(k)%status)
             case (is_open)
                gap = gap_at(run, k, new)
-               run%violates(k) = .not. (gap >= min_gap .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
+               run%violates(k) = .not. (gap >= min_gap .or. (run%contacts(k)%is_penetrating .and. gap >= -huge(1.0_wp)))
             case (is_constrained, is_in_contact)
                run%violates(k) = .not. new%force(k) > 0.0_wp
             case (is_unloaded)
@@ -371,9 +371,10 @@ contains
                seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)
-               interval%ends(:, k) = [along(contact%row, old%beam%displacement) - seen%height, &
-                  along(contact%row, new%beam%displacement) - seen%height, along(contact%row, old%beam%velocity), &
-                  along(contact%row, new%beam%velocity)]
+               interval%ends(:, k) = [row_value(contact%row, old%beam%displacement) - seen%height, &
+                  row_value(contact%row, new%beam%displacement) - seen%height, row_value(contact%row, &
+                  old%beam%velocity), &
+                  row_value(contact%row, new%beam%velocity)]
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
          end do

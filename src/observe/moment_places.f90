@@ -15,30 +15,30 @@ module moment_places
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
-   public :: moment_places_t, gather_places, open_moments, track_moments, finish_moments
+   public :: place_weights_t, find_place_weights, open_moments, track_moments, finish_moments
 
    !> Weights of the moments. The moment at a place is stiffness . (y + 2 zeta y') + mass . (y'' + alpha y') + load . F,
    !> with y the displacements of the degrees of freedom, a prime for d/dtau, alpha the coefficient of mass-proportional
    !> damping, and F the values of the time courses of the loads.
-   type :: moment_places_t
+   type :: place_weights_t
       !> Weights of the terms in y + 2 zeta y' and in y'' + alpha y', [order, places]
       real(wp), allocatable :: stiffness(:, :)
       real(wp), allocatable :: mass(:, :)
       !> Moment per unit of the time course of a load, [loads, places]
       real(wp), allocatable :: load(:, :)
-   end type moment_places_t
+   end type place_weights_t
 
 contains
 
    !> Compute the weights at all places.
-   pure subroutine gather_places(model, settings, loads, place_weights)
+   pure subroutine find_place_weights(model, settings, loads, place_weights)
       type(beam_model_t), intent(in) :: model
       !> Settings that request moments
       type(run_settings_t), intent(in) :: settings
       !> Applied loads, the forces first and then the motions of the base; their count may be 0
       type(applied_loads_t), intent(in) :: loads
       !> The weights
-      type(moment_places_t), intent(out) :: place_weights
+      type(place_weights_t), intent(out) :: place_weights
 
       ! weights at one place, for E Ibar = rho Abar = L = 1
       type(moment_weights_t) :: weights
@@ -70,7 +70,7 @@ contains
             place_weights%load(forces + 1:, p) = settings%height_ratio*weights%base
          end do
       end associate
-   end subroutine gather_places
+   end subroutine find_place_weights
 
    !> Allocate the recorded moments.
    pure subroutine open_moments(model, settings, samples, response)

@@ -20,7 +20,7 @@ module section_types
       !> Whether each contact is closed; whether it is open while its stop is still deformed
       logical, allocatable :: is_closed(:), is_deformed(:)
       !> Indentation u of the stop, and force in its branch
-      real(wp), allocatable :: depth(:), branch_force(:)
+      real(wp), allocatable :: indentation(:), branch_force(:)
       !> exact: the flight in progress counts as a capture if its gap never exceeds this value. newmark: maximum gap of
       !> the flight so far
       real(wp), allocatable :: hop_tolerance(:)

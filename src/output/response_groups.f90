@@ -1,5 +1,6 @@
 !> The groups of a run in a results file: histories, events, shapes, energies, measures.
 module response_groups
+   use contact_groups, only: contact_names, write_contacts
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use measure_rows, only: write_measures_of_run
@@ -10,7 +11,6 @@ module response_groups
    use signal_peaks, only: peak_tolerance
    use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
-   use contact_groups, only: contact_names, write_contacts
    implicit none (type, external)
    private
    public :: write_run

@@ -37,7 +37,7 @@ contains
       end if
       write (unit, '(a)') heading
       call print_line(unit, 'beam', beam_in_words(scene, units))
-      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root, units))
+      if (scene%has_root_group) call print_line(unit, 'root', root_in_words(scene%root, units))
       if (allocated(scene%masses)) then
          do i = 1, size(scene%masses)
             call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units))

@@ -2,7 +2,7 @@
 !> and velocity, and the parameters that reduce these contributions.
 module component_statements
    use kinds, only: wp
-   use paper_cases, only: fine, way_count
+   use paper_cases, only: fine, variant_count
    use paper_outcomes, only: outcome_t
    use paper_series, only: series_t, vary_mass, vary_position, vary_preload, vary_taper, vary_zeta
    use statement_types, only: add_statement, listed, number, statements_t
@@ -25,28 +25,28 @@ contains
       integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
       character(*), parameter :: name_of(remedy_count) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
-      real(wp), dimension(way_count) :: ratio, scatter, reduced
+      real(wp), dimension(variant_count) :: ratio, scatter, reduced
       character(:), allocatable :: detail, exceptions
-      integer :: way, k, reductions
+      integer :: variant, k, reductions
 
       detail = ''
       exceptions = ''
       ! reference: first case of the series of zeta, 0.001, which is the paper's first example; heavy_tip: mu = 2
-      do way = 1, way_count
-         associate (reference => series(vary_zeta)%outcome(1, way), &
-            heavy_tip => series(vary_mass)%outcome(6, way))
-            ratio(way) = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
-            scatter(way) = scatter_of(reference)/max(scatter_of(heavy_tip), 1.0e-12_wp)
-            reduced(way) = 0.0_wp
+      do variant = 1, variant_count
+         associate (reference => series(vary_zeta)%outcome(1, variant), &
+            heavy_tip => series(vary_mass)%outcome(6, variant))
+            ratio(variant) = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
+            scatter(variant) = scatter_of(reference)/max(scatter_of(heavy_tip), 1.0e-12_wp)
+            reduced(variant) = 0.0_wp
             do k = 1, remedy_count
-               associate (other => series(parameter_of(k))%outcome(case_of(k), way))
+               associate (other => series(parameter_of(k))%outcome(case_of(k), variant))
                   ! number of the three values that this remedy reduces
                   reductions = count([other%high_mode_velocity < reference%high_mode_velocity, &
                      other%main_peak < reference%main_peak, other%later_velocity < reference%later_velocity])
-                  reduced(way) = reduced(way) + real(reductions, wp)
-                  if (way == fine .and. reductions < 3) exceptions = exceptions &
+                  reduced(variant) = reduced(variant) + real(reductions, wp)
+                  if (variant == fine .and. reductions < 3) exceptions = exceptions &
                      //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
-                  if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))// &
+                  if (variant == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))// &
                      ': '//listed([other%high_mode_velocity/reference%high_mode_velocity, &
                      other%main_peak/reference%main_peak, other%later_velocity/reference%later_velocity], 2)
                end associate

@@ -10,7 +10,7 @@ module frequency_statements
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
-   use paper_cases, only: way_count
+   use paper_cases, only: variant_count
    use statement_types, only: add_statement, listed, number, statements_t
    implicit none (type, external)
    private
@@ -102,8 +102,8 @@ contains
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, spread(figure, 1, way_count), &
-         spread(holds, 1, way_count), detail, reason, remark)
+      call add_statement(list, label, text, measure, spread(figure, 1, variant_count), &
+         spread(holds, 1, variant_count), detail, reason, remark)
    end subroutine add
 
    !> The model of the full wedge.

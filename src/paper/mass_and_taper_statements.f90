@@ -1,9 +1,9 @@
 !> Judges statements 7 and 8 of the paper (Irie, Yamada and Asano 1977): the tip mass and the taper.
 module mass_and_taper_statements
    use kinds, only: wp
-   use paper_cases, only: coarse_nodal, fine, way_count
+   use paper_cases, only: coarse_nodal, fine, variant_count
    use paper_outcomes, only: definition_count, energy_end, outcome_t, displacement_end
-   use paper_series, only: ends_of, find_soonest, series_t, may_end_soonest
+   use paper_series, only: end_tau_of, find_earliest_end, series_t, may_end_earliest
    use statement_types, only: add_statement, add_end_statement, listed, mark_ties, number, percent, &
       statements_t
    implicit none (type, external)
@@ -24,20 +24,20 @@ contains
       !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
       !> equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
-      real(wp), dimension(way_count) :: ratio, deviation, best_mass, spread
-      real(wp) :: peaks(size(mass%cases)), ends(printed_count), scaled_ends(printed_count)
-      logical :: similar(definition_count, way_count)
-      integer :: way, i, definition, limit_case
+      real(wp), dimension(variant_count) :: ratio, deviation, best_mass, spread
+      real(wp) :: peaks(size(mass%cases)), end_tau(printed_count), scaled_ends(printed_count)
+      logical :: similar(definition_count, variant_count)
+      integer :: variant, i, definition, limit_case
 
-      do way = 1, way_count
-         ratio(way) = mass%outcome(1, way)%high_mode_velocity &
-            /max(mass%outcome(mu_two, way)%high_mode_velocity, 1.0e-12_wp)
-         peaks = mass%outcome(:, way)%main_peak
-         deviation(way) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
-         best_mass(way) = mass%value(minloc(peaks(:printed_count), dim=1))
-         spread(way) = spread_of(mass%outcome(:printed_count, way), displacement_end)
+      do variant = 1, variant_count
+         ratio(variant) = mass%outcome(1, variant)%high_mode_velocity &
+            /max(mass%outcome(mu_two, variant)%high_mode_velocity, 1.0e-12_wp)
+         peaks = mass%outcome(:, variant)%main_peak
+         deviation(variant) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
+         best_mass(variant) = mass%value(minloc(peaks(:printed_count), dim=1))
+         spread(variant) = spread_of(mass%outcome(:printed_count, variant), displacement_end)
          do definition = 1, definition_count
-            similar(definition, way) = spread_of(mass%outcome(:printed_count, way), definition) < 0.2_wp
+            similar(definition, variant) = spread_of(mass%outcome(:printed_count, variant), definition) < 0.2_wp
          end do
       end do
       peaks = mass%outcome(:, fine)%main_peak
@@ -45,7 +45,7 @@ contains
       ! paper's figure, serve to find this case
       limit_case = 1 + findloc(abs(peaks/one_dof_peak - 1.0_wp) < 0.1_wp, .false., dim=1, back=.true.)
       limit_case = min(limit_case, size(peaks))
-      ends = [(mass%outcome(i, fine)%ends(displacement_end), i=1, printed_count)]
+      end_tau = [(mass%outcome(i, fine)%end_tau(displacement_end), i=1, printed_count)]
       call add_statement(list, '7a', 'With a small tip mass high components are strong.', &
          'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2, over 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at mu = 0 ... 2, 10, 30: '// &
@@ -60,10 +60,10 @@ contains
          'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
          'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed_count), 3)//'; at 0.5 '// &
          percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
-      scaled_ends = [(ends(i)*mass%outcome(i, fine)%lowest_frequency, i=1, printed_count)]
+      scaled_ends = [(end_tau(i)*mass%outcome(i, fine)%lowest_frequency, i=1, printed_count)]
       call add_end_statement(list, '7d', 'The end hardly depends on mu.', &
-         'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(ends, 1)// &
-         '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%ends(energy_end), i=1, printed_count)], 1)// &
+         'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(end_tau, 1)// &
+         '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%end_tau(energy_end), i=1, printed_count)], 1)// &
          '; times the lowest frequency of the beam with its mass: '//listed(scaled_ends, 1), &
          'a heavier tip swings more slowly; counted in its own swings the end does depend little on mu, but for 0.25')
    end subroutine judge_mass
@@ -72,15 +72,15 @@ contains
    pure function half_is_low(mass) result(low)
       !> Cases of tip mass, as in `judge_mass`
       type(series_t), intent(in) :: mass
-      logical :: low(way_count)
+      logical :: low(variant_count)
 
       real(wp) :: peaks(size(mass%cases))
-      integer :: way
+      integer :: variant
 
-      do way = 1, way_count
+      do variant = 1, variant_count
          ! case 4 has mu = 0.5; the first six cases are those of the paper's figure
-         peaks = mass%outcome(:, way)%main_peak
-         low(way) = peaks(4) <= 1.1_wp*minval(peaks(:6))
+         peaks = mass%outcome(:, variant)%main_peak
+         low(variant) = peaks(4) <= 1.1_wp*minval(peaks(:6))
       end do
    end function half_is_low
 
@@ -91,11 +91,11 @@ contains
       integer, intent(in) :: definition
       real(wp) :: spread
 
-      real(wp) :: ends(size(outcome))
+      real(wp) :: end_tau(size(outcome))
       integer :: i
 
-      ends = [(outcome(i)%ends(definition), i=1, size(outcome))]
-      spread = min(maxval(ends)/minval(ends) - 1.0_wp, 1.0e6_wp)
+      end_tau = [(outcome(i)%end_tau(definition), i=1, size(outcome))]
+      spread = min(maxval(end_tau)/minval(end_tau) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
    !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends earliest,
@@ -108,62 +108,62 @@ contains
       !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
       integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
       ! earliest: the taper alpha whose motion ends earliest
-      real(wp), dimension(way_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
-      real(wp) :: ends(size(taper%cases))
-      logical, dimension(definition_count, way_count) :: outlasts, first, tied
-      integer :: way, i, definition, agreeing
+      real(wp), dimension(variant_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
+      real(wp) :: end_tau(size(taper%cases))
+      logical, dimension(definition_count, variant_count) :: outlasts, first, tied
+      integer :: variant, i, definition, agreeing
 
-      do way = 1, way_count
-         ends = ends_of(taper, way, displacement_end)
-         excess(way) = min(ends(uniform), ends(wedge))/ends(middle) - 1.0_wp
-         earliest(way) = taper%value(minloc(ends, dim=1))
-         peak_change(way) = taper%outcome(much, way)%main_peak - taper%outcome(uniform, way)%main_peak
-         kinetic_ratio(way) = taper%outcome(wedge, way)%kinetic_at_impact &
-            /max(taper%outcome(uniform, way)%kinetic_at_impact, 1.0e-12_wp)
-         loss_ratio(way) = taper%outcome(wedge, way)%lost_before_peak &
-            /max(taper%outcome(uniform, way)%lost_before_peak, 1.0e-12_wp)
+      do variant = 1, variant_count
+         end_tau = end_tau_of(taper, variant, displacement_end)
+         excess(variant) = min(end_tau(uniform), end_tau(wedge))/end_tau(middle) - 1.0_wp
+         earliest(variant) = taper%value(minloc(end_tau, dim=1))
+         peak_change(variant) = taper%outcome(much, variant)%main_peak - taper%outcome(uniform, variant)%main_peak
+         kinetic_ratio(variant) = taper%outcome(wedge, variant)%kinetic_at_impact &
+            /max(taper%outcome(uniform, variant)%kinetic_at_impact, 1.0e-12_wp)
+         loss_ratio(variant) = taper%outcome(wedge, variant)%lost_before_peak &
+            /max(taper%outcome(uniform, variant)%lost_before_peak, 1.0e-12_wp)
       end do
-      do way = 1, way_count
+      do variant = 1, variant_count
          do definition = 1, definition_count
-            ends = ends_of(taper, way, definition)
-            outlasts(definition, way) = min(ends(uniform), ends(wedge)) > 1.05_wp*ends(middle)
+            end_tau = end_tau_of(taper, variant, definition)
+            outlasts(definition, variant) = min(end_tau(uniform), end_tau(wedge)) > 1.05_wp*end_tau(middle)
          end do
       end do
-      call find_soonest(taper, middle, first, tied)
-      ends = ends_of(taper, fine, displacement_end)
-      agreeing = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
+      call find_earliest_end(taper, middle, first, tied)
+      end_tau = end_tau_of(taper, fine, displacement_end)
+      agreeing = count([(minloc(taper%outcome(2:, fine)%end_tau(definition), dim=1) + 1 == middle, definition=1, &
          definition_count)])
       call add_end_statement(list, '8a', 'With very little or much taper the vibration lasts longer.', &
          'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', excess, outlasts, &
-         'ends at tau = '//listed(ends, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
-         listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
-         listed(ends_of(taper, coarse_nodal, displacement_end), 1), &
+         'ends at tau = '//listed(end_tau, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
+         listed(end_tau_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
+         listed(end_tau_of(taper, coarse_nodal, displacement_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
       call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', earliest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
-         listed(pack(taper%value, may_end_soonest(taper, fine, displacement_end)), 3), &
+         listed(pack(taper%value, may_end_earliest(taper, fine, displacement_end)), 3), &
          'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
       call mark_ties(list, tied)
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
          'main peak at alpha = 0.125 less that of the uniform beam, over 0', peak_change, peak_change > 0.0_wp, &
-         'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(ends))], 3)// &
+         'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(end_tau))], 3)// &
          ' at alpha = 0, 0.025 ... 0.15', 'the least displacement is that at alpha = 0.05')
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
          'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', &
          kinetic_ratio, kinetic_ratio < 0.9_wp, &
-         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_impact, i=1, size(ends))], 3)// &
+         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_impact, i=1, size(end_tau))], 3)// &
          '; mass that takes part in an impact, of the beam: '// &
-         listed([(1.0_wp/taper%outcome(i, fine)%inverse_mass, i=1, size(ends))], 5), '')
+         listed([(1.0_wp/taper%outcome(i, fine)%inverse_mass, i=1, size(end_tau))], 5), '')
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
          'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', loss_ratio, &
          loss_ratio > 1.0_wp, &
          'shares until the main rebound: '// &
-         listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(ends))], 4)// &
-         '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(ends))], 4)// &
+         listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(end_tau))], 4)// &
+         '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(end_tau))], 4)// &
          "; paper's mesh, nodal reading, in all: "// &
-         listed([(taper%outcome(i, coarse_nodal)%lost_at_impacts, i=1, size(ends))], 2)//', created: '// &
-         listed([(taper%outcome(i, coarse_nodal)%created, i=1, size(ends))], 2), &
+         listed([(taper%outcome(i, coarse_nodal)%lost_at_impacts, i=1, size(end_tau))], 2)//', created: '// &
+         listed([(taper%outcome(i, coarse_nodal)%created, i=1, size(end_tau))], 2), &
          'the mass that takes part in an impact shrinks with the taper, and with it what an impact can take; the '// &
          'nodal reading takes more as the taper grows, but of the strongest tapers it creates as well')
    end subroutine judge_taper

@@ -11,8 +11,8 @@ module paper_cases
       method_newmark, run_settings_t, stop_settings_t
    implicit none (type, external)
    private
-   public :: figure_case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
-   public :: way_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, comparison_way
+   public :: figure_case_t, variant_t, height_ratio, make_variants, model_of_case, stop_of_case
+   public :: variant_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, comparison_variant
 
    !> Mean height hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp
@@ -25,10 +25,10 @@ module paper_cases
    integer, parameter :: fine_nodal = 4
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
-   integer, parameter :: way_count = 6
+   integer, parameter :: variant_count = 6
    !> For each variant, the variant with which its results are compared to estimate their error: the same computation on
    !> the other mesh, or the other integration method on the coarse mesh.
-   integer, parameter :: comparison_way(way_count) = &
+   integer, parameter :: comparison_variant(variant_count) = &
       [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. The defaults are the parameters of the paper's first example.
@@ -50,7 +50,7 @@ module paper_cases
    end type figure_case_t
 
    !> A variant of computing motion: mesh, integration method, kind of impulse and mass matrix.
-   type :: way_t
+   type :: variant_t
       character(24) :: name = ''
       !> Number of elements of equal length
       integer :: elements = 8
@@ -61,31 +61,31 @@ module paper_cases
       !> True: use the more accurate of the consistent and the redistributed mass matrix; false: always use the
       !> consistent mass matrix of the paper
       logical :: chooses_mass_matrix = .false.
-   end type way_t
+   end type variant_t
 
 contains
 
    !> Make the variants, indexed by their constants.
-   pure subroutine make_ways(coarse_elements, fine_elements, ways)
+   pure subroutine make_variants(coarse_elements, fine_elements, variants)
       !> Number of elements of the coarse mesh, which is the paper's, and of the fine mesh
       integer, intent(in) :: coarse_elements
       integer, intent(in) :: fine_elements
-      type(way_t), intent(out) :: ways(way_count)
+      type(variant_t), intent(out) :: variants(variant_count)
 
-      ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
-      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, &
+      variants(coarse) = variant_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
+      variants(fine) = variant_t('exact, fine', fine_elements, method_exact, impulse_momentum, &
          chooses_mass_matrix=.true.)
-      ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
-      ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
-      ways(paper_nodal) = way_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)
-      ways(paper_momentum) = way_t("paper's steps", coarse_elements, method_newmark, impulse_momentum)
-   end subroutine make_ways
+      variants(coarse_nodal) = variant_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
+      variants(fine_nodal) = variant_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
+      variants(paper_nodal) = variant_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)
+      variants(paper_momentum) = variant_t("paper's steps", coarse_elements, method_newmark, impulse_momentum)
+   end subroutine make_variants
 
    !> The assembled beam of a case.
-   pure subroutine model_of_case(this, way, model, error)
+   pure subroutine model_of_case(this, variant, model, error)
       type(figure_case_t), intent(in) :: this
       !> Variant, which determines mesh and mass matrix
-      type(way_t), intent(in) :: way
+      type(variant_t), intent(in) :: variant
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
@@ -95,12 +95,12 @@ contains
       type(run_settings_t) :: settings
       logical :: is_redistributed
 
-      call make_mesh(way%elements, 1.0_wp, this%position, mesh, error)
+      call make_mesh(variant%elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
       ! heights at clamp and tip, in L
       section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
-      settings%stop = stop_of_case(this, way%impulse)
-      is_redistributed = way%chooses_mass_matrix
+      settings%stop = stop_of_case(this, variant%impulse)
+      is_redistributed = variant%chooses_mass_matrix
       if (is_redistributed) is_redistributed = is_redistribution_more_accurate(section, mesh, this%tip_mass, settings)
       call make_beam_model(section, mesh, this%tip_mass, model, is_redistributed)
    end subroutine model_of_case

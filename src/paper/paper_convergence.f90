@@ -3,7 +3,7 @@
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: figure_case_t, way_t
+   use paper_cases, only: figure_case_t, variant_t
    use paper_outcomes, only: energy_end, find_outcome, outcome_t, displacement_end
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
@@ -63,14 +63,14 @@ contains
          convergence%energy_tau(meshes, 2), convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
          do k = 1, 2
-            call find_outcome(figure_case_t(), way_t('', convergence%elements(i), method_exact, impulses(k)), &
+            call find_outcome(figure_case_t(), variant_t('', convergence%elements(i), method_exact, impulses(k)), &
                duration, outcome, error)
             if (allocated(error)) return
             convergence%mass(i) = 1.0_wp/outcome%inverse_mass
             convergence%impact_tau(i) = outcome%impact_tau
             convergence%main_peak(i, k) = outcome%main_peak
-            convergence%settling_tau(i, k) = outcome%ends(displacement_end)
-            convergence%energy_tau(i, k) = outcome%ends(energy_end)
+            convergence%settling_tau(i, k) = outcome%end_tau(displacement_end)
+            convergence%energy_tau(i, k) = outcome%end_tau(energy_end)
             convergence%lost(i, k) = outcome%lost_at_impacts
             convergence%created(i, k) = outcome%created
          end do

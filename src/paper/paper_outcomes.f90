@@ -8,7 +8,7 @@ module paper_outcomes
    use history_list, only: eta_stop, eta_tip, force_stop
    use kinds, only: pi, wp
    use motion_run, only: run_motion
-   use paper_cases, only: figure_case_t, height_ratio, model_of_case, stop_of_case, way_t
+   use paper_cases, only: figure_case_t, height_ratio, model_of_case, stop_of_case, variant_t
    use response_types, only: event_contact, event_impact, response_t, run_measures_t
    use run_settings, only: output_settings_t, run_settings_t
    use skyline_matrix, only: multiply
@@ -43,7 +43,7 @@ module paper_outcomes
    !> Measures of one case in one variant.
    type :: outcome_t
       !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
-      real(wp) :: ends(definition_count) = never
+      real(wp) :: end_tau(definition_count) = never
       !> Instant tau of the first impact
       real(wp) :: impact_tau = never
       !> Peaks of the rebounds and their instants
@@ -85,10 +85,10 @@ module paper_outcomes
 contains
 
    !> Compute the motion of a case and its measures.
-   subroutine find_outcome(this, way, duration, outcome, error)
+   subroutine find_outcome(this, variant, duration, outcome, error)
       type(figure_case_t), intent(in) :: this
       !> Variant of computing motion
-      type(way_t), intent(in) :: way
+      type(variant_t), intent(in) :: variant
       !> Duration of the run in tau
       real(wp), intent(in) :: duration
       !> Measures of the case
@@ -102,7 +102,7 @@ contains
       type(output_settings_t) :: output
       real(wp) :: rebound_start
 
-      call model_of_case(this, way, model, error)
+      call model_of_case(this, variant, model, error)
       if (allocated(error)) return
       call find_free_modes(model, modes, error)
       if (allocated(error)) return
@@ -110,7 +110,7 @@ contains
       output%history(force_stop) = .false.
       output%energy = .true.
       output%measures = .true.
-      call run_case(this, way, model, modes, duration, output, response, error)
+      call run_case(this, variant, model, modes, duration, output, response, error)
       if (allocated(error)) return
       outcome%lowest_frequency = sqrt(modes%square(1))
       outcome%inverse_mass = sum(modes%mode(modes%stop_dof, :)**2)
@@ -119,16 +119,16 @@ contains
       ! the shape is taken one sample after the release, when its effect on the highest modes has passed
       output = output_settings_t(history=.false.)
       allocate (output%shape_times, source=[rebound_start + 0.01_wp])
-      call run_case(this, way, model, modes, rebound_start + 0.05_wp, output, response, error)
+      call run_case(this, variant, model, modes, rebound_start + 0.05_wp, output, response, error)
       if (allocated(error)) return
       call measure_components(this, model, modes, response, outcome)
    end subroutine find_outcome
 
    !> Compute the motion of a case.
-   subroutine run_case(this, way, model, modes, duration, output, response, error)
+   subroutine run_case(this, variant, model, modes, duration, output, response, error)
       type(figure_case_t), intent(in) :: this
       !> Variant of computing motion
-      type(way_t), intent(in) :: way
+      type(variant_t), intent(in) :: variant
       !> Model and free modes of the beam
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
@@ -144,10 +144,10 @@ contains
 
       ! the defaults, Newmark's beta = 1/4 and tolerances of 1e-4 and 1e-2, are those of the paper
       settings%zeta = this%zeta
-      settings%stop = stop_of_case(this, way%impulse)
+      settings%stop = stop_of_case(this, variant%impulse)
       settings%response%duration = duration
       settings%response%step = sample_step
-      settings%response%method = way%method
+      settings%response%method = variant%method
       settings%response%keep_all_modes = .true.
       settings%output = output
       settings%height_ratio = height_ratio
@@ -177,12 +177,12 @@ contains
       associate (eta => response%history(eta_stop)%values, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)
             last = findloc(abs(eta) > end_levels(i), .true., dim=1, back=.true.)
-            if (last < size(tau)) outcome%ends(i) = tau(last)
+            if (last < size(tau)) outcome%end_tau(i) = tau(last)
          end do
          do i = 1, size(end_shares)
             last = findloc(energy%kinetic + energy%strain + energy%stop - rest_energy > end_shares(i)*to_dissipate, &
                .true., dim=1, back=.true.)
-            if (last < size(tau)) outcome%ends(size(end_levels) + i) = tau(last)
+            if (last < size(tau)) outcome%end_tau(size(end_levels) + i) = tau(last)
          end do
          outcome%created = energy%created(size(tau))/to_dissipate
          outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_dissipate

@@ -4,7 +4,7 @@ module paper_run
    use failures, only: failure_t
    use kinds, only: wp
    use memory_needs, only: add_modes, add_samples, memory_need_t
-   use paper_cases, only: make_ways, way_count, way_t
+   use paper_cases, only: make_variants, variant_count, variant_t
    use progress_line, only: start_progress, stop_progress
    use scene_types, only: scene_t
    use statements_file, only: refuse_foreign_text, write_statements
@@ -14,7 +14,7 @@ module paper_run
    use sweep_ranks, only: is_first_rank
    implicit none (type, external)
    private
-   public :: needs_of_statements, run_statements
+   public :: memory_need_of_statements, run_statements
 
    !> Sampling interval of the runs in tau
    real(wp), parameter :: sample_step = 0.01_wp
@@ -22,7 +22,7 @@ module paper_run
 contains
 
    !> Estimate the memory that the scene needs. The runs are computed one after the other, each with its energy balance.
-   subroutine needs_of_statements(scene, threads, need)
+   subroutine memory_need_of_statements(scene, threads, need)
       type(scene_t), intent(in) :: scene
       !> Not used, because the runs are not computed in parallel
       integer, intent(in) :: threads
@@ -35,7 +35,7 @@ contains
          ! the convergence study uses up to twice as many elements as the fine mesh
          call add_modes(2*statements%fine_elements, 1, 'give &statements fewer fine_elements', need)
       end associate
-   end subroutine needs_of_statements
+   end subroutine memory_need_of_statements
 
    !> Judge the statements, write the files and print the table.
    subroutine run_statements(scene, job, error)
@@ -45,14 +45,14 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(study_t) :: study
-      type(way_t) :: ways(way_count)
+      type(variant_t) :: variants(variant_count)
 
       if (.not. is_first_rank()) return
       call refuse_foreign_text(job%folder, scene, error)
       if (allocated(error)) return
       if (.not. job%quiet) call start_progress(job%label)
-      call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)
-      call judge_statements(ways, scene%statements%duration, study, error)
+      call make_variants(scene%statements%elements, scene%statements%fine_elements, variants)
+      call judge_statements(variants, scene%statements%duration, study, error)
       call stop_progress()
       if (allocated(error)) return
       call write_statements(job%folder, scene, study, error)

@@ -4,11 +4,11 @@
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: comparison_way, figure_case_t, way_count, way_t
+   use paper_cases, only: comparison_variant, figure_case_t, variant_count, variant_t
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
-   public :: series_t, make_series, compute_series, ends_of, may_end_soonest, find_soonest
+   public :: series_t, make_series, compute_series, end_tau_of, may_end_earliest, find_earliest_end
    public :: series_names, series_symbols
    public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
 
@@ -81,75 +81,75 @@ contains
    end subroutine make_series
 
    !> Compute all cases of a series in every variant.
-   subroutine compute_series(ways, duration, series, error)
-      type(way_t), intent(in) :: ways(way_count)
+   subroutine compute_series(variants, duration, series, error)
+      type(variant_t), intent(in) :: variants(variant_count)
       !> Duration of the runs in tau
       real(wp), intent(in) :: duration
       type(series_t), intent(inout) :: series
       !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      integer :: i, way
+      integer :: i, variant
 
-      allocate (series%outcome(size(series%cases), way_count))
-      do way = 1, way_count
+      allocate (series%outcome(size(series%cases), variant_count))
+      do variant = 1, variant_count
          do i = 1, size(series%cases)
-            call find_outcome(series%cases(i), ways(way), duration, series%outcome(i, way), error)
+            call find_outcome(series%cases(i), variants(variant), duration, series%outcome(i, variant), error)
             if (allocated(error)) return
          end do
       end do
    end subroutine compute_series
 
    !> Instants tau of the end of motion over the cases of a series.
-   pure function ends_of(series, way, definition) result(ends)
+   pure function end_tau_of(series, variant, definition) result(end_tau)
       type(series_t), intent(in) :: series
-      integer, intent(in) :: way
+      integer, intent(in) :: variant
       !> Number of the definition of the end of motion
       integer, intent(in) :: definition
-      real(wp) :: ends(size(series%cases))
+      real(wp) :: end_tau(size(series%cases))
 
       integer :: i
 
-      ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
-   end function ends_of
+      end_tau = [(series%outcome(i, variant)%end_tau(definition), i=1, size(end_tau))]
+   end function end_tau_of
 
    !> Whether each case may be the one whose motion ends earliest. The error of the instant of an end is estimated by
-   !> its difference from the instant in the variant for comparison (`comparison_way`) plus a sampling interval.
-   pure function may_end_soonest(series, way, definition) result(may_be_earliest)
+   !> its difference from the instant in the variant for comparison (`comparison_variant`) plus a sampling interval.
+   pure function may_end_earliest(series, variant, definition) result(may_be_earliest)
       type(series_t), intent(in) :: series
-      integer, intent(in) :: way
+      integer, intent(in) :: variant
       !> Number of the definition of the end of motion
       integer, intent(in) :: definition
       logical :: may_be_earliest(size(series%cases))
 
       integer :: first
 
-      associate (ends => ends_of(series, way, definition), &
-         compared => ends_of(series, comparison_way(way), definition))
-         first = minloc(ends, dim=1)
-         may_be_earliest = min(ends, compared) < max(ends(first), compared(first)) + sample_step
+      associate (end_tau => end_tau_of(series, variant, definition), &
+         compared => end_tau_of(series, comparison_variant(variant), definition))
+         first = minloc(end_tau, dim=1)
+         may_be_earliest = min(end_tau, compared) < max(end_tau(first), compared(first)) + sample_step
       end associate
-   end function may_end_soonest
+   end function may_end_earliest
 
    !> For each definition of the end of motion and each variant, whether the motion of a given case ends earliest, or is
    !> tied with the earliest of other cases within the error.
-   pure subroutine find_soonest(series, case_number, is_first, is_tied)
+   pure subroutine find_earliest_end(series, case_number, is_first, is_tied)
       type(series_t), intent(in) :: series
       !> Number of the given case
       integer, intent(in) :: case_number
-      logical, dimension(definition_count, way_count), intent(out) :: is_first
-      logical, dimension(definition_count, way_count), intent(out) :: is_tied
+      logical, dimension(definition_count, variant_count), intent(out) :: is_first
+      logical, dimension(definition_count, variant_count), intent(out) :: is_tied
 
       logical :: may_be_earliest(size(series%cases))
-      integer :: definition, way
+      integer :: definition, variant
 
-      do way = 1, way_count
+      do variant = 1, variant_count
          do definition = 1, definition_count
-            may_be_earliest = may_end_soonest(series, way, definition)
-            is_first(definition, way) = may_be_earliest(case_number) .and. count(may_be_earliest) == 1
-            is_tied(definition, way) = may_be_earliest(case_number) .and. count(may_be_earliest) > 1
+            may_be_earliest = may_end_earliest(series, variant, definition)
+            is_first(definition, variant) = may_be_earliest(case_number) .and. count(may_be_earliest) == 1
+            is_tied(definition, variant) = may_be_earliest(case_number) .and. count(may_be_earliest) > 1
          end do
       end do
-   end subroutine find_soonest
+   end subroutine find_earliest_end
 
 end module paper_series

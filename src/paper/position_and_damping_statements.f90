@@ -1,9 +1,9 @@
 !> Judges statements 5 and 6 of the paper (Irie, Yamada and Asano 1977): position of the stop, and damping.
 module position_and_damping_statements
    use kinds, only: wp
-   use paper_cases, only: coarse_nodal, fine, way_count
+   use paper_cases, only: coarse_nodal, fine, variant_count
    use paper_outcomes, only: definition_count, energy_end, displacement_end
-   use paper_series, only: ends_of, find_soonest, series_t, may_end_soonest
+   use paper_series, only: end_tau_of, find_earliest_end, series_t, may_end_earliest
    use statement_types, only: add_statement, add_end_statement, listed, mark_ties, rank_correlation, statements_t
    implicit none (type, external)
    private
@@ -23,39 +23,39 @@ contains
       !> Fraction of the energy below which a mode counts as absent
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
       ! energy shares of modes, and the position whose motion ends earliest
-      real(wp), dimension(way_count) :: third_mode, second_mode, earliest
-      real(wp) :: ends(size(position%cases))
-      logical, dimension(definition_count, way_count) :: first, tied
-      integer :: way, i
+      real(wp), dimension(variant_count) :: third_mode, second_mode, earliest
+      real(wp) :: end_tau(size(position%cases))
+      logical, dimension(definition_count, variant_count) :: first, tied
+      integer :: variant, i
 
-      do way = 1, way_count
-         third_mode(way) = max(position%outcome(at_050, way)%energy_share(3), &
-            position%outcome(at_087, way)%energy_share(3))
-         second_mode(way) = position%outcome(at_070, way)%energy_share(2)
-         ends = ends_of(position, way, displacement_end)
-         earliest(way) = position%value(minloc(ends, dim=1))
+      do variant = 1, variant_count
+         third_mode(variant) = max(position%outcome(at_050, variant)%energy_share(3), &
+            position%outcome(at_087, variant)%energy_share(3))
+         second_mode(variant) = position%outcome(at_070, variant)%energy_share(2)
+         end_tau = end_tau_of(position, variant, displacement_end)
+         earliest(variant) = position%value(minloc(end_tau, dim=1))
       end do
-      call find_soonest(position, at_0875, first, tied)
-      ends = ends_of(position, fine, displacement_end)
+      call find_earliest_end(position, at_0875, first, tied)
+      end_tau = end_tau_of(position, fine, displacement_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
          'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third_mode, &
          third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_share(3), i=1, size(ends))], 5), &
+         listed([(position%outcome(i, fine)%energy_share(3), i=1, size(end_tau))], 5), &
          'nodes of mode 3 lie at 0.504 and 0.868')
       call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
          'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second_mode, &
          second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_share(2), i=1, size(ends))], 5), &
+         listed([(position%outcome(i, fine)%energy_share(2), i=1, size(end_tau))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
-         'Lc/L that ends soonest, 0.875', earliest, first, 'ends at tau = '//listed(ends, 1)// &
+         'Lc/L that ends soonest, 0.875', earliest, first, 'ends at tau = '//listed(end_tau, 1)// &
          " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
-         listed(ends_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
-         listed(ends_of(position, fine, energy_end), 1), &
+         listed(end_tau_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
+         listed(end_tau_of(position, fine, energy_end), 1), &
          'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is '// &
          'the tip', &
          "on the paper's mesh by the nodal reading a tie of "// &
-         listed(pack(position%value, may_end_soonest(position, coarse_nodal, displacement_end)), 3))
+         listed(pack(position%value, may_end_earliest(position, coarse_nodal, displacement_end)), 3))
       call mark_ties(list, tied)
    end subroutine judge_position
 
@@ -69,22 +69,22 @@ contains
       !> Indices of the cases zeta = 0.001, 0.01 and 0.05
       integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
-      real(wp), dimension(way_count) :: ratio, end_correlation, mean_ratio, max_deviation
-      logical :: decreases(definition_count, way_count)
-      integer :: way, i, definition
+      real(wp), dimension(variant_count) :: ratio, end_correlation, mean_ratio, max_deviation
+      logical :: decreases(definition_count, variant_count)
+      integer :: variant, i, definition
 
-      do way = 1, way_count
-         ratio(way) = zeta%outcome(lowest, way)%high_mode_velocity &
-            /max(zeta%outcome(five_percent, way)%high_mode_velocity, 1.0e-12_wp)
-         end_correlation(way) = rank_correlation(ends_of(zeta, way, displacement_end))
-         mean_ratio(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
-            + zeta%outcome(five_percent, way)%contact_ratio)
-         max_deviation(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
-            abs(zeta%outcome(five_percent, way)%contact_ratio - third))
+      do variant = 1, variant_count
+         ratio(variant) = zeta%outcome(lowest, variant)%high_mode_velocity &
+            /max(zeta%outcome(five_percent, variant)%high_mode_velocity, 1.0e-12_wp)
+         end_correlation(variant) = rank_correlation(end_tau_of(zeta, variant, displacement_end))
+         mean_ratio(variant) = 0.5_wp*(zeta%outcome(one_percent, variant)%contact_ratio &
+            + zeta%outcome(five_percent, variant)%contact_ratio)
+         max_deviation(variant) = max(abs(zeta%outcome(one_percent, variant)%contact_ratio - third), &
+            abs(zeta%outcome(five_percent, variant)%contact_ratio - third))
       end do
-      do way = 1, way_count
+      do variant = 1, variant_count
          do definition = 1, definition_count
-            decreases(definition, way) = rank_correlation(ends_of(zeta, way, definition)) < -0.6_wp
+            decreases(definition, variant) = rank_correlation(end_tau_of(zeta, variant, definition)) < -0.6_wp
          end do
       end do
       call add_statement(list, '6a', 'With small damping high components are strong.', &
@@ -93,8 +93,8 @@ contains
          listed([(zeta%outcome(i, fine)%high_mode_velocity, i=1, size(zeta%cases))], 4), '')
       call add_end_statement(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
          'order of the ends over zeta, under -0.6', end_correlation, decreases, 'ends at tau = '// &
-         listed(ends_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
-         listed(ends_of(zeta, fine, energy_end), 1), '')
+         listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
+         listed(end_tau_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
          'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', mean_ratio, &

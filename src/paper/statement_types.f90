@@ -2,7 +2,7 @@
 !> motion (methods and meshes) and its verdict.
 module statement_types
    use kinds, only: wp
-   use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, way_count
+   use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, variant_count
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private
@@ -33,9 +33,9 @@ module statement_types
       !> Description of the measured value, and the condition on it
       character(:), allocatable :: measure
       !> Value that decides, in each variant; equal in all variants if the statement does not involve motion
-      real(wp) :: figure(way_count) = 0.0_wp
+      real(wp) :: figure(variant_count) = 0.0_wp
       !> Whether the condition is met in each variant
-      logical :: holds(way_count) = .false.
+      logical :: holds(variant_count) = .false.
       !> Further values on the fine mesh
       character(:), allocatable :: detail
       !> Reason of a difference between the paper and the program
@@ -43,9 +43,9 @@ module statement_types
       !> Whether the statement is about the end of motion
       logical :: concerns_end = .false.
       !> Number of definitions of the end of motion for which the condition is met, in each variant
-      integer :: definitions_met(way_count) = 0
+      integer :: definitions_met(variant_count) = 0
       !> Number of further definitions for which the compared values are tied, in each variant
-      integer :: ties(way_count) = 0
+      integer :: ties(variant_count) = 0
       !> Qualification of the verdict; empty: none
       character(:), allocatable :: remark
    end type statement_t
@@ -64,8 +64,8 @@ contains
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
-      real(wp), intent(in) :: figure(way_count)
-      logical, intent(in) :: holds(way_count)
+      real(wp), intent(in) :: figure(variant_count)
+      logical, intent(in) :: holds(variant_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
@@ -101,9 +101,9 @@ contains
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
-      real(wp), intent(in) :: figure(way_count)
+      real(wp), intent(in) :: figure(variant_count)
       !> Whether the condition is met, for each definition of the end of motion and each variant
-      logical, intent(in) :: holds(definition_count, way_count)
+      logical, intent(in) :: holds(definition_count, variant_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
@@ -121,7 +121,7 @@ contains
       type(statements_t), intent(inout) :: list
       !> Whether the compared values are tied, for each definition of the end and each variant; the condition is not met
       !> for tied values
-      logical, intent(in) :: is_tied(definition_count, way_count)
+      logical, intent(in) :: is_tied(definition_count, variant_count)
 
       list%item(size(list%item))%ties = count(is_tied, dim=1)
    end subroutine mark_ties
@@ -153,16 +153,16 @@ contains
       type(statement_t), intent(in) :: item
       character(:), allocatable :: words
 
-      integer :: way, verdict
+      integer :: variant, verdict
 
       verdict = verdict_of(item)
       words = trim(verdict_names(verdict))
       if (item%remark /= '') words = words//', '//item%remark
       if (.not. item%concerns_end .or. verdict == verdict_tie) return
-      way = fine
-      if (verdict == verdict_coarse) way = coarse
-      if (verdict == verdict_nodal) way = coarse_nodal
-      if (item%definitions_met(way) > 1 .and. item%definitions_met(way) < definition_count - 1) then
+      variant = fine
+      if (verdict == verdict_coarse) variant = coarse
+      if (verdict == verdict_nodal) variant = coarse_nodal
+      if (item%definitions_met(variant) > 1 .and. item%definitions_met(variant) < definition_count - 1) then
          words = words//' (hangs on the definition of the end)'
       end if
    end function verdict_in_words

@@ -7,7 +7,7 @@ module statements_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
-   use paper_cases, only: way_count, way_t
+   use paper_cases, only: variant_count, variant_t
    use paper_convergence, only: convergence_t, impulse_kinds
    use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
@@ -47,9 +47,9 @@ contains
       if (allocated(error)) return
       call begin_results(root, expected_bytes, scene)
       group = root%group('statements')
-      call write_verdicts(group, study%ways, study%list)
+      call write_verdicts(group, study%variants, study%list)
       do i = 1, size(study%series)
-         call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%ways, &
+         call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%variants, &
             study%series(i))
       end do
       call write_convergence(group%group('convergence'), study%convergence)
@@ -80,9 +80,9 @@ contains
    end subroutine refuse_foreign_text
 
    !> Write the statements with their verdicts.
-   subroutine write_verdicts(group, ways, list)
+   subroutine write_verdicts(group, variants, list)
       type(hdf5_group_t), intent(in) :: group
-      type(way_t), intent(in) :: ways(way_count)
+      type(variant_t), intent(in) :: variants(variant_count)
       type(statements_t), intent(in) :: list
 
       character(max_text_length), dimension(size(list%item)) :: text, measure, detail, reason, verdict
@@ -96,8 +96,8 @@ contains
          verdict(i) = verdict_in_words(list%item(i))
       end do
       call group%add('statement', [(i, i=1, size(list%item))], '1', 'one statement of the paper', is_scale=.true.)
-      call group%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
-      call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
+      call group%add('way', [(i, i=1, variant_count)], '1', 'one way of computing', is_scale=.true.)
+      call group%add('way_name', variants%name, 'none', 'name of the way', along='way')
       call group%add('label', list%item%label, 'none', 'number of the statement', along='statement')
       call group%add('text', text, 'none', 'what the paper says', along='statement')
       call group%add('measure', measure, 'none', 'what was measured, and the condition on it', along='statement')
@@ -109,25 +109,25 @@ contains
       call group%add('has_end', merge(1, 0, list%item%concerns_end), '1', '1: the end of the motion counts', &
          along='statement')
       call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
-      do i = 1, way_count
+      do i = 1, variant_count
          call group%add(name_of('figure', i), list%item%figure(i), '1', &
-            'figure that decides: '//trim(ways(i)%name), along='statement')
+            'figure that decides: '//trim(variants(i)%name), along='statement')
          call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
-            'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
+            'definitions of the end for which the condition is met: '//trim(variants(i)%name), along='statement')
          call group%add(name_of('ties', i), list%item%ties(i), '1', &
-            'definitions of the end for which what is compared cannot be told apart: '//trim(ways(i)%name), &
+            'definitions of the end for which what is compared cannot be told apart: '//trim(variants(i)%name), &
             along='statement')
          call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '// &
-            trim(ways(i)%name), along='statement')
+            trim(variants(i)%name), along='statement')
       end do
    end subroutine write_verdicts
 
    !> Write the results of the cases of one figure, [cases, variants]. An instant that is not reached is NaN.
-   subroutine write_series(group, name, ways, series)
+   subroutine write_series(group, name, variants, series)
       type(hdf5_group_t), intent(in) :: group
       !> Name of the varied parameter
       character(*), intent(in) :: name
-      type(way_t), intent(in) :: ways(way_count)
+      type(variant_t), intent(in) :: variants(variant_count)
       !> Series of the cases
       type(series_t), intent(in) :: series
 
@@ -135,16 +135,16 @@ contains
       integer :: i
 
       call group%add(name, series%value, '1', 'what is varied', is_scale=.true.)
-      call group%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
-      call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
+      call group%add('way', [(i, i=1, variant_count)], '1', 'one way of computing', is_scale=.true.)
+      call group%add('way_name', variants%name, 'none', 'name of the way', along='way')
       do i = 1, size(end_levels)
          write (end_name, '(a, i0)') 'end_level_', i
-         call add(trim(end_name), or_nan(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '// &
+         call add(trim(end_name), or_nan(series%outcome%end_tau(i)), 'tau when |eta_c| last exceeds '// &
             to_text(end_levels(i)))
       end do
       do i = 1, size(end_shares)
          write (end_name, '(a, i0)') 'end_energy_', i
-         call add(trim(end_name), or_nan(series%outcome%ends(size(end_levels) + i)), &
+         call add(trim(end_name), or_nan(series%outcome%end_tau(size(end_levels) + i)), &
             "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
       end do
       call add('first_impact', or_nan(series%outcome%impact_tau), 'first meeting with the stop, tau')

@@ -5,7 +5,7 @@ module statements_study
    use frequency_statements, only: judge_frequencies
    use kinds, only: wp
    use mass_and_taper_statements, only: judge_mass, judge_taper
-   use paper_cases, only: coarse, fine, way_count, way_t
+   use paper_cases, only: coarse, fine, variant_count, variant_t
    use paper_convergence, only: convergence_t, find_convergence
    use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, &
       vary_restitution, vary_stiffness, vary_taper, vary_zeta
@@ -20,7 +20,7 @@ module statements_study
 
    !> The statements and the results on which they are based.
    type :: study_t
-      type(way_t) :: ways(way_count)
+      type(variant_t) :: variants(variant_count)
       type(statements_t) :: list
       !> All computed series, indexed by the `vary_` constants
       type(series_t) :: series(series_count)
@@ -30,8 +30,8 @@ module statements_study
 contains
 
    !> Compute all cases in every variant of `paper_cases` and judge all statements in the order of the paper.
-   subroutine judge_statements(ways, duration, study, error)
-      type(way_t), intent(in) :: ways(way_count)
+   subroutine judge_statements(variants, duration, study, error)
+      type(variant_t), intent(in) :: variants(variant_count)
       !> Duration of the runs in tau
       real(wp), intent(in) :: duration
       !> Statements and the results on which they are based
@@ -47,13 +47,13 @@ contains
       real(wp), parameter :: max_example_duration = 40.0_wp
       integer :: i
 
-      study%ways = ways
+      study%variants = variants
       do i = 1, series_count
          call make_series(i, study%series(i))
-         call compute_series(ways, duration, study%series(i), error)
+         call compute_series(variants, duration, study%series(i), error)
          if (allocated(error)) return
       end do
-      call find_convergence(min(coarsest, ways(coarse)%elements), 2*ways(fine)%elements, &
+      call find_convergence(min(coarsest, variants(coarse)%elements), 2*variants(fine)%elements, &
          min(duration, max_example_duration), study%convergence, error)
       if (allocated(error)) return
       call judge_frequencies(study%list, error)

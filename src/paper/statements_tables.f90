@@ -2,7 +2,7 @@
 !> measured values in every variant of computing motion, and a summary.
 module statements_tables
    use kinds, only: wp
-   use paper_cases, only: way_count, way_t
+   use paper_cases, only: variant_count, variant_t
    use paper_convergence, only: impulse_kinds
    use paper_outcomes, only: definition_count
    use paper_series, only: series_symbols
@@ -24,10 +24,10 @@ contains
       integer :: i, k
 
       do i = 1, size(study%list%item)
-         associate (item => study%list%item(i), ways => study%ways)
+         associate (item => study%list%item(i), variants => study%variants)
             call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
             call print_wrapped(unit, '', item%measure//':')
-            call print_wrapped(unit, '', figures_text(item, ways))
+            call print_wrapped(unit, '', figures_text(item, variants))
             call print_wrapped(unit, '', item%detail)
             if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//item%reason//'.')
             write (unit, '(a)') ''
@@ -46,7 +46,7 @@ contains
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
 
-      integer :: i, k, way, definition
+      integer :: i, k, variant, definition
       character(12) :: cells(definition_count)
 
       associate (c => study%convergence)
@@ -71,12 +71,12 @@ contains
          write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_symbols(i), 'way                   ', 'eta 5 %', &
             'eta 2 %', 'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
          do k = 1, size(study%series(i)%cases)
-            do way = 1, way_count
-               associate (outcome => study%series(i)%outcome(k, way))
+            do variant = 1, variant_count
+               associate (outcome => study%series(i)%outcome(k, variant))
                   do definition = 1, definition_count
-                     cells(definition) = number(outcome%ends(definition), 2)
+                     cells(definition) = number(outcome%end_tau(definition), 2)
                   end do
-                  write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%ways(way)%name, &
+                  write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%variants(variant)%name, &
                      (adjustr(cells(definition)(:9)), definition=1, definition_count), outcome%main_peak, &
                      outcome%lost_at_impacts, outcome%created, outcome%high_mode_displacement, &
                      outcome%high_mode_velocity
@@ -97,12 +97,12 @@ contains
    end function padded
 
    !> Text of the deciding value in each variant, followed by yes or no for the condition.
-   function figures_text(item, ways) result(text)
+   function figures_text(item, variants) result(text)
       type(statement_t), intent(in) :: item
-      type(way_t), intent(in) :: ways(way_count)
+      type(variant_t), intent(in) :: variants(variant_count)
       character(:), allocatable :: text
 
-      integer :: way
+      integer :: variant
 
       text = ''
       if (.not. item%concerns_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
@@ -110,13 +110,13 @@ contains
          text = short_text(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
       end if
-      do way = 1, way_count
-         if (way > 1) text = text//'; '
-         text = text//trim(ways(way)%name)//' '//short_text(item%figure(way))//' ('// &
-            trim(merge('yes', 'no ', item%holds(way)))
-         if (item%concerns_end) text = text//', '//number(real(item%definitions_met(way), wp), 0)//' of ' &
+      do variant = 1, variant_count
+         if (variant > 1) text = text//'; '
+         text = text//trim(variants(variant)%name)//' '//short_text(item%figure(variant))//' ('// &
+            trim(merge('yes', 'no ', item%holds(variant)))
+         if (item%concerns_end) text = text//', '//number(real(item%definitions_met(variant), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
-         if (item%ties(way) > 0) text = text//', '//number(real(item%ties(way), wp), 0)//' tied'
+         if (item%ties(variant) > 0) text = text//', '//number(real(item%ties(variant), wp), 0)//' tied'
          text = text//')'
       end do
       if (item%concerns_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &

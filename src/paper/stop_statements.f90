@@ -2,9 +2,9 @@
 !> coefficient of restitution.
 module stop_statements
    use kinds, only: pi, wp
-   use paper_cases, only: coarse_nodal, fine, way_count
+   use paper_cases, only: coarse_nodal, fine, variant_count
    use paper_outcomes, only: definition_count, energy_end, displacement_end
-   use paper_series, only: ends_of, series_t
+   use paper_series, only: end_tau_of, series_t
    use statement_types, only: add_statement, add_end_statement, listed, number, rank_correlation, percent, statements_t
    implicit none (type, external)
    private
@@ -23,23 +23,23 @@ contains
 
       real(wp), parameter :: period = 2.0_wp*pi
       real(wp), dimension(size(soft%cases)) :: difference, indentation, share
-      real(wp), dimension(way_count) :: difference_10, indentation_10, share_10
-      logical, dimension(way_count) :: similar, stiff, short
+      real(wp), dimension(variant_count) :: difference_10, indentation_10, share_10
+      logical, dimension(variant_count) :: similar, stiff, short
       character(240) :: detail(3)
       character(60) :: remark(3)
-      integer :: way
+      integer :: variant
 
       detail = ''
-      do way = 1, way_count
-         call compare(soft, rigid, rigid_case, way, period, difference, indentation, share)
+      do variant = 1, variant_count
+         call compare(soft, rigid, rigid_case, variant, period, difference, indentation, share)
          ! the value printed in the paper is kappa = 10, the first of the series
-         difference_10(way) = difference(1)
-         indentation_10(way) = indentation(1)
-         share_10(way) = share(1)
-         similar(way) = difference(1) < 0.05_wp
-         stiff(way) = indentation(1) < 0.01_wp
-         short(way) = share(1) < 0.05_wp
-         if (way /= fine) cycle
+         difference_10(variant) = difference(1)
+         indentation_10(variant) = indentation(1)
+         share_10(variant) = share(1)
+         similar(variant) = difference(1) < 0.05_wp
+         stiff(variant) = indentation(1) < 0.01_wp
+         short(variant) = share(1) < 0.05_wp
+         if (variant /= fine) cycle
          detail(1) = 'at kappa = 10, 1e2 ... 1e5: '//listed(difference, 4)
          remark(1) = 'with the printed kappa; from kappa = '//first_kappa_below(difference, 0.05_wp)//' on it does'
          detail(2) = 'at kappa = 10, 1e2 ... 1e5: '//listed(indentation, 5)
@@ -78,12 +78,12 @@ contains
    end subroutine judge_models
 
    !> Compare both models of the stop in one variant.
-   subroutine compare(soft, rigid, rigid_case, way, period, difference, indentation, share)
+   subroutine compare(soft, rigid, rigid_case, variant, period, difference, indentation, share)
       !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
-      integer, intent(in) :: way
+      integer, intent(in) :: variant
       !> Period of the first mode in tau, 2 pi
       real(wp), intent(in) :: period
       !> Difference of the main peaks, [kappa]
@@ -96,7 +96,7 @@ contains
       integer :: i
 
       do i = 1, size(soft%cases)
-         associate (compliant => soft%outcome(i, way), rigid_result => rigid%outcome(rigid_case, way))
+         associate (compliant => soft%outcome(i, variant), rigid_result => rigid%outcome(rigid_case, variant))
             difference(i) = abs(compliant%main_peak - rigid_result%main_peak)
             indentation(i) = compliant%indentation
             share(i) = compliant%contact_length/period
@@ -110,38 +110,38 @@ contains
       type(series_t), intent(in) :: preload
       type(statements_t), intent(inout) :: list
 
-      real(wp) :: figure(way_count), ends(size(preload%cases))
-      logical :: sooner(definition_count, way_count)
-      integer :: way, definition
+      real(wp) :: figure(variant_count), end_tau(size(preload%cases))
+      logical :: sooner(definition_count, variant_count)
+      integer :: variant, definition
 
-      do way = 1, way_count
-         figure(way) = end_ratio(way, displacement_end)
+      do variant = 1, variant_count
+         figure(variant) = end_ratio(variant, displacement_end)
          do definition = 1, definition_count
-            sooner(definition, way) = end_ratio(way, definition) < 0.8_wp .and. &
-               rank_correlation(ends_of(preload, way, definition)) < -0.3_wp
+            sooner(definition, variant) = end_ratio(variant, definition) < 0.8_wp .and. &
+               rank_correlation(end_tau_of(preload, variant, definition)) < -0.3_wp
          end do
       end do
-      ends = ends_of(preload, fine, displacement_end)
+      end_tau = end_tau_of(preload, fine, displacement_end)
       call add_end_statement(list, '3', 'The larger the preload, the sooner the vibration ends.', &
          'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', figure, sooner, &
-         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '// &
-         number(rank_correlation(ends), 2)// &
+         'ends at tau = '//listed(end_tau, 1)//' at delta = 0, 0.1 ... 0.5: order '// &
+         number(rank_correlation(end_tau), 2)// &
          ' (-1: each sooner than the one before); energy down to 1 %: '// &
-         listed(ends_of(preload, fine, energy_end), 1), &
+         listed(end_tau_of(preload, fine, energy_end), 1), &
          'at delta = 0.2 a nearly periodic bounce delays the end, its rebounds '// &
          listed(preload%outcome(3, fine)%peak_eta, 2), 'as a trend')
 
    contains
 
       !> Ratio of the end of motion at the maximum preload to that without preload.
-      function end_ratio(way, definition) result(ratio)
+      function end_ratio(variant, definition) result(ratio)
          !> Numbers of the variant and of the definition of the end
-         integer, intent(in) :: way
+         integer, intent(in) :: variant
          integer, intent(in) :: definition
          real(wp) :: ratio
 
-         ratio = preload%outcome(size(preload%cases), way)%ends(definition) &
-            /preload%outcome(1, way)%ends(definition)
+         ratio = preload%outcome(size(preload%cases), variant)%end_tau(definition) &
+            /preload%outcome(1, variant)%end_tau(definition)
       end function end_ratio
 
    end subroutine judge_preload
@@ -152,29 +152,29 @@ contains
       type(series_t), intent(in) :: restitution
       type(statements_t), intent(inout) :: list
 
-      real(wp), dimension(way_count) :: reduction, spread_above
-      logical, dimension(definition_count, way_count) :: sooner, similar
-      real(wp) :: ends(size(restitution%cases)), peaks(size(restitution%cases))
-      integer :: way, i, definition, first_high
+      real(wp), dimension(variant_count) :: reduction, spread_above
+      logical, dimension(definition_count, variant_count) :: sooner, similar
+      real(wp) :: end_tau(size(restitution%cases)), peaks(size(restitution%cases))
+      integer :: variant, i, definition, first_high
 
       first_high = findloc(restitution%value >= 0.6_wp, .true., dim=1)
-      do way = 1, way_count
-         reduction(way) = end_reduction(way, displacement_end)
+      do variant = 1, variant_count
+         reduction(variant) = end_reduction(variant, displacement_end)
          do definition = 1, definition_count
-            sooner(definition, way) = end_reduction(way, definition) > 0.05_wp
-            ends = ends_of(restitution, way, definition)
-            similar(definition, way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp < 0.1_wp
+            sooner(definition, variant) = end_reduction(variant, definition) > 0.05_wp
+            end_tau = end_tau_of(restitution, variant, definition)
+            similar(definition, variant) = maxval(end_tau(first_high:))/minval(end_tau(first_high:)) - 1.0_wp < 0.1_wp
          end do
-         ends = ends_of(restitution, way, displacement_end)
-         spread_above(way) = maxval(ends(first_high:))/minval(ends(first_high:)) - 1.0_wp
+         end_tau = end_tau_of(restitution, variant, displacement_end)
+         spread_above(variant) = maxval(end_tau(first_high:))/minval(end_tau(first_high:)) - 1.0_wp
       end do
-      ends = ends_of(restitution, fine, displacement_end)
+      end_tau = end_tau_of(restitution, fine, displacement_end)
       peaks = [(restitution%outcome(i, fine)%main_peak, i=1, size(peaks))]
       call add_end_statement(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
          'by what share eps = 0 ends before eps = 0.6, over 0.05', reduction, sooner, &
-         'ends at tau = '//listed(ends, 2)//"; paper's mesh, nodal reading: "// &
-         listed(ends_of(restitution, coarse_nodal, displacement_end), 2)//', energy down to 1 %: '// &
-         listed(ends_of(restitution, coarse_nodal, energy_end), 2)//'; spread of the main peaks '// &
+         'ends at tau = '//listed(end_tau, 2)//"; paper's mesh, nodal reading: "// &
+         listed(end_tau_of(restitution, coarse_nodal, displacement_end), 2)//', energy down to 1 %: '// &
+         listed(end_tau_of(restitution, coarse_nodal, energy_end), 2)//'; spread of the main peaks '// &
          number(1.0e6_wp*(maxval(peaks) - minval(peaks)), 2)//'e-6', &
          'with a consistent impulse the mass that takes part in an impact, '// &
          percent(1.0_wp/restitution%outcome(1, fine)%inverse_mass)// &
@@ -182,20 +182,20 @@ contains
          'mass; by the nodal reading eps matters, but its order is not the same by eta and by energy')
       call add_end_statement(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
          'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, similar, 'ends at tau = '// &
-         listed(ends(first_high:), 2)//"; paper's mesh, nodal reading: "// &
-         listed(values_from(ends_of(restitution, coarse_nodal, displacement_end), first_high), 2), '')
+         listed(end_tau(first_high:), 2)//"; paper's mesh, nodal reading: "// &
+         listed(values_from(end_tau_of(restitution, coarse_nodal, displacement_end), first_high), 2), '')
 
    contains
 
       !> Relative reduction of the end of motion from the first eps of at least 0.6 to the lowest eps.
-      function end_reduction(way, definition) result(reduction)
+      function end_reduction(variant, definition) result(reduction)
          !> Numbers of the variant and of the definition of the end
-         integer, intent(in) :: way
+         integer, intent(in) :: variant
          integer, intent(in) :: definition
          real(wp) :: reduction
 
-         associate (end_at_lowest => restitution%outcome(1, way)%ends(definition), &
-            end_at_06 => restitution%outcome(first_high, way)%ends(definition))
+         associate (end_at_lowest => restitution%outcome(1, variant)%end_tau(definition), &
+            end_at_06 => restitution%outcome(first_high, variant)%end_tau(definition))
             reduction = (end_at_06 - end_at_lowest)/end_at_06
          end associate
       end function end_reduction

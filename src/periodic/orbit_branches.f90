@@ -3,11 +3,11 @@
 !> the unknowns of `section_map` and the parameter, in units of the map.
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
+   use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period
    use failures, only: failure_t
    use kinds, only: wp
    use orbit_newton, only: solve_orbit, doubling_direction, distance_of, find_direction, predictor, initial_state_t, &
       solution_t
-   use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period
    use orbit_settings, only: orbit_settings_t
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_none, mark_torus, &
       orbit_branch_t, orbit_point_t

@@ -6,6 +6,7 @@ module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
+   use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: failure_t
    use few_modes, only: find_base_modes
@@ -17,7 +18,6 @@ module section_map
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of
-   use contact_states, only: make_contact_state, contact_state_t
    use tangent_columns, only: by_amplitude, by_frequency, by_nothing, allocate_tangent
    implicit none (type, external)
    private
@@ -336,13 +336,13 @@ contains
          gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
          associate (contact => map%contacts(k))
             if (state%is_closed(k) .or. state%is_deformed(k)) then
-               if (.not. contact%is_rigid) state%depth(k) = -gap
+               if (.not. contact%is_rigid) state%indentation(k) = -gap
             else
                if (any(map%branch_contacts == k)) then
-                  state%depth(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
-                  state%branch_force(k) = -contact%spring%stiffness*state%depth(k)
+                  state%indentation(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
+                  state%branch_force(k) = -contact%spring%stiffness*state%indentation(k)
                end if
-               is_admissible = is_admissible .and. gap + state%depth(k) >= -rounding
+               is_admissible = is_admissible .and. gap + state%indentation(k) >= -rounding
             end if
          end associate
       end do

@@ -50,7 +50,7 @@ module name_table
       procedure :: give_one
       procedure :: change
       procedure :: give_changes
-      procedure :: openings
+      procedure :: groups_to_list
       procedure :: open
       procedure :: open_numbered
       procedure :: store
@@ -148,7 +148,7 @@ contains
    end subroutine give_changes
 
    !> Number of groups of a name that must be listed: at least one, so that the names of the group are in the table.
-   pure function openings(table, group, in_scene) result(number)
+   pure function groups_to_list(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       !> Number of these groups in the scene
@@ -163,7 +163,7 @@ contains
          number = max(1, in_scene)
          if (allocated(table%groups_given)) number = max(number, min(max_repeats, count(table%groups_given == group)))
       end if
-   end function openings
+   end function groups_to_list
 
    !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., the names need not be
    !> listed, and the table skips their entries.

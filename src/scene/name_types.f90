@@ -44,12 +44,12 @@ module name_types
       !> slowest, and among parameters of one kind those with smaller numbers
       integer :: order = 0
       !> A change of the value changes the beam or the mesh
-      logical :: is_of_beam = .false.
+      logical :: changes_beam = .false.
       !> &cases may vary the parameter too
       logical :: is_in_cases = .false.
       !> The value may change during a motion, because neither the modes nor the positions of stops nor the phases of
       !> loads depend on it
-      logical :: is_in_motion = .false.
+      logical :: may_change_in_motion = .false.
       !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
       !> the name
       character(name_room) :: name = ''
@@ -73,7 +73,7 @@ module name_types
       !> dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
       character(name_room) :: quantity = ''
       !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
-      character(name_room) :: over = ''
+      character(name_room) :: relative_to = ''
       !> The value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.
       !> Default value in words, if the default is not a constant

@@ -12,7 +12,7 @@ module scene_beam
    use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
-   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
+   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, min_tip_ratio
 
    ! Conditions that several names have in common: how the section is given
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
@@ -28,7 +28,7 @@ module scene_beam
 
    !> Minimum ratio of the height at the tip to the height at the root if the former is not 0; with a smaller ratio,
    !> rounding makes the beam indistinguishable from a full wedge.
-   real(wp), parameter :: smallest_tip = 1.0e-9_wp
+   real(wp), parameter :: min_tip_ratio = 1.0e-9_wp
 
 contains
 
@@ -48,7 +48,7 @@ contains
          linear_taper, default='height_root'))
       call table%bind(beam%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
          range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
-         sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
+         sweep=sweep_t(3, changes_beam=.true., is_in_cases=.true., &
          meaning='alpha = (height_root - height_tip) / length, mean height kept')))
       call table%bind(beam%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
          range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
@@ -117,12 +117,12 @@ contains
          beam%height_root = beam%length*(beam%mean_height_ratio + 0.5_wp*beam%taper)
          beam%height_tip = beam%length*(beam%mean_height_ratio - 0.5_wp*beam%taper)
       end if
-      if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
+      if (beam%height_root < min_tip_ratio*beam%height_tip .or. beam%height_root <= 0.0_wp) then
          call input%complain('beam', trim(merge('height_root', 'taper      ', gives_root_height)), &
-            'the height at the clamp must be at least '//to_text(smallest_tip)//' of that at the tip')
-      else if (beam%height_tip > 0.0_wp .and. beam%height_tip < smallest_tip*beam%height_root) then
+            'the height at the clamp must be at least '//to_text(min_tip_ratio)//' of that at the tip')
+      else if (beam%height_tip > 0.0_wp .and. beam%height_tip < min_tip_ratio*beam%height_root) then
          call input%complain('beam', trim(merge('height_tip', 'taper     ', gives_root_height)), &
-            'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
+            'the height at the tip must be 0 or at least '//to_text(min_tip_ratio)//' of that at the clamp')
       end if
    end subroutine resolve_taper
 
@@ -138,7 +138,7 @@ contains
       beam%height_root = mean + 0.5_wp*taper*beam%length
       beam%height_tip = mean - 0.5_wp*taper*beam%length
       ! a full wedge within rounding
-      if (beam%height_tip < smallest_tip*mean) beam%height_tip = 0.0_wp
+      if (beam%height_tip < min_tip_ratio*mean) beam%height_tip = 0.0_wp
    end subroutine set_taper
 
    !> Check that stations ascend from 0 to the length of the beam; the last one is then set to exactly the length.

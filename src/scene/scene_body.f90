@@ -27,7 +27,7 @@ contains
       !> The scene; its root is bound
       type(scene_t), intent(inout) :: scene
 
-      call table%open(group_t('root'), scene%has_root)
+      call table%open(group_t('root'), scene%has_root_group)
       if (.not. table%is_open) return
       associate (root => scene%root)
          call table%bind(root%kind, name_t('kind', 'what holds the root: the clamp, or a pin about which it turns ' &
@@ -35,13 +35,13 @@ contains
          call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
             'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, elastic_clamp, &
             default='none: it does not turn', is_optional=.true., &
-            sweep=sweep_t(20, is_of_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
+            sweep=sweep_t(20, changes_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
          call table%store(name_t('rotation_stiffness', 'the same, moment over angle', &
             physical_range, elastic_clamp, instead_of='rotation_stiffness_ratio', &
             quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
          call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
             'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, elastic_clamp, &
-            default='none: it does not move', is_optional=.true., sweep=sweep_t(21, is_of_beam=.true., &
+            default='none: it does not move', is_optional=.true., sweep=sweep_t(21, changes_beam=.true., &
             is_in_cases=.true., name='root_translation_stiffness_ratio')))
          call table%store(name_t('translation_stiffness', &
             'the same, force over length', physical_range, elastic_clamp, instead_of='translation_stiffness_ratio', &
@@ -60,7 +60,7 @@ contains
 
       number = 0
       if (allocated(scene%masses)) number = size(scene%masses)
-      number = table%openings('mass', number)
+      number = table%groups_to_list('mass', number)
       allocate (masses(number))
       if (allocated(scene%masses)) masses(:) = scene%masses
       do k = 1, number
@@ -76,13 +76,13 @@ contains
       type(mass_settings_t), intent(inout) :: mass
 
       call table%bind(mass%position, name_t('position', 'position of the mass over length', place_range, &
-         sweep=sweep_t(17, is_of_beam=.true., is_in_cases=.true.)))
+         sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)))
       call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
-         sweep=sweep_t(18, is_of_beam=.true., is_in_cases=.true.)))
+         sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
       call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
          'J / (rho Abar L^3), its moment of inertia about the axis of bending', mass_range, &
-         sweep=sweep_t(19, is_of_beam=.true., is_in_cases=.true.)))
+         sweep=sweep_t(19, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('rotary_inertia', 'J, mass times length squared', &
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass

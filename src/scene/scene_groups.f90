@@ -19,7 +19,7 @@ module scene_groups
    use scene_section, only: list_section
    use scene_start, only: list_start
    use scene_stops, only: list_stops, list_supports
-   use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
+   use scene_types, only: integrator_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use sweep_names, only: list_parameters, list_sweep, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
@@ -190,7 +190,7 @@ contains
 
       call table%open(group_t('tip_mass', in_motion_and_benchmark))
       call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
-         sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
+         sweep=sweep_t(4, changes_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
       call table%store(name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
          sweep=sweep_t(name='tip_mass')))
    end subroutine list_tip_mass
@@ -202,18 +202,18 @@ contains
 
       call table%open(group_t('damping', in_motion_and_benchmark))
       call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
-         rayleigh, sweep=sweep_t(8, is_in_cases=.true., is_in_motion=.true., meaning='damping ratio')))
+         rayleigh, sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., meaning='damping ratio')))
       call table%store(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
          physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., is_in_motion=.true.)))
+         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
          physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
          default='none: C = gamma K + alpha M', is_optional=.true., &
-         sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
+         sweep=sweep_t(55, is_in_cases=.true., may_change_in_motion=.true.)))
    end subroutine list_damping
 
    !> List the names of &mesh in the table, and bind them to the components of the scene.
@@ -231,10 +231,10 @@ contains
          default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
          condition_t(without='tolerance nodes', phrase='a given number, not with tolerance or nodes'), &
-         sweep=sweep_t(1, is_of_beam=.true.)))
+         sweep=sweep_t(1, changes_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
          ratio_range, condition_t(without='nodes', phrase='elements of one ratio, not with nodes'), &
-         sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
+         sweep=sweep_t(2, changes_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
       call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses', &
          default="'consistent'; 'auto' with a tolerance"), mass_names)
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
@@ -273,7 +273,7 @@ contains
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
          range_t(0.0_wp, 1.0e3_wp, excludes_minimum=.true.), newmark))
       call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
-         hop_range, sweep=sweep_t(7, is_in_motion=.true.)))
+         hop_range, sweep=sweep_t(7, may_change_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
       call table%bind(response%accuracy, name_t('accuracy', 'share of the greatest displacement by which leaving out ' &
@@ -327,7 +327,7 @@ contains
       type(precision_settings_t), intent(inout) :: precision
 
       call table%bind(precision%methods, name_t('methods', 'ways through time to compare', needs=a_stop, &
-         default='all'), contender_names)
+         default='all'), integrator_names)
       call table%bind(precision%duration, name_t('duration', 'length of the runs, tau', duration_range, a_stop))
       call table%bind(precision%steps, name_t('steps', "Newmark's steps d tau; tolerances fall with their squares", &
          range_t(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))

@@ -39,7 +39,7 @@ contains
 
       number = 0
       if (allocated(scene%forces)) number = size(scene%forces)
-      number = table%openings('force', number)
+      number = table%groups_to_list('force', number)
       allocate (forces(number))
       if (allocated(scene%forces)) forces(:) = scene%forces
       do k = 1, number
@@ -71,7 +71,7 @@ contains
       call table%bind(force%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
+         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
          //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
       call list_course(table, force%course, first_parameter)
@@ -89,7 +89,7 @@ contains
       real(wp) :: degrees, given_degrees, last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
-         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., is_in_motion=.true.)))
+         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('frequency', 'periods over time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
@@ -135,7 +135,7 @@ contains
 
       number = 0
       if (allocated(scene%bases)) number = size(scene%bases)
-      number = table%openings('base', number)
+      number = table%groups_to_list('base', number)
       allocate (bases(number))
       if (allocated(scene%bases)) bases(:) = scene%bases
       do k = 1, number
@@ -155,7 +155,7 @@ contains
 
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
          //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), &
-         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., is_in_motion=.true.)))
+         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
@@ -163,7 +163,8 @@ contains
       call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
+         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., &
+         may_change_in_motion=.true.)))
       call table%store(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
          //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
       call list_course(table, base%course, first_parameter)

@@ -14,9 +14,9 @@ module scene_reader
    use scene_resolve, only: resolve_scene, resolve_units
    use scene_stops, only: find_displacement
    use scene_types, only: scene_t
-   use sweep_settings, only: is_swept, parameter_t, place_of, values_given
+   use sweep_settings, only: is_swept, parameter_t, parameter_index, values_given
    use text_file, only: load_text
-   use unit_ratios, only: needs_displacement, places_in_units
+   use unit_ratios, only: needs_displacement, entries_in_units
    implicit none (type, external)
    private
    public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
@@ -262,7 +262,7 @@ contains
                table%entries(draft%places(k))%is_given = .true.
             end associate
          end do
-         all = places_in_units(table)
+         all = entries_in_units(table)
          associate (entries => table%entries, places => pack(draft%places, draft%places > 0))
             draft%moves_displacement = any(needs_displacement(entries(places)))
             ! ratios can refer to another quantity of the same group
@@ -291,7 +291,7 @@ contains
             parameters = pack(swept%parameter, is_swept(swept))
             allocate (extremes(2, size(parameters)))
             do k = 1, size(parameters)
-               associate (all => values_given(swept(place_of(trim(parameters(k)%name), swept))))
+               associate (all => values_given(swept(parameter_index(trim(parameters(k)%name), swept))))
                   extremes(:, k) = [minval(all), maxval(all)]
                end associate
             end do

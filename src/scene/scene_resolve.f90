@@ -19,13 +19,14 @@ module scene_resolve
    use scene_start, only: choose_start
    use scene_stops, only: check_stops, check_supports, find_displacement
    use scene_sweep, only: resolve_cases, resolve_sweep
-   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
+   use scene_types, only: beam_settings_t, integrator_average, integrator_exact, integrator_explicit, &
+      integrator_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
-   use unit_ratios, only: check_units, places_in_units, take_ratio
-   use value_rules, only: contains_value, largest_spread, max_numbers, range_t, range_text, spread_problem
+   use unit_ratios, only: check_units, entries_in_units, set_ratio
+   use value_rules, only: contains_value, max_length_ratio, max_numbers, range_t, range_text, length_ratio_problem
    implicit none (type, external)
    private
    public :: resolve_scene, resolve_units, problem_with_damping
@@ -40,7 +41,7 @@ module scene_resolve
    integer, parameter :: max_stem_length = 200
 
    !> Maximum ratio of the longest to the shortest element for a table of frequencies alone; larger than
-   !> `largest_spread` for motions, because the eigenvalue solvers use lengths of elements and distances to the tip
+   !> `max_length_ratio` for motions, because the eigenvalue solvers use lengths of elements and distances to the tip
    !> instead of positions, which rounding would make equal.
    real(wp), parameter :: max_length_ratio_in_table = 1.0e30_wp
    !> Maximum number of elements for a solver with full matrices (`dsygv` and `natural`).
@@ -80,7 +81,7 @@ contains
       if (allocated(scene%mesh%nodes)) call resolve_nodes(input, scene)
       if (input%has_problem()) return
       ! the table of frequencies uses this mesh too; the check comes first so that a problem is reported in &mesh
-      call check_length_ratio(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
+      call check_length_ratio(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, max_length_ratio)
       if (input%has_problem()) return
       call resolve_mesh(input, scene)
       call check_root(input, scene)
@@ -89,7 +90,7 @@ contains
       if (input%has_problem()) return
       call find_displacement(input, table, scene)
       if (input%has_problem()) return
-      call resolve_units(input, table, places_in_units(table), scene)
+      call resolve_units(input, table, entries_in_units(table), scene)
       if (input%has_problem()) return
       if (scene%has_stop) call check_stops(input, scene)
       if (scene%has_supports) call check_supports(input, scene)
@@ -122,7 +123,7 @@ contains
       integer :: k
 
       do k = 1, size(places)
-         call take_ratio(input, table, places(k), scene%scales)
+         call set_ratio(input, table, places(k), scene%scales)
       end do
       if (.not. input%has_problem()) call give_changes(table, scene)
    end subroutine resolve_units
@@ -339,7 +340,7 @@ contains
          else if (scene%beam%shape == shape_taper) then
             ! no exact frequencies exist with a mass at the tip of a full wedge, because the flexibility of the tip is
             ! unbounded
-            has_exact_values = .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
+            has_exact_values = .not. (scene%has_supports .or. scene%has_root_group .or. scene%has_masses) &
                .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
             has_exact_values = has_exact_values .or. abs(scene%beam%height_root - scene%beam%height_tip) <= 0.0_wp
          end if
@@ -362,7 +363,8 @@ contains
       integer :: i
 
       if (.not. allocated(precision%methods)) then
-         allocate (precision%methods, source=[contender_exact, contender_average, contender_linear, contender_explicit])
+         allocate (precision%methods, source=[integrator_exact, integrator_average, integrator_linear, &
+            integrator_explicit])
       end if
       if (.not. allocated(precision%steps)) allocate (precision%steps, source=[(scale(0.04_wp, -i), i=0, 7)])
       if (.not. allocated(precision%hop_tolerances)) then
@@ -430,7 +432,7 @@ contains
 
       decades = real(elements - 1, wp)*abs(log10(ratio))
       if (decades > log10(limit)) call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio ' &
-         //to_text(ratio)//' '//spread_problem(decades, limit)//'; this ratio goes with at most ' &
+         //to_text(ratio)//' '//length_ratio_problem(decades, limit)//'; this ratio goes with at most ' &
          //to_text(1 + int(log10(limit)/abs(log10(ratio))))//' elements')
    end subroutine check_length_ratio
 

@@ -13,7 +13,7 @@ module scene_stops
    use scene_input, only: scene_input_t
    use scene_types, only: scales_t, scene_t, support_motion_names, support_settings_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
-   use unit_ratios, only: needs_displacement, places_in_units
+   use unit_ratios, only: needs_displacement, entries_in_units
    use value_rules, only: physical_range, place_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
@@ -46,7 +46,7 @@ contains
 
       number = 1
       if (allocated(scene%more_stops)) number = 1 + size(scene%more_stops)
-      number = table%openings('stop', number)
+      number = table%groups_to_list('stop', number)
       if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
       call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
       if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%release_stop)
@@ -75,7 +75,7 @@ contains
       call table%bind(stop%position, name_t('position', &
          'position of the stop Lc over length; ' &
          //'the tip where the element beyond would be under 1/100 of its neighbour', place_range, &
-         sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
+         sweep=sweep_t(5, changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
          side_names)
       ! the file chooses this stop by `pulled = .true.`; with a single stop there is no choice
@@ -111,20 +111,21 @@ contains
       type(stop_settings_t), intent(inout) :: stop
 
       call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
-         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true., is_in_motion=.true.)))
+         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         stiffness_range, compliant, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
+         stiffness_range, compliant, sweep=sweep_t(11, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('stiffness', 'spring k, force over length', physical_range, &
          compliant, instead_of='stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., is_in_motion=.true.)))
+         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('branch_stiffness', 'spring beta k, force over length', &
-         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
+         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', relative_to='stiffness'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
          //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
-         sweep=sweep_t(13, is_in_cases=.true., is_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
+         sweep=sweep_t(13, is_in_cases=.true., may_change_in_motion=.true., &
+         meaning='c* = c omega1 / (3 E Ibar / L^3)')))
       call table%store(name_t('damper', 'damper c, force over velocity', physical_range, compliant, &
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
@@ -140,7 +141,7 @@ contains
 
       number = 0
       if (allocated(scene%supports)) number = size(scene%supports)
-      number = table%openings('support', number)
+      number = table%groups_to_list('support', number)
       allocate (supports(number))
       if (allocated(scene%supports)) supports(:) = scene%supports
       do k = 1, number
@@ -156,11 +157,11 @@ contains
       type(support_settings_t), intent(inout) :: support
 
       call table%bind(support%position, name_t('position', 'position of the support over length', place_range, &
-         sweep=sweep_t(15, is_of_beam=.true., is_in_cases=.true.)))
+         sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)))
       call table%bind(support%motion, name_t('motion', 'what it holds, at zero'), support_motion_names)
       call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
          'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
-         default='none: rigid', is_optional=.true., sweep=sweep_t(16, is_of_beam=.true., is_in_cases=.true.)))
+         default='none: rigid', is_optional=.true., sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('stiffness', &
          'spring, force over length, or moment over angle', physical_range, instead_of='stiffness_ratio', &
          quantity='stiffness'))
@@ -185,7 +186,7 @@ contains
       associate (unit => scene%scales%displacement)
          unit = table%number('scene', 'displacement_scale')
          if (scene%start%kind /= start_release .and. unit <= 0.0_wp .and. &
-            any(needs_displacement(table%entries(places_in_units(table))))) then
+            any(needs_displacement(table%entries(entries_in_units(table))))) then
             do k = 1, merge(stop_count(scene), 0, scene%has_stop)
                name = height_name(nint(table%number('stop', 'side', k)))
                if (table%has('stop', name, k)) unit = max(unit, abs(table%number('stop', name, k)))

@@ -7,13 +7,14 @@ module scene_sweep
    use name_hints, only: phrase_of
    use name_table, only: is_among, table_t
    use number_text, only: rounded, to_text
-   use scene_beam, only: smallest_tip
+   use scene_beam, only: min_tip_ratio
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use sweep_names, only: chosen_parameter, max_cases
-   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, &
+      parameter_index, &
       swept_t, values_given
-   use value_rules, only: largest_spread, max_numbers, spread_problem
+   use value_rules, only: max_length_ratio, max_numbers, length_ratio_problem
    implicit none (type, external)
    private
    public :: resolve_sweep, resolve_cases
@@ -197,10 +198,10 @@ contains
       integer :: i
 
       associate (swept => scene%sweep%swept)
-         allocate (values, source=values_given(swept(place_of('taper', swept))))
-         elements = maxval(values_given(swept(place_of('elements', swept)), real(scene%mesh%elements, wp)))
+         allocate (values, source=values_given(swept(parameter_index('taper', swept))))
+         elements = maxval(values_given(swept(parameter_index('elements', swept)), real(scene%mesh%elements, wp)))
          decades = (elements - 1.0_wp) &
-            *maxval(abs(log10(values_given(swept(place_of('mesh_ratio', swept)), scene%mesh%ratio))))
+            *maxval(abs(log10(values_given(swept(parameter_index('mesh_ratio', swept)), scene%mesh%ratio))))
       end associate
       if (size(values) > 0 .and. scene%beam%has_section) then
          call input%complain('section', '', 'says all of the section: a taper of &beam is not swept beside it')
@@ -208,15 +209,16 @@ contains
       end if
       mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)/scene%beam%length
       do i = 1, size(values)
-         if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle
+         if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - min_tip_ratio)) cycle
          if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
-         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
+         call input%complain('sweep', given_name(scene%sweep%swept(parameter_index('taper', scene%sweep%swept))), &
+            'taper = ' &
             //to_text(values(i))//': the height at the clamp must not vanish, at the tip it must be 0 or at least ' &
-            //to_text(smallest_tip)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
+            //to_text(min_tip_ratio)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
          return
       end do
-      if (decades > log10(largest_spread)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
-         //' elements and the ratios given '//spread_problem(decades, largest_spread))
+      if (decades > log10(max_length_ratio)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
+         //' elements and the ratios given '//length_ratio_problem(decades, max_length_ratio))
    end subroutine check_beams
 
    !> Check that each duration is at least one step and not too many steps.
@@ -224,7 +226,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      associate (duration => scene%sweep%swept(place_of('duration', scene%sweep%swept)))
+      associate (duration => scene%sweep%swept(parameter_index('duration', scene%sweep%swept)))
          if (any(values_given(duration) < scene%response%step)) then
             call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
                //to_text(scene%response%step))
@@ -281,7 +283,7 @@ contains
          if (input%has_problem()) return
          do k = 1, size(sweep%swept)
             if (.not. is_swept(sweep%swept(k)) .or. (k /= sweep%carry .and. sweep%design == design_grid)) cycle
-            if (sweep%swept(k)%parameter%is_in_motion) cycle
+            if (sweep%swept(k)%parameter%may_change_in_motion) cycle
             call input%complain('sweep', 'carry', trim(sweep%swept(k)%parameter%name)//' cannot change in a motion ' &
                //'under way: '//reason(sweep%swept(k)%parameter))
             return
@@ -337,7 +339,7 @@ contains
       type(parameter_t), intent(in) :: parameter
       character(:), allocatable :: words
 
-      if (parameter%is_of_beam) then
+      if (parameter%changes_beam) then
          words = 'another beam or mesh has other modes'
       else if (parameter%group == 'stop') then
          words = 'a surface elsewhere would be in the beam, or away from it'

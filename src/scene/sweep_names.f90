@@ -47,7 +47,7 @@ contains
       type(sweep_t), intent(in) :: sweep
       real(wp) :: order
 
-      order = real(sweep%order, wp) + merge(0.0_wp, real(huge(1), wp), sweep%is_of_beam)
+      order = real(sweep%order, wp) + merge(0.0_wp, real(huge(1), wp), sweep%changes_beam)
    end function grid_order
 
    !> Use of an entry as a parameter; an entry in units is used in the same way as its ratio.
@@ -88,8 +88,8 @@ contains
       associate (entry => table%entries(place))
          parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
             group=table%groups(entry%group)%name, occurrence=table%groups(entry%group)%occurrence, &
-            name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, &
-            is_in_motion=sweep%is_in_motion, is_whole=entry%kind == kind_whole, &
+            name_in_group=entry%name%name, changes_beam=sweep%changes_beam, &
+            may_change_in_motion=sweep%may_change_in_motion, is_whole=entry%kind == kind_whole, &
             quantity=entry%name%quantity)
          parameter%order = sweep%order + group_offset*(parameter%occurrence - 1)
          if (sweep%name /= '') parameter%name = sweep%name

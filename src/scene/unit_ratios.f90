@@ -13,7 +13,7 @@ module unit_ratios
    use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private
-   public :: places_in_units, needs_displacement, take_ratio, check_units
+   public :: entries_in_units, needs_displacement, set_ratio, check_units
 
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
       //"height of the surface, at the &stop from which the beam is released; or &output units = 'dimensionless'"
@@ -21,7 +21,7 @@ module unit_ratios
 contains
 
    !> Indices of the entries that the file gives in units and that are converted to ratios.
-   pure function places_in_units(table) result(places)
+   pure function entries_in_units(table) result(places)
       type(table_t), intent(in) :: table
       integer, allocatable :: places(:)
 
@@ -31,7 +31,7 @@ contains
          places = pack([(i, i=1, table%entry_count)], &
             entries%is_given .and. entries%name%quantity /= '' .and. .not. entries%name%is_scale)
       end associate
-   end function places_in_units
+   end function entries_in_units
 
    !> Does the ratio of an entry in units depend on the unit of displacement D?
    elemental function needs_displacement(entry) result(needs)
@@ -44,7 +44,7 @@ contains
 
    !> Convert an entry in units to a ratio, and assign it to the dimensionless entry of the same quantity. Problems are
    !> reported to `input`.
-   subroutine take_ratio(input, table, place, scales)
+   subroutine set_ratio(input, table, place, scales)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(inout) :: table
       !> Index of the entry
@@ -67,8 +67,8 @@ contains
             return
          end if
          ratio = ratio_of(quantity, entry%value, scales)
-         if (entry%name%over /= '') then
-            associate (unit => table%entries(table%find(entry%group, entry%name%over)))
+         if (entry%name%relative_to /= '') then
+            associate (unit => table%entries(table%find(entry%group, entry%name%relative_to)))
                ratio = ratio/table%entries(table%find(entry%group, unit%name%instead_of))%value
                if (unit%is_given) ratio = entry%value/unit%value
             end associate
@@ -87,7 +87,7 @@ contains
             end if
          end associate
       end associate
-   end subroutine take_ratio
+   end subroutine set_ratio
 
    !> Check that results in units have a beam in units and a unit of displacement. Problems are reported to `input`.
    subroutine check_units(input, scene)

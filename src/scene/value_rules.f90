@@ -4,13 +4,13 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, spread_problem, largest_spread, max_numbers
+   public :: range_t, contains_value, range_text, one_of, length_ratio_problem, max_length_ratio, max_numbers
    public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
    !> Maximum ratio of the longest to the shortest element; with larger ratios, nodes of the short elements coincide
    !> because of rounding.
-   real(wp), parameter :: largest_spread = 1.0e12_wp
+   real(wp), parameter :: max_length_ratio = 1.0e12_wp
    !> Maximum number of values of one kind in the results: 0.8 GB.
    real(wp), parameter :: max_numbers = 1.0e8_wp
 
@@ -75,7 +75,7 @@ contains
 
    !> Error message for a mesh whose longest element is 10**decades times its shortest, above a limit. The number in the
    !> message is rounded up, so that it is above the limit too.
-   pure function spread_problem(decades, limit) result(text)
+   pure function length_ratio_problem(decades, limit) result(text)
       !> Decimal logarithm of the ratio of the longest to the shortest element, and maximum of this ratio
       real(wp), intent(in) :: decades
       real(wp), intent(in) :: limit
@@ -91,7 +91,7 @@ contains
       if (modulo(tenths, 10) > 0) text = text//'.'//to_text(modulo(tenths, 10))
       text = 'the longest element is '//text//'e'//to_text(exponent)//' times the shortest: must be at most ' &
          //to_text(limit)
-   end function spread_problem
+   end function length_ratio_problem
 
    !> A list of words, such as "'exact' or 'newmark'".
    pure function one_of(words) result(text)

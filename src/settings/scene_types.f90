@@ -24,7 +24,7 @@ module scene_types
    public :: reference_exact, reference_none, default_mode_count
    public :: solver_names, reference_names
    public :: mass_consistent, mass_redistributed, mass_auto, mass_names
-   public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
+   public :: integrator_exact, integrator_average, integrator_linear, integrator_explicit, integrator_names
 
    !> Height varies linearly from root to tip (uniform if both are equal).
    integer, parameter :: shape_taper = 1
@@ -69,16 +69,16 @@ module scene_types
 
    !> Integration methods that &precision compares: `exact`, and Newmark's with beta = 1/4 (average acceleration), 1/6
    !> (linear acceleration) and 0 (explicit).
-   integer, parameter :: contender_exact = 1
-   integer, parameter :: contender_average = 2
-   integer, parameter :: contender_linear = 3
-   integer, parameter :: contender_explicit = 4
+   integer, parameter :: integrator_exact = 1
+   integer, parameter :: integrator_average = 2
+   integer, parameter :: integrator_linear = 3
+   integer, parameter :: integrator_explicit = 4
 
    !> Names of the constants above in scene files, such as `solver_names(solver_dsygv)`.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: mass_names(3) = [character(name_length) :: 'consistent', 'redistributed', 'auto']
    character(*), parameter :: support_motion_names(2) = [character(name_length) :: 'displacement', 'rotation']
-   character(*), parameter :: contender_names(4) = [character(name_length) :: &
+   character(*), parameter :: integrator_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
    character(*), parameter :: output_unit_names(2) = [character(name_length) :: 'scene', 'dimensionless']
    character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
@@ -275,7 +275,7 @@ module scene_types
       !> Number of the stop from which the beam is released; 0: `stop_released_from` chooses it
       integer :: release_stop = 0
       !> The file has &root
-      logical :: has_root = .false.
+      logical :: has_root_group = .false.
       type(root_settings_t) :: root
       !> The file has &mass; without this group `masses` is unallocated
       logical :: has_masses = .false.

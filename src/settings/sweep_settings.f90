@@ -5,7 +5,8 @@ module sweep_settings
    use measure_list, only: measure_settling
    implicit none (type, external)
    private
-   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of, values_given
+   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, parameter_index, &
+      values_given
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
 
@@ -26,9 +27,9 @@ module sweep_settings
       !> Number of the parameter in `sweep_t`, which selects its own sequence of random numbers
       integer :: order = 0
       !> A change of the value changes the beam or the mesh
-      logical :: is_of_beam = .false.
+      logical :: changes_beam = .false.
       !> The value may change during a motion, so that a case can start from the final state of another case
-      logical :: is_in_motion = .false.
+      logical :: may_change_in_motion = .false.
       !> The values are whole numbers
       logical :: is_whole = .false.
       !> Quantity of values in the units of the scene, a name in `quantity_table`; empty: a dimensionless value
@@ -109,7 +110,7 @@ module sweep_settings
 contains
 
    !> Index of a parameter in a sweep; 0: no parameter has this name.
-   pure function place_of(name, swept) result(place)
+   pure function parameter_index(name, swept) result(place)
       character(*), intent(in) :: name
       type(swept_t), intent(in) :: swept(:)
       integer :: place
@@ -117,7 +118,7 @@ contains
       do place = size(swept), 1, -1
          if (swept(place)%parameter%name == name) exit
       end do
-   end function place_of
+   end function parameter_index
 
    !> Does a sweep give this parameter values?
    elemental function is_swept(swept) result(is)

@@ -5,8 +5,8 @@ module exponential_signal
       term_columns, term_curvature, term_rate, term_value, transformable_signal_t
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials
-   use zero_free_steps, only: zero_free_step
    use kinds, only: wp
+   use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
    public :: exponential_signal_t

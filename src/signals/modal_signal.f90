@@ -8,11 +8,11 @@ module modal_signal
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
       transformable_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
-   use zero_free_steps, only: zero_free_step
    use kinds, only: wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, &
       split_exponentials
    use short_flights, only: find_short_flight
+   use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
    public :: modal_signal_t, modal_state_t, make_modal_signal, add_to_bounds

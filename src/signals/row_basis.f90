@@ -12,7 +12,7 @@ module row_basis
    implicit none (type, external)
    private
    public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, index_of
-   public :: lowest_step, sixth_column, seventh_column, size_column, rate_size_column
+   public :: lowest_step, sixth_column, seventh_column, magnitude_column, rate_magnitude_column
 
    !> The shortest stored step is 2**lowest_step.
    integer, parameter :: lowest_step = -40
@@ -25,8 +25,8 @@ module row_basis
    integer, parameter :: bound_columns = 4
    integer, parameter :: sixth_column = 0
    integer, parameter :: seventh_column = 1
-   integer, parameter :: size_column = 2
-   integer, parameter :: rate_size_column = 3
+   integer, parameter :: magnitude_column = 2
+   integer, parameter :: rate_magnitude_column = 3
 
    type :: row_basis_t
       !> Number of rows, of terms, and of SIMD vectors for all rows and derivatives
@@ -102,9 +102,9 @@ contains
       do m = first, first + size(coefficient) - 1
          s = cmplx(-basis%decay(m), basis%omega(m), wp)
          scaled = coefficient(m - first + 1)
-         weight(size_column) = abs(scaled)
-         weight(rate_size_column) = weight(size_column)*basis%modulus(m)
-         weight(sixth_column) = weight(size_column)*basis%modulus(m)**6
+         weight(magnitude_column) = abs(scaled)
+         weight(rate_magnitude_column) = weight(magnitude_column)*basis%modulus(m)
+         weight(sixth_column) = weight(magnitude_column)*basis%modulus(m)**6
          weight(seventh_column) = weight(sixth_column)*basis%modulus(m)
          do k = 0, row_columns - 1
             place = index_of(basis, row, k) - 1

@@ -6,7 +6,7 @@
 !> polynomial in Bernstein's form bound the polynomial.
 module row_signals
    use kinds, only: i8, wp
-   use row_basis, only: index_of, rate_size_column, row_basis_t, seventh_column, sixth_column, size_column
+   use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column
    implicit none (type, external)
    private
    public :: row_signal_t, row_path_t, max_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
@@ -92,9 +92,9 @@ contains
 
       associate (factor => abs(signal%factor), rate_factor => abs(signal%rate_factor), row => signal%row)
          associate (sixth => bounds(index_of(basis, row, sixth_column)), &
-            rate_bound => bounds(index_of(basis, row, rate_size_column)))
+            rate_bound => bounds(index_of(basis, row, rate_magnitude_column)))
             bound = factor*sixth
-            magnitude = factor*bounds(index_of(basis, row, size_column))
+            magnitude = factor*bounds(index_of(basis, row, magnitude_column))
             rate = factor*rate_bound
             if (rate_factor > 0.0_wp) then
                bound = bound + rate_factor*bounds(index_of(basis, row, seventh_column))

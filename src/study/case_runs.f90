@@ -5,12 +5,12 @@ module case_runs
    use analyses, only: analyse, analysed_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use mesh_choice, only: case_beam_t, find_case_beam
+   use mesh_choice, only: case_beam_t, update_case_beam
    use motion_run, only: run_motion, set_store_t
    use number_text, only: to_text
    use response_types, only: response_t
    use run_settings, only: output_settings_t, run_settings_t
-   use scene_beam_model, only: run_of
+   use scene_beam_model, only: run_settings_of
    use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
    use section_types, only: section_state_t
@@ -95,7 +95,7 @@ contains
          do i = 1, 2
             ! the parameters that change the beam have the values of this case in both extreme cases
             if (.not. allocated(problem)) call set_parameters(runner%extremes(i), runner%parameter, merge(values, &
-               merge(runner%minimum, runner%maximum, i == 1), runner%parameter%is_of_beam), problem, runner%draft)
+               merge(runner%minimum, runner%maximum, i == 1), runner%parameter%changes_beam), problem, runner%draft)
          end do
       end if
       !$omp end critical (case_scenes)
@@ -103,12 +103,12 @@ contains
          call fail(error, status_run_failed, problem)
          return
       end if
-      call find_case_beam(runner%scene, values, runner%parameter%is_of_beam, runner%beam, runner%extremes)
-      if (allocated(runner%beam%trouble)) then
-         allocate (error, source=runner%beam%trouble)
+      call update_case_beam(runner%scene, values, runner%parameter%changes_beam, runner%beam, runner%extremes)
+      if (allocated(runner%beam%error)) then
+         allocate (error, source=runner%beam%error)
          return
       end if
-      settings = run_of(runner%scene)
+      settings = run_settings_of(runner%scene)
       call run_motion(runner%beam%model, settings, response, error, runner%beam%modes, sets, runner%carried)
       if (allocated(runner%carried)) then
          ! the next case computes its own tangent for the Lyapunov exponent

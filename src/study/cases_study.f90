@@ -9,7 +9,7 @@ module cases_study
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: row_in_units, write_measures_of_cases
-   use mesh_choice, only: estimate_cases, sample_of
+   use mesh_choice, only: estimate_cases, sample_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
@@ -53,7 +53,7 @@ contains
       call run_cases(scene, cases, error)
       if (scene%mesh%estimate .and. .not. allocated(error)) then
          allocate (errors)
-         call estimate_cases(cases(sample_of(size(cases)))%scene, sample_of(size(cases)), errors)
+         call estimate_cases(cases(sample_cases(size(cases)))%scene, sample_cases(size(cases)), errors)
       end if
       call stop_progress()
       if (allocated(error)) return

@@ -1,6 +1,6 @@
 !> Tables of frequencies: each requested solver on each requested mesh, and the exact values.
 module frequency_study
-   use auto_solver, only: auto_modes, lanczos_is_faster
+   use auto_solver, only: auto_modes, uses_lanczos
    use beam_model, only: beam_model_t, node_dofs
    use beam_section, only: section_t
    use constrained_modes, only: attach_supports
@@ -93,7 +93,7 @@ contains
       type(scene_t), intent(in) :: scene
       logical :: answer
 
-      answer = scene%has_root .or. scene%has_masses .or. scene%has_supports
+      answer = scene%has_root_group .or. scene%has_masses .or. scene%has_supports
       if (scene%beam%shape == shape_section) answer = answer .or. .not. is_uniform(scene%beam%section)
    end function is_piecewise
 
@@ -129,7 +129,7 @@ contains
          ! the Lanczos solver finds at most one mode for each element
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
-         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, number)) then
+         if (size(model%supports) > 0 .and. .not. uses_lanczos(model%mesh%elements, number)) then
             call supported_modes(model, number, lambda, error, modes)
          else
             call auto_modes(model, number, lambda, error, modes)

@@ -17,13 +17,13 @@ module mesh_choice
    use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
    use run_measures, only: row_of
    use run_settings, only: method_exact, output_settings_t, run_settings_t, strict_mode_tolerance
-   use scene_beam_model, only: motion_model_of, redistributes, run_of, section_of
+   use scene_beam_model, only: motion_model_of, redistributes, run_settings_of, section_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: case_beam_t, make_case_beam, find_beam, find_case_beam, coarsest_near_minimum, max_elements_found, &
-      estimate_cases, sample_of
+   public :: case_beam_t, make_case_beam, choose_mesh, update_case_beam, coarsest_near_minimum, max_elements_found, &
+      estimate_cases, sample_cases
 
    !> Numbers of elements of the meshes that are tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
@@ -54,7 +54,7 @@ module mesh_choice
       !> Result of the search for the mesh, if the scene has a tolerance
       type(mesh_check_t) :: check
       !> Set if the beam could not be made
-      type(failure_t), allocatable :: trouble
+      type(failure_t), allocatable :: error
       !> Values of the parameters for which the beam was made; unallocated: there is no beam yet
       real(wp), allocatable :: values(:)
    end type case_beam_t
@@ -80,23 +80,23 @@ contains
       !> Settings of the runs if they differ from those of the scene
       type(run_settings_t), intent(in), optional :: settings
 
-      call motion_model_of(scene, elements, ratio, beam%model, beam%trouble)
-      if (allocated(beam%trouble)) return
+      call motion_model_of(scene, elements, ratio, beam%model, beam%error)
+      if (allocated(beam%error)) return
       if (present(settings)) then
-         call find_shared_modes(beam%model, settings, beam%modes, beam%trouble)
+         call find_shared_modes(beam%model, settings, beam%modes, beam%error)
       else
-         call find_shared_modes(beam%model, run_of(scene), beam%modes, beam%trouble)
+         call find_shared_modes(beam%model, run_settings_of(scene), beam%modes, beam%error)
       end if
    end subroutine make_case_beam
 
    !> Make the beam of a case on its mesh, unless the beam of the preceding case is the same.
-   subroutine find_case_beam(scene, values, is_of_beam, beam, extremes)
+   subroutine update_case_beam(scene, values, changes_beam, beam, extremes)
       !> The scene with the values of the case
       type(scene_t), intent(in) :: scene
       !> Values of the parameters that differ from case to case, in the same order for all cases
       real(wp), intent(in) :: values(:)
       !> Does a change of the parameter change the beam?
-      logical, intent(in) :: is_of_beam(:)
+      logical, intent(in) :: changes_beam(:)
       type(case_beam_t), intent(inout) :: beam
       !> Cases with the minimum and with the maximum values of all parameters that do not change the beam, [2]: the mesh
       !> found for both is used for all cases of this beam, independent of their order. Absent: the mesh is given
@@ -107,20 +107,20 @@ contains
       logical :: is_cached
 
       is_cached = allocated(beam%values)
-      if (is_cached) is_cached = all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)
+      if (is_cached) is_cached = all(abs(values - beam%values) <= 0.0_wp .or. .not. changes_beam)
       if (.not. is_cached) then
          if (present(extremes)) then
             allocate (other)
-            call find_beam(extremes(1), beam)
-            call find_beam(extremes(2), other)
-            if (.not. allocated(other%trouble) .and. other%check%elements > beam%check%elements) beam = other
+            call choose_mesh(extremes(1), beam)
+            call choose_mesh(extremes(2), other)
+            if (.not. allocated(other%error) .and. other%check%elements > beam%check%elements) beam = other
          else
-            call find_beam(scene, beam)
+            call choose_mesh(scene, beam)
          end if
          beam%values = values
       end if
       call update_mass(scene, beam)
-   end subroutine find_case_beam
+   end subroutine update_case_beam
 
    !> Replace the beam if its mass matrix is not the one for the stops of this case: with automatic choice, the mass
    !> matrix depends on the stop.
@@ -130,7 +130,7 @@ contains
 
       type(case_beam_t), allocatable :: other
 
-      if (allocated(beam%trouble)) return
+      if (allocated(beam%error)) return
       if (beam%model%is_redistributed .eqv. redistributes(scene, beam%model%mesh)) return
       allocate (other)
       if (beam%check%compared > 0) then
@@ -145,7 +145,7 @@ contains
    end subroutine update_mass
 
    !> Make the beam of a scene on the given mesh, or on the mesh found within the tolerance of the scene.
-   subroutine find_beam(scene, beam)
+   subroutine choose_mesh(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
 
@@ -153,13 +153,13 @@ contains
       type(run_settings_t) :: settings
 
       if (scene%mesh%tolerance > 0.0_wp) then
-         settings = run_of(scene)
+         settings = run_settings_of(scene)
          settings%response%method = method_exact
          ! differences of meshes must not include errors of modal truncation
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          allocate (first)
          call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
-         if (allocated(first%trouble)) then
+         if (allocated(first%error)) then
             beam = first
             return
          end if
@@ -171,7 +171,7 @@ contains
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
       end if
-   end subroutine find_beam
+   end subroutine choose_mesh
 
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
@@ -267,8 +267,8 @@ contains
       type(run_settings_t), intent(in) :: settings
       type(trial_t), intent(inout) :: trial
 
-      if (allocated(trial%beam%trouble)) then
-         allocate (trial%error, source=trial%beam%trouble)
+      if (allocated(trial%beam%error)) then
+         allocate (trial%error, source=trial%beam%error)
          return
       end if
       call run_motion(trial%beam%model, settings, trial%response, trial%error, trial%beam%modes)
@@ -341,7 +341,7 @@ contains
    end subroutine gradings_of
 
    !> Numbers of the cases whose errors are estimated, evenly spaced from the first to the last.
-   pure function sample_of(cases) result(sample)
+   pure function sample_cases(cases) result(sample)
       !> Number of cases
       integer, intent(in) :: cases
       integer, allocatable :: sample(:)
@@ -351,7 +351,7 @@ contains
       count = min(cases, max_cases)
       allocate (sample(count))
       sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
-   end function sample_of
+   end function sample_cases
 
    !> Estimate the errors of measures by extrapolation from runs on the mesh of each scene and on meshes with two and
    !> four times as many elements.
@@ -376,11 +376,11 @@ contains
             errors%order(measure_count, cases))
       end associate
       do i = 1, size(scenes)
-         settings = run_of(scenes(i))
+         settings = run_settings_of(scenes(i))
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
          allocate (trial)
-         call find_beam(scenes(i), trial%beam)
+         call choose_mesh(scenes(i), trial%beam)
          errors%elements(i) = scenes(i)%mesh%elements
          grading = scenes(i)%mesh%ratio**(errors%elements(i) - 1)
          if (trial%beam%check%compared > 0) then

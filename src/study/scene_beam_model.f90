@@ -18,7 +18,7 @@ module scene_beam_model
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
-   public :: section_of, model_of, motion_model_of, redistributes, run_of
+   public :: section_of, model_of, motion_model_of, redistributes, run_settings_of
 
    !> Stiffness of a spring with stiffness ratio 1, for E Ibar = L = 1
    real(wp), parameter :: spring_unit = 3.0_wp
@@ -92,7 +92,7 @@ contains
       tip_mass = scene%tip_mass_ratio
       allocate (masses, source=masses_of(scene, mesh))
       tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
-      answer = is_redistribution_more_accurate(section_of(scene%beam), mesh, tip_mass, run_of(scene))
+      answer = is_redistribution_more_accurate(section_of(scene%beam), mesh, tip_mass, run_settings_of(scene))
       ! with supports, only the node at the tip can be redistributed, and only if it has a point mass
       if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
@@ -219,7 +219,7 @@ contains
    end function masses_of
 
    !> The settings of the run of a scene.
-   pure function run_of(scene) result(settings)
+   pure function run_settings_of(scene) result(settings)
       type(scene_t), intent(in) :: scene
       type(run_settings_t) :: settings
 
@@ -244,7 +244,7 @@ contains
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
       settings%release_stop = stop_released_from([scene%stop, scene%more_stops], scene%release_stop)
-   end function run_of
+   end function run_settings_of
 
    !> Set the loads on the beam and the initial conditions.
    pure subroutine set_loads(scene, settings)

@@ -7,7 +7,7 @@ module single_study
    use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
-   use mesh_choice, only: case_beam_t, estimate_cases, find_beam
+   use mesh_choice, only: case_beam_t, estimate_cases, choose_mesh
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use motion_run, only: run_motion
    use progress_line, only: start_progress, stop_progress
@@ -17,7 +17,7 @@ module single_study
    use run_progress, only: disable_progress, enable_progress
    use run_settings, only: run_settings_t
    use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts
-   use scene_beam_model, only: motion_model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_settings_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model, released_stop
@@ -104,12 +104,12 @@ contains
       allocate (analysed(0))
       if (.not. scene%wants_response) return
       allocate (response)
-      settings = run_of(scene)
+      settings = run_settings_of(scene)
       settings%output%measures = .true.
       if (scene%mesh%tolerance > 0.0_wp) then
-         call find_beam(scene, beam)
-         if (allocated(beam%trouble)) then
-            allocate (error, source=beam%trouble)
+         call choose_mesh(scene, beam)
+         if (allocated(beam%error)) then
+            allocate (error, source=beam%error)
             return
          end if
          model = beam%model

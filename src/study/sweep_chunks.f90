@@ -18,7 +18,8 @@ module sweep_chunks
    use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t, section_values
    implicit none (type, external)
    private
-   public :: chunk_rows_t, chunks_folder, enter_folder, leave_folder, chunk_is_done, chunk_name, write_chunk, read_chunk
+   public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
+      write_chunk, read_chunk
    public :: joined, reason_room, assembled_file
 
    !> Maximum length of the reason of a failure; longer texts are cut.
@@ -47,7 +48,7 @@ module sweep_chunks
 contains
 
    !> The folder of the chunks of a sweep.
-   pure function chunks_folder(folder, name) result(path)
+   pure function chunk_folder(folder, name) result(path)
       !> Folder of the results
       character(*), intent(in) :: folder
       !> Name of the scene
@@ -55,11 +56,11 @@ contains
       character(:), allocatable :: path
 
       path = folder//'/'//name//'.parts'
-   end function chunks_folder
+   end function chunk_folder
 
    !> Create the folder of the chunks, or continue with the folder that a run of the same plan has left. No other run
    !> uses the folder, because the name of the results file is reserved for this run.
-   subroutine enter_folder(path, text, error)
+   subroutine open_chunk_folder(path, text, error)
       character(*), intent(in) :: path
       !> Text of the plan
       character(*), intent(in) :: text
@@ -104,10 +105,10 @@ contains
       allocate (bytes(len(text)))
       bytes(:) = transfer(text, bytes)
       call replace_file(path, plan_file, bytes, error)
-   end subroutine enter_folder
+   end subroutine open_chunk_folder
 
    !> Remove the chunks, and the folder unless it has files of the user.
-   subroutine leave_folder(path)
+   subroutine remove_chunk_folder(path)
       character(*), intent(in) :: path
 
       character(entry_length), allocatable :: entries(:)
@@ -121,7 +122,7 @@ contains
       call remove_empty_folder(path, is_gone)
       if (.not. is_gone) write (error_unit, '(a)') &
          "impactbeam: '"//path//"' stays: it holds what impactbeam did not write"
-   end subroutine leave_folder
+   end subroutine remove_chunk_folder
 
    !> Is the name of a file in the folder of the chunks one that the program uses?
    pure function is_own_file(name) result(answer)

@@ -14,7 +14,8 @@ module sweep_file
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
-   use sweep_chunks, only: assembled_file, joined, leave_folder, chunk_name, chunk_rows_t, read_chunk, reason_room
+   use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_name, chunk_rows_t, read_chunk, &
+      reason_room
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names
    implicit none (type, external)
@@ -139,7 +140,7 @@ contains
       if (allocated(error)) return
       call move_file(assembled, folder//'/'//results_name(scene), error)
       if (allocated(error)) return
-      call leave_folder(path)
+      call remove_chunk_folder(path)
    end subroutine write_sweep
 
    !> Write the group /sweep except its columns.

@@ -8,7 +8,7 @@ module sweep_progress
    use progress_line, only: terminal_width
    implicit none (type, external)
    private
-   public :: progress_t, start_rate, show_rate, end_rate, progress_words
+   public :: progress_t, start_sweep_progress, print_sweep_progress, erase_sweep_progress, progress_words
 
    !> State of the progress output.
    type :: progress_t
@@ -33,7 +33,7 @@ module sweep_progress
 contains
 
    !> Initialise the progress output.
-   subroutine start_rate(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
+   subroutine start_sweep_progress(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
       !> Print progress
       logical, intent(in) :: is_wanted
       !> Name of the sweep
@@ -60,10 +60,10 @@ contains
       progress%before = before
       call system_clock(progress%start, progress%rate)
       progress%last = progress%start
-   end subroutine start_rate
+   end subroutine start_sweep_progress
 
    !> Print the progress, if the interval since the last line has passed.
-   subroutine show_rate(progress, done)
+   subroutine print_sweep_progress(progress, done)
       type(progress_t), intent(inout) :: progress
       !> Number of cases done by this and previous runs
       integer, intent(in) :: done
@@ -89,10 +89,10 @@ contains
       else
          write (progress%unit, '(a)', iostat=status) words
       end if
-   end subroutine show_rate
+   end subroutine print_sweep_progress
 
    !> Erase the line on the terminal.
-   subroutine end_rate(progress)
+   subroutine erase_sweep_progress(progress)
       type(progress_t), intent(inout) :: progress
 
       integer :: status
@@ -102,7 +102,7 @@ contains
          flush (progress%unit, iostat=status)
       end if
       progress%has_line = .false.
-   end subroutine end_rate
+   end subroutine erase_sweep_progress
 
    !> The progress in words, such as 'name: 5000 of 100000 cases, 6100 a second, 16 s left'.
    pure function progress_words(label, cases, done, computed, seconds) result(words)

@@ -4,7 +4,7 @@
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use analyses, only: analysed_t, fill_row, of_run
+   use analyses, only: analysed_t, supply_measures_of, of_run
    use case_runs, only: run_next, runner_t, start_runner
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -23,7 +23,7 @@ module sweep_run
    use section_types, only: run_sections_t
    use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, reason_room, write_chunk
    use sweep_plan, only: case_values, first_of_chunk, last_of_chunk, plan_t, section_values
-   use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
+   use sweep_progress, only: erase_sweep_progress, progress_t, print_sweep_progress, start_sweep_progress
    use sweep_ranks, only: clear_queue, max_of_ranks, queue_t, finish_queue, is_first_rank, next_of_queue, rank_count, &
       serve_queue, start_queue
    implicit none (type, external)
@@ -71,13 +71,14 @@ contains
       end do
       shared%before = plan%cases - computed
       call start_queue(missing, shared%queue)
-      call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
+      call start_sweep_progress(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, &
+         shared%progress)
       !$omp parallel num_threads(threads) default(shared)
       call work_on_chunks(scene, plan, text, path, shared)
       !$omp end parallel
       if (allocated(shared%error)) call clear_queue(shared%queue)
       call finish_queue(shared%queue)
-      call end_rate(shared%progress)
+      call erase_sweep_progress(shared%progress)
       i = max_of_ranks(merge(1, 0, allocated(shared%error)))
       if (allocated(shared%error)) then
          call move_alloc(shared%error, error)
@@ -200,7 +201,7 @@ contains
          ! other processes report no cases, so the number of cases in all assigned chunks is shown
          if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%queue%assigned*plan%chunk_cases)
          call serve_queue(shared%queue)
-         call show_rate(shared%progress, shown)
+         call print_sweep_progress(shared%progress, shown)
          !$omp end critical (sweep_queue)
       end do
       allocate (chunk%failed, source=failed(:failures))
@@ -272,7 +273,7 @@ contains
          return
       end if
       row = row_of(response%measures)
-      call fill_row(analysed, row)
+      call supply_measures_of(analysed, row)
       row = row_in_units(units_in(runner%scene), row)
       if (present(sections) .and. allocated(response%sections)) call record_sections(response%sections, &
          units_in(runner%scene), sections)

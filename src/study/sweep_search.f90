@@ -24,7 +24,7 @@ module sweep_search
       integer :: evaluations = 0
       integer :: max_evaluations = 0
       !> Number of successive polls without success at this length of the step
-      integer :: misses = 0
+      integer :: failed_polls = 0
       logical :: is_over = .false.
       type(random_t) :: random
    end type search_state_t
@@ -116,12 +116,12 @@ contains
          state%value = values(best_of_poll)
          state%best = points(:, best_of_poll)
          state%step = min(2.0_wp*state%step, 0.5_wp)
-         state%misses = 0
+         state%failed_polls = 0
       else
-         state%misses = state%misses + 1
-         if (state%misses >= patience) then
+         state%failed_polls = state%failed_polls + 1
+         if (state%failed_polls >= patience) then
             state%step = 0.5_wp*state%step
-            state%misses = 0
+            state%failed_polls = 0
          end if
       end if
       state%is_over = state%step < state%precision .or. state%evaluations >= state%max_evaluations

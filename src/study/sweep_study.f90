@@ -1,22 +1,22 @@
 !> The study of &sweep: computation of all cases, results file and tables.
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
-   use analyses, only: analyse, asks_for, of_beam
+   use analyses, only: analyse, requests_analysis, of_beam
    use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
-   use mesh_choice, only: case_beam_t, estimate_cases, find_beam, sample_of
+   use mesh_choice, only: case_beam_t, estimate_cases, choose_mesh, sample_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
    use number_text, only: to_text
    use response_types, only: response_t
-   use scene_beam_model, only: run_of
+   use scene_beam_model, only: run_settings_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
+   use sweep_chunks, only: open_chunk_folder, chunk_folder
    use sweep_file, only: survey_chunks, survey_t, write_sweep
-   use sweep_chunks, only: enter_folder, chunks_folder
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
    use sweep_run, only: run_chunks, scene_of_case
@@ -47,9 +47,9 @@ contains
       workers = threads_for(job%threads, scene%sweep)
       call make_plan(scene, plan)
       call plan_text(scene, plan, text)
-      path = chunks_folder(job%folder, scene%name)
+      path = chunk_folder(job%folder, scene%name)
       status = 0
-      if (is_first_rank()) call enter_folder(path, text, error)
+      if (is_first_rank()) call open_chunk_folder(path, text, error)
       if (allocated(error)) status = error%status
       status = max_of_ranks(status)
       if (status > 0) then
@@ -89,13 +89,13 @@ contains
       type(response_t) :: none
 
       allocate (survey%analysed(0))
-      if (.not. asks_for(scene, of_beam)) return
-      call find_beam(scene, beam)
-      if (allocated(beam%trouble)) then
-         allocate (error, source=beam%trouble)
+      if (.not. requests_analysis(scene, of_beam)) return
+      call choose_mesh(scene, beam)
+      if (allocated(beam%error)) then
+         allocate (error, source=beam%error)
          return
       end if
-      call analyse(scene, beam%model, run_of(scene), none, survey%analysed, error, of_beam)
+      call analyse(scene, beam%model, run_settings_of(scene), none, survey%analysed, error, of_beam)
    end subroutine analyse_beam
 
    !> Estimate the errors of the mesh for some of the cases.
@@ -108,7 +108,7 @@ contains
       integer, allocatable :: sample(:)
       integer :: i
 
-      allocate (sample, source=sample_of(plan%cases))
+      allocate (sample, source=sample_cases(plan%cases))
       allocate (scenes(size(sample)))
       do i = 1, size(sample)
          call scene_of_case(scene, plan, sample(i), scenes(i))

@@ -14,7 +14,7 @@ module newmark_convergence
    use number_text, only: to_text
    use response_types, only: event_t, response_t
    use run_settings, only: method_exact, run_settings_t
-   use scene_beam_model, only: motion_model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_settings_of
    use random_checks, only: is_legal
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -78,7 +78,7 @@ contains
       complaint = ''
       is_compared = .false.
       call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
-      settings = run_of(scene)
+      settings = run_settings_of(scene)
       if (.not. allocated(error)) call set_steps(model, settings, h, error)
       if (allocated(error)) return
       if (.not. h > 0.0_wp) return

@@ -22,11 +22,11 @@ module random_checks
    use scene_reader, only: parse_scene, read_scene
    use program_identity, only: program_benchmark, program_motion, program_paper
    use program_run, only: program_t, run_scene
-   use scene_needs, only: needs_of_scene
+   use scene_needs, only: memory_need_of_scene
    use scene_run, only: run_motion_scene
    use single_study, only: compute_scene
-   use precision_study, only: needs_of_precision, run_precision_scene
-   use paper_run, only: needs_of_statements, run_statements
+   use precision_study, only: memory_need_of_precision, run_precision_scene
+   use paper_run, only: memory_need_of_statements, run_statements
    use scene_types, only: echo_t, scene_t
    use stop_laws, only: static_stiffness
    implicit none (type, external)
@@ -125,9 +125,10 @@ contains
 
       type(program_t) :: program
 
-      program = program_t(program_motion, '', needs_of_scene, run_motion_scene)
-      if (scene%wants_statements) program = program_t(program_paper, '', needs_of_statements, run_statements)
-      if (scene%wants_precision) program = program_t(program_benchmark, '', needs_of_precision, run_precision_scene)
+      program = program_t(program_motion, '', memory_need_of_scene, run_motion_scene)
+      if (scene%wants_statements) program = program_t(program_paper, '', memory_need_of_statements, run_statements)
+      if (scene%wants_precision) program = program_t(program_benchmark, '', memory_need_of_precision, &
+         run_precision_scene)
       call run_scene(program, scene, folder, 1, .true., error)
    end subroutine run_one
 

@@ -44,7 +44,7 @@ contains
    end function draft_of
 
    !> Where a name stands; 0: nowhere.
-   pure function place_of(draft, group, name) result(place)
+   pure function parameter_index(draft, group, name) result(place)
       !> The scene
       type(draft_t), intent(in) :: draft
       !> The name
@@ -55,7 +55,7 @@ contains
       do place = draft%count, 1, -1
          if (draft%lines(place)%group == group .and. draft%lines(place)%name == name) return
       end do
-   end function place_of
+   end function parameter_index
 
    !> Is the name there?
    pure function has_name(draft, group, name) result(has)
@@ -66,7 +66,7 @@ contains
       character(*), intent(in) :: name
       logical :: has
 
-      has = place_of(draft, group, name) > 0
+      has = parameter_index(draft, group, name) > 0
    end function has_name
 
    !> The value of a name; blank: it is not there.
@@ -79,7 +79,7 @@ contains
       character(room) :: value
 
       value = ''
-      if (has_name(draft, group, name)) value = draft%lines(place_of(draft, group, name))%value
+      if (has_name(draft, group, name)) value = draft%lines(parameter_index(draft, group, name))%value
    end function value_of
 
    !> The value of a name that is there, as a number.
@@ -111,7 +111,7 @@ contains
       integer :: place
 
       if (.not. allocated(draft%lines)) allocate (draft%lines(64))
-      place = place_of(draft, group, name)
+      place = parameter_index(draft, group, name)
       if (place == 0) then
          if (draft%count == size(draft%lines)) then
             allocate (more(2*draft%count))

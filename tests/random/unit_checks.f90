@@ -196,7 +196,8 @@ contains
       end do
       if (same < max(first%event_count, second%event_count)) then
          ! what rounding has become tells whether a low flight is taken back, or is all that is left
-         if (apart > min(grown, settings%hop_tolerance) .or. max(speed_after(first), speed_after(second)) <= amplified*apart) return
+         if (apart > min(grown, settings%hop_tolerance) .or. max(speed_after(first), &
+            speed_after(second)) <= amplified*apart) return
          complaint = 'the event after '//to_text(same)//' of '//to_text(first%event_count)//' and '// &
             to_text(second%event_count)//' is another, though those before are apart by '//to_text(apart)//'; '
          return
