@@ -80,7 +80,10 @@ contains
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
-      allocate (problem%pole(problem%poles + 1), problem%relative(problem%poles + 1))
+      ! one more where there are branches
+      associate (room => problem%poles + merge(1, 0, problem%poles > 2*size(square)))
+         allocate (problem%pole(room), problem%relative(room))
+      end associate
       allocate (problem%branch_pole(size(spring)), source=0)
       call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
       problem%poles = 2*size(square)
