@@ -1,6 +1,6 @@
-"""Run the commands of the tutorial as they stand: tutorial.py FOLDER_OF_PROGRAMS PLACE
+"""Run the commands of the tutorial and of the page about spectra as they stand: tutorial.py FOLDER_OF_PROGRAMS PLACE
 
-Each must do, and each picture that the page shows must be there afterwards.
+Each must do, and each picture that the pages show must be there afterwards.
 """
 
 import os
@@ -14,7 +14,7 @@ HERE = Path(__file__).resolve().parent
 PROGRAMS, PLACE = sys.argv[1:]
 
 if __name__ == "__main__":
-    page = (HERE / "tutorial.md").read_text(encoding="utf-8")
+    page = "".join((HERE / f"{name}.md").read_text(encoding="utf-8") for name in ("tutorial", "spectra"))
     shutil.rmtree(PLACE, ignore_errors=True)
     os.makedirs(PLACE)
     path = os.pathsep.join([PROGRAMS, str(HERE.parent / "scripts"), os.environ["PATH"]])

@@ -1,20 +1,23 @@
 !> The analyses that a scene (input file) may request. An analysis computes further results from a finished run, or from
 !> the beam and its loads alone. To add an analysis, add an entry to `analysis_table` and a case to `make_analysis`.
 module analyses
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use frequency_response, only: frequency_response_t
    use kinds, only: wp
+   use measure_list, only: measure_count
    use orbit_analysis, only: orbit_analysis_t
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: scene_t
+   use spectrum_analysis, only: spectrum_analysis_t
    implicit none (type, external)
    private
-   public :: analysed_t, requests_analysis, analyse, write_analyses, print_analyses, supply_measures_of, of_beam, of_run
+   public :: analysed_t, requests_analysis, analyse, write_analyses, print_analyses, of_beam, of_run
 
    !> Entry of the table of analyses.
    type :: entry_t
@@ -28,7 +31,8 @@ module analyses
    !> All analyses, in the order of results files and of the console.
    type(entry_t), parameter :: analysis_table(*) = [ &
       entry_t('orbit'), &
-      entry_t('frequency_response', reads_run=.false.)]
+      entry_t('frequency_response', reads_run=.false.), &
+      entry_t('spectrum')]
 
    !> Selection of analyses by their input, as in `entry_t%reads_run`: the beam alone, or a run.
    logical, parameter :: of_beam = .false.
@@ -53,6 +57,8 @@ contains
          allocate (orbit_analysis_t :: analysis)
       case ('frequency_response')
          allocate (frequency_response_t :: analysis)
+      case ('spectrum')
+         allocate (spectrum_analysis_t :: analysis)
       end select
    end subroutine make_analysis
 
@@ -84,8 +90,8 @@ contains
       type(beam_model_t), intent(in) :: model
       !> Settings of the run of that beam
       type(run_settings_t), intent(in) :: settings
-      !> Result of that run; empty if there was none
-      type(response_t), intent(in) :: response
+      !> Result of that run; empty if there was none. The measures of the analyses are added to its measures
+      type(response_t), intent(inout) :: response
       type(analysed_t), allocatable, intent(out) :: analysed(:)
       !> Set by the first analysis that fails
       type(failure_t), allocatable, intent(out) :: error
@@ -102,6 +108,11 @@ contains
          call make_analysis(trim(analysed(i)%group), analysed(i)%analysis)
          call analysed(i)%analysis%compute(scene, model, settings, response, error)
          if (allocated(error)) return
+      end do
+      if (size(places) == 0 .or. .not. allocated(response%measures)) return
+      allocate (response%measures%of_analyses(measure_count), source=ieee_value(1.0_wp, ieee_quiet_nan))
+      do i = 1, size(places)
+         call analysed(i)%analysis%supply_measures(response%measures%of_analyses)
       end do
    end subroutine analyse
 
@@ -131,18 +142,5 @@ contains
          call analysed(i)%analysis%print(unit, units)
       end do
    end subroutine print_analyses
-
-   !> Add the measures of each analysis to the measures of a run.
-   subroutine supply_measures_of(analysed, measures)
-      type(analysed_t), intent(in) :: analysed(:)
-      !> Dimensionless measures (scalar results of the run), [measure_count]
-      real(wp), intent(inout) :: measures(:)
-
-      integer :: i
-
-      do i = 1, size(analysed)
-         call analysed(i)%analysis%supply_measures(measures)
-      end do
-   end subroutine supply_measures_of
 
 end module analyses

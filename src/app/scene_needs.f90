@@ -16,6 +16,7 @@ module scene_needs
    use stop_contacts, only: has_one_contact, contacts_of
    use sweep_plan, only: cases_of_chunk, section_values
    use sweep_settings, only: is_swept, parameter_index, values_given
+   use sweep_spectra, only: spectrum_size
    use sweep_study, only: cases_of, threads_for, values_of
    implicit none (type, external)
    private
@@ -325,11 +326,13 @@ contains
       rows = min(max(rows, max_chunk_cases), cases_of(scene%sweep))*real(workers + 3, wp)
       call add_need(need, bytes_of_number*rows*real(measure_count + axes, wp), 'the rows of parts', &
          'give &sweep fewer part_cases')
-      if (.not. scene%wants_poincare) return
+      if (.not. (scene%wants_poincare .or. scene%wants_spectrum)) return
       chain = 0
       if (scene%sweep%carry > 0) chain = values_of(scene%sweep, scene%sweep%carry)
       rows = real(cases_of_chunk(scene, int(min(cases_of(scene%sweep), real(huge(1), wp))), chain), wp)
       call add_sections(scene, rows*real(workers + 3, wp), section_values, need)
+      call add_need(need, bytes_of_number*rows*real(workers + 3, wp)*real(spectrum_size(scene), wp), &
+         'the spectra of parts', 'give &spectrum fewer points')
    end subroutine add_sweep
 
 end module scene_needs

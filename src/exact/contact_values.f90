@@ -10,7 +10,7 @@ module contact_values
    implicit none (type, external)
    private
    public :: modal_product, event_of, gap_of, gap_to_undeformed, velocity_of, gap_rounding, velocity_rounding, force_of
-   public :: compliant_forces, reaction_demand
+   public :: compliant_forces, gap_bound_of_terms, reaction_demand
 
 contains
 
@@ -156,5 +156,21 @@ contains
          if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
       end associate
    end function reaction_demand
+
+   !> Upper bound of the magnitude of the gap of a closed compliant contact.
+   pure function gap_bound_of_terms(self, k) result(gap_bound)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: gap_bound
+
+      associate (term => self%set%gap(k, :)*self%amplitude)
+         gap_bound = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
+      end associate
+      if (self%loads%count == 0) return
+      associate (row => self%set%forced%at%gaps + k, forced => self%forced)
+         gap_bound = gap_bound + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
+         if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) gap_bound = huge(1.0_wp)
+      end associate
+   end function gap_bound_of_terms
 
 end module contact_values

@@ -24,12 +24,24 @@ module moment_signals
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
    private
-   public :: moments_t, make_moments, begin_moments, sample_moments
+   public :: moments_t, make_moments, begin_moments, sample_moments, moment_row_t, find_row, find_load_terms
 
    !> Moment at one place of the beam as a function of time.
    type :: signal_place_t
       class(transformable_signal_t), allocatable :: signal
    end type signal_place_t
+
+   !> Coefficients of the moment at a place in the current phase.
+   type :: moment_row_t
+      !> Static moment with the closed rigid contacts
+      real(wp) :: static = 0.0_wp
+      !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
+      real(wp), allocatable :: weight(:)
+      !> Moment per unit of the force of each compliant contact, [compliant]
+      real(wp), allocatable :: force_moment(:)
+      !> Moment per unit of each load, except by z + 2 zeta z', [loads]; unallocated: no loads
+      real(wp), allocatable :: load_moment(:)
+   end type moment_row_t
 
    !> Bending moments at the requested places.
    type :: moments_t
@@ -116,40 +128,54 @@ contains
 
       type(modal_signal_t), allocatable :: modal
       type(driven_terms_t) :: terms
-      ! moment per unit of z + 2 zeta z' and of modal force, of each constrained mode; static moment
-      real(wp), allocatable :: weight(:), mass(:)
-      real(wp) :: static
+      type(moment_row_t) :: row
+
+      call find_row(moments, p, now, row)
+      if (size(now%set%compliant) > 0) then
+         call make_compliant_signal(now, row%static, row%weight, row%force_moment, signal)
+      else
+         allocate (modal)
+         call make_modal_signal(now%set%constrained%oscillators, row%static, row%weight, modal)
+         ! a signal of z + 2 zeta z'
+         modal%is_viscous = .true.
+         call set_reaction_state(now%z, now%v, modal)
+         call move_alloc(modal, signal)
+      end if
+      if (now%loads%count == 0) return
+      call find_load_terms(now, row, terms)
+      call add_terms(terms, now%max_length, signal)
+   end subroutine find_signal
+
+   !> Find the coefficients of the moment at a place in the current phase.
+   pure subroutine find_row(moments, p, now, row)
+      type(moments_t), intent(in) :: moments
+      !> Index of the place
+      integer, intent(in) :: p
+      type(phase_state_t), intent(in) :: now
+      type(moment_row_t), intent(out) :: row
+
+      ! moment per unit of modal force of each constrained mode
+      real(wp), allocatable :: mass(:)
 
       associate (constrained => now%set%constrained, stiffness => moments%stiffness(:, p), &
          contact => moments%contact(:, p))
-         static = sum(stiffness*constrained%static) + sum(contact(constrained%closed)*constrained%static_force)
+         row%static = sum(stiffness*constrained%static) + sum(contact(constrained%closed)*constrained%static_force)
          if (allocated(constrained%mode)) then
             allocate (mass, source=matmul(moments%mass(:, p), constrained%mode))
-            allocate (weight, source=matmul(stiffness, constrained%mode) - constrained%oscillators%square*mass &
+            allocate (row%weight, source=matmul(stiffness, constrained%mode) - constrained%oscillators%square*mass &
                + matmul(contact(constrained%closed), constrained%reaction))
          else
             allocate (mass, source=moments%mass(:, p))
-            allocate (weight, source=stiffness - constrained%oscillators%square*mass)
+            allocate (row%weight, source=stiffness - constrained%oscillators%square*mass)
          end if
          ! the rotation about a pinned root causes no moment
-         where (constrained%oscillators%square <= rigid_square) weight = 0.0_wp
-         if (size(now%set%compliant) > 0) then
-            call make_compliant_signal(now, static, weight, force_moments(now, mass, contact), signal)
-         else
-            allocate (modal)
-            call make_modal_signal(constrained%oscillators, static, weight, modal)
-            ! a signal of z + 2 zeta z'
-            modal%is_viscous = .true.
-            call set_reaction_state(now%z, now%v, modal)
-            call move_alloc(modal, signal)
-         end if
+         where (constrained%oscillators%square <= rigid_square) row%weight = 0.0_wp
+         allocate (row%force_moment, source=force_moments(now, mass, contact))
       end associate
       if (now%loads%count == 0) return
-      call find_load_terms(now, weight, force_moments(now, mass, moments%contact(:, p)), moments%load(:, p) &
-         + matmul(mass, now%set%forced%load) - matmul(moments%contact(now%set%constrained%closed, p), &
-         now%set%forced%share), terms)
-      call add_terms(terms, now%max_length, signal)
-   end subroutine find_signal
+      allocate (row%load_moment, source=moments%load(:, p) + matmul(mass, now%set%forced%load) &
+         - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%share))
+   end subroutine find_row
 
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
    pure function force_moments(now, mass, contact) result(moment)
@@ -213,21 +239,17 @@ contains
    end subroutine make_compliant_signal
 
    !> Find the contribution of the load response to the moment.
-   pure subroutine find_load_terms(now, weight, force_moment, load_moment, terms)
+   pure subroutine find_load_terms(now, row, terms)
       type(phase_state_t), intent(in) :: now
-      !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
-      real(wp), intent(in) :: weight(:)
-      !> Moment per unit of the force of each compliant contact, [compliant]
-      real(wp), intent(in) :: force_moment(:)
-      !> Moment per unit of each load, except by z + 2 zeta z', [loads]
-      real(wp), intent(in) :: load_moment(:)
+      type(moment_row_t), intent(in) :: row
       type(driven_terms_t), intent(out) :: terms
 
       complex(wp) :: s
       integer :: g, i, m
 
       associate (set => now%set, at => now%set%forced%at, forced => now%forced, &
-         two_zeta => now%set%constrained%oscillators%two_zeta)
+         two_zeta => now%set%constrained%oscillators%two_zeta, weight => row%weight, force_moment => row%force_moment, &
+         load_moment => row%load_moment)
          associate (modes => forced%constant(at%modes + 1:at%gaps), slopes => forced%slope(at%modes + 1:at%gaps))
             terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(load_moment*forced%segment%constant) &
                + sum(force_moment*forced%constant(at%forces + set%compliant))

@@ -2,8 +2,10 @@
 !> over parts of a phase, the motion between two events (docs/theory.md, section 20).
 module phase_integrals
    use driven_modes, only: driven_mode_t
+   use driven_signal, only: driven_terms_t
    use kinds, only: wp
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
+   use moment_signals, only: find_load_terms, moment_row_t
    use phase_state, only: force_terms, phase_state_t
    use signal_integrals, only: signals_t
    implicit none (type, external)
@@ -13,8 +15,8 @@ module phase_integrals
 contains
 
    !> Find the signals in this order: displacements s y at some contacts (s = 1 for a contact below the beam, -1 above),
-   !> displacement of the tip, forces of some closed contacts.
-   subroutine find_signals(self, length, places, closed, signals)
+   !> displacement of the tip, forces of some closed contacts, bending moments.
+   subroutine find_signals(self, length, places, closed, signals, moments)
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
       real(wp), intent(in) :: length
@@ -22,34 +24,43 @@ contains
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
       type(signals_t), intent(out) :: signals
+      !> Absent: none
+      type(moment_row_t), intent(in), optional :: moments(:)
 
+      type(moment_row_t), allocatable :: bending(:)
       ! number of displacements at contacts, and of all signals
       integer :: n, rows
 
       n = size(places)
-      rows = n + 1 + size(closed)
+      if (present(moments)) then
+         allocate (bending, source=moments)
+      else
+         allocate (bending(0))
+      end if
+      rows = n + 1 + size(closed) + size(bending)
       allocate (signals%offset(rows), signals%slope(rows), source=0.0_wp)
       allocate (signals%exponent(0), signals%amplitude(rows, 0))
       signals%offset(:n) = self%set%constrained%static_gap(places) + self%beam%height(places)
       signals%offset(n + 1) = self%set%constrained%static_tip
       if (size(self%set%compliant) > 0) then
-         call add_terms(self, places, closed, signals)
-         call add_mode_terms(self, length, self%set%coupled%inactive, places, closed, signals)
+         call add_terms(self, places, closed, bending, signals)
+         call add_mode_terms(self, length, self%set%coupled%inactive, places, closed, bending, signals)
       else
-         call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, signals)
+         call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, bending, signals)
       end if
-      if (self%loads%count > 0) call add_load_response(self, places, closed, signals)
+      if (self%loads%count > 0) call add_load_response(self, places, closed, bending, signals)
    end subroutine find_signals
 
    !> Add the exponential terms of the motion with compliant contacts.
-   subroutine add_terms(self, places, closed, signals)
+   subroutine add_terms(self, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
+      type(moment_row_t), intent(in) :: bending(:)
       type(signals_t), intent(inout) :: signals
 
       complex(wp), allocatable :: amplitude(:)
-      integer :: m, n
+      integer :: m, n, p
 
       n = size(places)
       associate (set => self%set)
@@ -66,17 +77,29 @@ contains
             call force_terms(self, closed(m), self%amplitude, signals%offset(n + 1 + m), amplitude)
             signals%amplitude(n + 1 + m, :) = amplitude
          end do
+         n = n + 1 + size(closed)
+         do p = 1, size(bending)
+            associate (row => bending(p), coupled => set%coupled)
+               signals%offset(n + p) = sum(row%weight*set%rest_modes) + sum(row%force_moment*set%rest_force)
+               do m = 1, coupled%count
+                  signals%amplitude(n + p, m) = self%amplitude(m)*(coupled%viscous(m)*sum(row%weight*coupled%shape(:, &
+                     m)) &
+                     + sum(row%force_moment*coupled%force(:, m)))
+               end do
+            end associate
+         end do
       end associate
    end subroutine add_terms
 
    !> Add the free vibrations of uncoupled modes, and the responses of these modes to loads that drive them from rest.
-   subroutine add_mode_terms(self, length, modes, places, closed, signals)
+   subroutine add_mode_terms(self, length, modes, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
       !> Indices of the uncoupled modes
       integer, intent(in) :: modes(:)
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
+      type(moment_row_t), intent(in) :: bending(:)
       type(signals_t), intent(inout) :: signals
 
       type(mode_terms_t) :: terms(size(modes))
@@ -84,11 +107,13 @@ contains
       ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
       real(wp) :: share(size(signals%offset), 2)
       ! index of each contact in `constrained%closed`; number of terms so far; number of exponents around 0 that all
-      ! slow modes share
-      integer :: of_constrained(size(closed)), j, last, n, shared
+      ! slow modes share; number of signals before the moments
+      integer :: of_constrained(size(closed)), forces, j, last, n, p, shared
 
-      if (size(modes) == 0) return
       n = size(places)
+      forces = n + 1 + size(closed)
+      signals%offset(forces + 1:) = signals%offset(forces + 1:) + bending%static
+      if (size(modes) == 0) return
       do j = 1, size(modes)
          call find_mode_terms(self%set%constrained%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
             forced_motions_of(self, modes(j)), length, terms(j))
@@ -107,7 +132,10 @@ contains
          do j = 1, size(modes)
             share(:n, 1) = constrained%value(modes(j), places)
             share(n + 1, 1) = constrained%tip_value(modes(j))
-            if (size(self%set%compliant) == 0) share(n + 2:, 2) = constrained%reaction(of_constrained, modes(j))
+            if (size(self%set%compliant) == 0) share(n + 2:forces, 2) = constrained%reaction(of_constrained, modes(j))
+            do p = 1, size(bending)
+               share(forces + p, 2) = bending(p)%weight(modes(j))
+            end do
             signals%offset = signals%offset + matmul(share, terms(j)%offset)
             signals%slope = signals%slope + matmul(share, terms(j)%slope)
             slow = slow + matmul(share, terms(j)%slow(:, :shared))
@@ -116,7 +144,7 @@ contains
                last = last + added
             end associate
          end do
-         if (size(self%set%compliant) == 0) signals%offset(n + 2:) = signals%offset(n + 2:) &
+         if (size(self%set%compliant) == 0) signals%offset(n + 2:forces) = signals%offset(n + 2:forces) &
             + constrained%static_force(of_constrained)
       end associate
       call move_alloc(exponent, signals%exponent)
@@ -139,23 +167,32 @@ contains
    end function forced_motions_of
 
    !> Add the load response without the modes that are driven from rest.
-   subroutine add_load_response(self, places, closed, signals)
+   subroutine add_load_response(self, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
+      type(moment_row_t), intent(in) :: bending(:)
       type(signals_t), intent(inout) :: signals
 
       complex(wp), allocatable :: amplitude(:, :)
-      integer :: rows(size(signals%offset)), terms
+      type(driven_terms_t) :: of_moment
+      integer :: rows(size(signals%offset) - size(bending)), n, p, terms
 
       associate (at => self%set%forced%at, forced => self%forced)
          rows = [at%gaps + places, at%tip + 1, at%forces + closed]
+         n = size(rows)
          terms = size(signals%exponent)
-         signals%offset = signals%offset + forced%constant(rows)
-         signals%slope = signals%slope + forced%slope(rows)
-         allocate (amplitude(size(rows), terms + size(forced%frequency)))
+         signals%offset(:n) = signals%offset(:n) + forced%constant(rows)
+         signals%slope(:n) = signals%slope(:n) + forced%slope(rows)
+         allocate (amplitude(size(signals%offset), terms + size(forced%frequency)))
          amplitude(:, :terms) = signals%amplitude
-         amplitude(:, terms + 1:) = forced%harmonic(rows, :)
+         amplitude(:n, terms + 1:) = forced%harmonic(rows, :)
+         do p = 1, size(bending)
+            call find_load_terms(self, bending(p), of_moment)
+            signals%offset(n + p) = signals%offset(n + p) + of_moment%constant
+            signals%slope(n + p) = signals%slope(n + p) + of_moment%slope
+            amplitude(n + p, terms + 1:) = of_moment%harmonic
+         end do
          signals%exponent = [signals%exponent, cmplx(0.0_wp, forced%frequency, wp)]
       end associate
       call move_alloc(amplitude, signals%amplitude)

@@ -3,10 +3,12 @@
 module phase_intervals
    use certified_search, only: search_t, transformable_signal_t
    use contact_states, only: energy_in, has_rigid_stop, contact_state_t
+   use contact_values, only: gap_bound_of_terms
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy
    use driven_modes, only: driven_mode_at, integral_of, integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
+   use interval_sums, only: interval_sums_t
    use kinds, only: wp
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
@@ -14,8 +16,8 @@ module phase_intervals
    use phase_losses, only: update_indentation, recover_contact
    use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: end_force, force_terms, cache_state, find_homogeneous_state, find_state, phase_state_t, &
-      signal_of, &
-      observed_gap, observed_tip
+      signal_of, observed_gap, observed_tip
+   use phase_sums, only: find_sums
    use point_forces, only: slow_frequency
    use power_integrals, only: find_span, integral, integrals_in
    use response_types, only: settling_level
@@ -53,6 +55,7 @@ module phase_intervals
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
+      procedure :: expand
       procedure :: energy
    end type phase_interval_t
 
@@ -324,6 +327,15 @@ contains
       end associate
    end subroutine integrate
 
+   !> Rows as sums of exponentials.
+   subroutine expand(self, rows, sums)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: rows(:)
+      type(interval_sums_t), intent(out) :: sums
+
+      call find_sums(self%now, self%moments, self%length, rows, sums)
+   end subroutine expand
+
    !> Energy of beam and stops.
    function energy(self, time)
       class(phase_interval_t), intent(in) :: self
@@ -478,21 +490,5 @@ contains
          end do
       end associate
    end function load_response_impulse
-
-   !> Upper bound of the magnitude of the gap of a closed compliant contact.
-   pure function gap_bound_of_terms(self, k) result(gap_bound)
-      type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      real(wp) :: gap_bound
-
-      associate (term => self%set%gap(k, :)*self%amplitude)
-         gap_bound = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
-      end associate
-      if (self%loads%count == 0) return
-      associate (row => self%set%forced%at%gaps + k, forced => self%forced)
-         gap_bound = gap_bound + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
-         if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) gap_bound = huge(1.0_wp)
-      end associate
-   end function gap_bound_of_terms
 
 end module phase_intervals

@@ -399,6 +399,7 @@ contains
          if (allocated(settings%statistics)) deallocate (settings%statistics)
       end if
       if (allocated(settings%poincare)) deallocate (settings%poincare)
+      if (allocated(settings%spectrum)) deallocate (settings%spectrum)
       period = 2.0_wp*pi*(lambda1/lowest)**2
       associate (response => settings%response)
          response%duration = min(asked%response%duration, real(max_periods, wp)*period)

@@ -5,6 +5,7 @@
 !> the closed contacts, and the bending moments at given places. An observer (of measures, statistics, moments, Poincare
 !> sections) requests values, integrals and extremes of rows, and does not depend on the method.
 module motion_intervals
+   use interval_sums, only: interval_sums_t
    use kinds, only: wp
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
@@ -89,6 +90,7 @@ module motion_intervals
       procedure(record_gap_interface), deferred :: record_gap
       procedure(impulse_interface), deferred :: impulse
       procedure(integrate_interface), deferred :: integrate
+      procedure(expand_interface), deferred :: expand
       procedure(energy_interface), deferred :: energy
       procedure :: tip_row
       procedure :: force_row
@@ -189,6 +191,17 @@ module motion_intervals
          !> Integrals of the squares of these quantities, [2 contacts + 1]
          real(wp), intent(out) :: second(:)
       end subroutine integrate_interface
+
+      !> Expand rows into sums of elementary functions over the whole interval, which is longer than zero: displacements
+      !> at contacts, as gap + s d; displacement of the tip; forces; moments. The force of an open contact is zero.
+      subroutine expand_interface(self, rows, sums)
+         import :: interval_sums_t, interval_t
+         implicit none (type, external)
+         class(interval_t), intent(in) :: self
+         integer, intent(in) :: rows(:)
+         !> One signal for each row
+         type(interval_sums_t), intent(out) :: sums
+      end subroutine expand_interface
 
       !> Energy of beam and stops at a time since the start of the interval.
       function energy_interface(self, time) result(energy)

@@ -10,6 +10,7 @@ module response_types
    use kinds, only: i8, wp
    use section_types, only: run_sections_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
+   use spectrum_types, only: run_spectrum_t
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
@@ -144,6 +145,8 @@ module response_types
       integer :: mesh_elements = 0
       !> Statistics of all contacts together, [statistic_count]; unallocated: not requested
       real(wp), allocatable :: statistics(:)
+      !> Measures by analyses of the finished run, [measure_count], NaN for the others; unallocated: no analyses
+      real(wp), allocatable :: of_analyses(:)
       !> Poincare sections are requested
       logical :: has_sections = .false.
       !> Period of the motion in periods of the load (0: none was found), impacts per period of the load, and Lyapunov
@@ -261,6 +264,8 @@ module response_types
       type(run_statistics_t), allocatable :: statistics
       !> Poincare sections; unallocated: not requested
       type(run_sections_t), allocatable :: sections
+      !> Power spectra of the segments; unallocated: not requested
+      type(run_spectrum_t), allocatable :: spectrum
       !> Whether each contact, in the scene's order, was closed at the start of a run that continues another;
       !> unallocated: the run does not continue another
       logical, allocatable :: starts_closed(:)

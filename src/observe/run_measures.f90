@@ -6,7 +6,7 @@
 !> episode does not. The force of a rigid stop does not converge with the mesh either, because it grows as the mass that
 !> is stopped at once decreases; its mean over a fixed time converges.
 module run_measures
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
@@ -392,6 +392,8 @@ contains
       end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
       if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics
+      if (.not. allocated(measures%of_analyses)) return
+      where (.not. ieee_is_nan(measures%of_analyses)) row = measures%of_analyses
    end function row_of
 
    !> Does the beam hit the stop at an event of this kind?

@@ -10,6 +10,8 @@ module run_observers
    use motion_intervals, only: interval_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
+   use run_spectra, only: finish_spectrum, open_spectrum, spectrum_sums_t, take_impulses, &
+      take_spectrum => add_interval
    use section_records, only: finish_sections, open_sections, record_sections
    use section_types, only: run_sections_t
    use statistic_types, only: block_sums_t
@@ -24,6 +26,8 @@ module run_observers
       type(block_sums_t), allocatable :: blocks
       type(run_sections_t), allocatable :: sections
       type(moment_record_t), allocatable :: moments(:)
+      !> What &spectrum asks for; unallocated: nothing
+      type(spectrum_sums_t), allocatable :: spectrum
    end type observers_t
 
 contains
@@ -55,6 +59,10 @@ contains
          allocate (observers%blocks)
          call open_blocks(settings, yields_in_order, first, observers%blocks)
       end if
+      if (allocated(settings%spectrum)) then
+         allocate (observers%spectrum)
+         call open_spectrum(settings, first, observers%spectrum)
+      end if
       if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
    end subroutine open_observers
 
@@ -65,6 +73,7 @@ contains
 
       if (allocated(observers%blocks)) call add_interval(interval, observers%blocks)
       if (allocated(observers%sections)) call record_sections(interval, observers%sections)
+      if (allocated(observers%spectrum)) call take_spectrum(interval, observers%spectrum)
       if (.not. observers%measures%is_wanted) return
       if (allocated(observers%moments)) call track_moments(interval, observers%moments)
       call measure_interval(interval, observers%measures)
@@ -76,6 +85,7 @@ contains
       type(response_t), intent(in) :: response
 
       if (allocated(observers%blocks)) call add_events(observers%blocks, response)
+      if (allocated(observers%spectrum)) call take_impulses(response, observers%spectrum)
    end subroutine observe_events
 
    !> Store the results of the observers in the response at the end of the run.
@@ -104,6 +114,7 @@ contains
          response)
       if (allocated(observers%blocks)) call finish_statistics(observers%blocks, response)
       if (allocated(observers%sections)) call finish_sections(observers%sections, response)
+      if (allocated(observers%spectrum)) call finish_spectrum(observers%spectrum, response%spectrum)
       call finish_moments(response)
    end subroutine finish_observers
 

@@ -4,6 +4,7 @@
 !> forces and moments are numbered as rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
+   use interval_sums, only: interval_sums_t, open_sums
    use kinds, only: wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    implicit none (type, external)
@@ -35,6 +36,7 @@ module step_intervals
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
+      procedure :: expand
       procedure :: energy
    end type step_interval_t
 
@@ -232,6 +234,23 @@ contains
          if (row <= self%contacts) offset = self%seen(row)%height
       end function offset_of
    end subroutine integrate
+
+   !> Expand rows into the cubics and straight lines of the step.
+   subroutine expand(self, rows, sums)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: rows(:)
+      type(interval_sums_t), intent(out) :: sums
+
+      type(cubic_t) :: cubic
+      integer :: i
+
+      call open_sums(size(rows), 0, sums)
+      do i = 1, size(rows)
+         cubic = cubic_of_row(self, output_row_t(rows(i)), [0.0_wp, self%length])
+         if (rows(i) <= self%contacts) cubic%c(0) = cubic%c(0) + self%seen(rows(i))%height
+         sums%power(:, i) = cubic%c/self%length**[0, 1, 2, 3]
+      end do
+   end subroutine expand
 
    !> Energy of beam and stops at a time since the start of the step.
    function energy(self, time)

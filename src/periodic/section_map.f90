@@ -86,6 +86,7 @@ contains
       map%settings%output = output_settings_t(history=.false.)
       if (allocated(map%settings%stress)) deallocate (map%settings%stress)
       if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
+      if (allocated(map%settings%spectrum)) deallocate (map%settings%spectrum)
       call find_base_modes(model, settings, map%modes, error)
       if (allocated(error)) return
       lowest = unknown_modes

@@ -1,5 +1,5 @@
-!> Requests for further results of a response: the names of &statistics, &poincare, &orbit and &frequency_response,
-!> their checks and completion, and the period of the loads that they use.
+!> Requests for further results of a response: the names of &statistics, &poincare, &orbit, &frequency_response and
+!> &spectrum, their checks and completion, and the period of the loads that they use.
 module scene_requests
    use kinds, only: wp
    use load_periods, only: is_steady, period_of
@@ -11,6 +11,7 @@ module scene_requests
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
       response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
+   use scene_spectrum, only: list_spectrum, resolve_spectrum
    use scene_types, only: frequency_response_settings_t, scene_t
    use sweep_settings, only: is_swept
    use value_rules, only: duration_range, instant_range, physical_range, range_t
@@ -20,7 +21,7 @@ module scene_requests
 
    !> Names of the groups, each of which requires &response, in the order of the reference and the echo.
    character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'poincare', 'orbit', &
-      'frequency_response']
+      'frequency_response', 'spectrum']
 
 contains
 
@@ -44,6 +45,9 @@ contains
       case ('frequency_response')
          call table%open(group_t(group), scene%wants_frequency_response)
          if (table%is_open) call list_frequency_response(table, scene%frequency_response)
+      case ('spectrum')
+         call table%open(group_t(group), scene%wants_spectrum)
+         if (table%is_open) call list_spectrum(table, scene%spectrum)
       end select
    end subroutine list_request
 
@@ -58,6 +62,7 @@ contains
       if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
       if (scene%wants_orbit .and. .not. input%has_problem()) call resolve_orbit(input, scene)
       if (scene%wants_frequency_response .and. .not. input%has_problem()) call resolve_frequency_response(input, scene)
+      if (scene%wants_spectrum .and. .not. input%has_problem()) call resolve_spectrum(input, scene)
    end subroutine resolve_requests
 
    !> List the names of &statistics in the table, and bind them to the components of the scene.

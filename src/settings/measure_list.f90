@@ -89,6 +89,18 @@ module measure_list
       measure_t('lyapunov_exponent', 'lyapunov_exponent', &
       'greatest Lyapunov exponent: how fast motions that begin side by side part, from the first section to the last', &
       'rate', .false., 'Lyapunov exponent', group='poincare'), &
+      measure_t('strongest_frequency', 'strongest_frequency', '{omega over omega1~frequency} of the strongest line ' &
+      //'in the first spectrum', 'frequency', .false., 'strongest line', 'at {omega~f} =', group='spectrum'), &
+      measure_t('strongest_line', 'strongest_line', 'greatest amplitude in the first spectrum of a displacement', &
+      'displacement', .false., 'with amplitude', group='spectrum'), &
+      measure_t('strongest_velocity', 'strongest_velocity', 'in the first of a velocity', 'velocity', .false., &
+      'strongest velocity', group='spectrum'), &
+      measure_t('strongest_acceleration', 'strongest_acceleration', 'in the first of an acceleration', 'acceleration', &
+      .false., 'greatest in accel.', group='spectrum'), &
+      measure_t('strongest_force', 'strongest_force', 'in the first of a contact force{, Pbar}', 'force', .false., &
+      'strongest in force', group='spectrum'), &
+      measure_t('strongest_moment', 'strongest_moment', 'in the first of a bending moment{, Pbar L}', 'moment', &
+      .false., 'strongest in moment', group='spectrum'), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
       'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &

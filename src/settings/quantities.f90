@@ -30,6 +30,8 @@ module quantities
    integer, parameter :: load = 10
    integer, parameter :: bending_stiffness = 11
    integer, parameter :: youngs_modulus = 12
+   !> Of Pbar L
+   integer, parameter :: moment = 13
 
    type :: quantity_t
       character(24) :: name
@@ -71,6 +73,16 @@ module quantities
       quantity_t('impulse', 'impulse', [character(18) :: 'N s', 'N s', 'force time'], mass, 1, velocity), &
       quantity_t('energy', 'energy', [character(18) :: 'J', 'mJ', 'force length'], mass, 1, velocity, 2), &
       quantity_t('moment', 'Pbar L', [character(18) :: 'N m', 'N mm', 'force length'], force, 1, length), &
+      quantity_t('displacement_density', 'eta2', [character(18) :: 'm^2/Hz', 'mm^2/Hz', 'length^2 time'], &
+      displacement, 2, omega1, -1, constant=0.5_wp/pi), &
+      quantity_t('velocity_density', 'eta2/tau', [character(18) :: 'm^2/s^2/Hz', 'mm^2/s^2/Hz', 'length^2/time'], &
+      velocity, 2, omega1, -1, constant=0.5_wp/pi), &
+      quantity_t('acceleration_density', 'eta2tau3', [character(18) :: 'm^2/s^4/Hz', 'mm^2/s^4/Hz', &
+      'length^2/time^3'], displacement, 2, omega1, 3, constant=0.5_wp/pi), &
+      quantity_t('force_density', 'Pbar2', [character(18) :: 'N^2/Hz', 'N^2/Hz', 'force^2 time'], force, 2, omega1, &
+      -1, constant=0.5_wp/pi), &
+      quantity_t('moment_density', 'Pbar2 L2', [character(18) :: 'N^2 m^2/Hz', 'N^2 mm^2/Hz', 'moment^2 time'], &
+      moment, 2, omega1, -1, constant=0.5_wp/pi), &
       quantity_t('stress', 'stress', [character(18) :: 'Pa', 'MPa', 'force/length^2'], youngs_modulus, 1, slope), &
       quantity_t('stiffness', 'kappa', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness), &
       quantity_t('rotational_stiffness', 'kappa', [character(18) :: 'N m/rad', 'N mm/rad', 'force length'], &
@@ -144,7 +156,7 @@ contains
       integer, intent(in) :: quantity
       logical :: is
 
-      integer, parameter :: scales_of_displacement(5) = [displacement, velocity, slope, force, load]
+      integer, parameter :: scales_of_displacement(6) = [displacement, velocity, slope, force, load, moment]
 
       is = any(scales_of_displacement == quantity_table(quantity)%first) .or. &
          any(scales_of_displacement == quantity_table(quantity)%second)
@@ -191,7 +203,7 @@ contains
       case (mass)
          scale = scales%beam_mass
       case (force)
-         scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
+         scale = scale_of_force(scales)
       case (stiffness)
          scale = 3.0_wp*scales%bending_stiffness/scales%length**3
       case (load)
@@ -200,10 +212,20 @@ contains
          scale = scales%bending_stiffness
       case (youngs_modulus)
          scale = scales%youngs_modulus
+      case (moment)
+         scale = scale_of_force(scales)*scales%length
       case default
          scale = 1.0_wp
       end select
    end function scale_of
+
+   !> Of Pbar.
+   pure function scale_of_force(scales) result(scale)
+      type(scales_t), intent(in) :: scales
+      real(wp) :: scale
+
+      scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
+   end function scale_of_force
 
    !> The unit of a quantity in results.
    pure function unit_of(quantity, units) result(unit)

@@ -11,6 +11,7 @@ module run_settings
    use history_list, only: history_count
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
+   use spectrum_settings, only: spectrum_settings_t
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
@@ -213,6 +214,8 @@ module run_settings
       type(statistics_settings_t), allocatable :: statistics
       !> Unallocated: no Poincare sections are recorded
       type(poincare_settings_t), allocatable :: poincare
+      !> Unallocated: no spectra are asked for
+      type(spectrum_settings_t), allocatable :: spectrum
    end type run_settings_t
 
 contains

@@ -12,6 +12,7 @@ module scene_types
    use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
       statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
+   use spectrum_settings, only: spectrum_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
@@ -309,6 +310,9 @@ module scene_types
       !> The file has &frequency_response
       logical :: wants_frequency_response = .false.
       type(frequency_response_settings_t) :: frequency_response
+      !> The file has &spectrum
+      logical :: wants_spectrum = .false.
+      type(spectrum_settings_t) :: spectrum
       !> The file has &frequencies
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies
@@ -359,6 +363,8 @@ contains
          has = scene%wants_orbit
       case ('frequency_response')
          has = scene%wants_frequency_response
+      case ('spectrum')
+         has = scene%wants_spectrum
       case default
          has = .true.
       end select

@@ -137,6 +137,7 @@ contains
       end associate
       call add_measures(table, compared_measures, rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
+      if (scene%wants_spectrum) call add_measures(table, [measure_column_t('strongest_frequency')], rows, units)
       call print_table(unit, table)
    end subroutine print_cases
 

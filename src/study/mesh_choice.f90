@@ -379,6 +379,8 @@ contains
          settings = run_settings_of(scenes(i))
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
+         ! measures of analyses are not estimated
+         if (allocated(settings%spectrum)) deallocate (settings%spectrum)
          allocate (trial)
          call choose_mesh(scenes(i), trial%beam)
          errors%elements(i) = scenes(i)%mesh%elements

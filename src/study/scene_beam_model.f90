@@ -235,6 +235,7 @@ contains
          settings%poincare = scene%poincare
          call set_period(scene, settings%poincare, settings%response)
       end if
+      if (scene%wants_spectrum) settings%spectrum = scene%spectrum
       settings%output = scene%output
       ! a beam without stops has only histories of the tip
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.

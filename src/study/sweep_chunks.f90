@@ -15,7 +15,7 @@ module sweep_chunks
    use measure_list, only: measure_count, measure_status, measure_table
    use program_identity, only: program_name
    use results_claim, only: refuse_foreign
-   use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t, section_values
+   use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t
    implicit none (type, external)
    private
    public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
@@ -40,9 +40,9 @@ module sweep_chunks
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Poincare sections in the units of the results, [values, cases], the values of one section after the other. The
-      !> sections of a case are at the end of its column, preceded by NaN if there are fewer than requested
-      real(wp), allocatable :: sections(:, :)
+      !> Further numbers of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values of
+      !> one section after the other, preceded by NaN if there are fewer than requested; then spectra
+      real(wp), allocatable :: extras(:, :)
    end type chunk_rows_t
 
 contains
@@ -211,7 +211,7 @@ contains
       integer :: i
 
       call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
-         + int(section_values*plan%sections, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
+         + int(plan%extras, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_chunk(plan, number), last_of_chunk(plan, number))], '1', &
          'number of the case', is_scale=.true.)
@@ -221,9 +221,9 @@ contains
       call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
       call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
       call root%add('rows', chunk%rows, 'mixed', 'measures of each case', ['column', 'case  '])
-      if (plan%sections > 0) then
-         call root%add('section_value', [(i, i=1, size(chunk%sections, 1))], '1', 'values of sections', is_scale=.true.)
-         call root%add('sections', chunk%sections, 'mixed', 'sections of each case', ['section_value', 'case         '])
+      if (plan%extras > 0) then
+         call root%add('extra', [(i, i=1, plan%extras)], '1', 'numbers besides the measures', is_scale=.true.)
+         call root%add('extras', chunk%extras, 'mixed', 'numbers besides the measures of each case', ['extra', 'case '])
       end if
       call root%add('failed', chunk%failed, '1', 'cases that failed', is_scale=.true.)
       call root%add('reason', chunk%reasons, 'none', 'why', along='failed')
@@ -278,7 +278,7 @@ contains
       first = first_of_chunk(plan, number)
       cases = last_of_chunk(plan, number) - first + 1
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), case(cases))
-      allocate (chunk%sections(section_values*plan%sections, cases))
+      allocate (chunk%extras(plan%extras, cases))
       call load_file(path//'/'//chunk_name(number), bytes, error)
       is_good = .not. allocated(error)
       if (is_good) is_good = is_sealed(bytes)
@@ -289,7 +289,7 @@ contains
       call source%load('case', case)
       call source%load('parameters', chunk%values)
       call source%load('rows', chunk%rows)
-      if (plan%sections > 0) call source%load('sections', chunk%sections)
+      if (plan%extras > 0) call source%load('extras', chunk%extras)
       is_good = source%is_sound()
       if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &
          .and. case(1) == first .and. case(cases) == first + cases - 1

@@ -18,6 +18,7 @@ module sweep_file
       reason_room
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names
+   use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
    implicit none (type, external)
    private
    public :: survey_t, survey_chunks, write_sweep
@@ -112,7 +113,8 @@ contains
       !> Estimated errors of the mesh for some cases
       type(mesh_errors_t), intent(in), optional :: errors
 
-      type(quantity_group_t) :: root, sweep
+      type(quantity_group_t) :: root, maps, sweep
+      type(spectra_columns_t) :: spectra
       type(failure_t), allocatable :: refusal
       character(:), allocatable :: assembled
 
@@ -132,7 +134,12 @@ contains
          root%symbols_as_units = .false.
          call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       end if
-      call write_rows(sweep, path, plan, text, has_measure(scene), error)
+      if (scene%wants_spectrum) then
+         maps = root%subgroup('sweep_spectrum')
+         if (.not. sweep%scales_values) maps = maps%unscaled(plan%axes%parameter%quantity)
+         call make_spectra(maps, scene, plan%cases, spectra)
+      end if
+      call write_rows(sweep, path, plan, text, has_measure(scene), spectra, error)
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
@@ -241,7 +248,7 @@ contains
 
    !> Write the columns of /sweep chunk by chunk; rows are buffered and written up to `max_rows` at a time, or one chunk
    !> if it is longer.
-   subroutine write_rows(group, path, plan, text, has_column, error)
+   subroutine write_rows(group, path, plan, text, has_column, spectra, error)
       type(quantity_group_t), intent(in) :: group
       !> Folder of the chunks
       character(*), intent(in) :: path
@@ -250,6 +257,8 @@ contains
       character(*), intent(in) :: text
       !> Measures that have a column, [measure_count]
       logical, intent(in) :: has_column(:)
+      !> Columns of the spectra, if there are any
+      type(spectra_columns_t), intent(in) :: spectra
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -284,9 +293,12 @@ contains
          if (plan%sections > 0) then
             do i = 1, section_values
                call sections(i)%put(first_of_chunk(plan, number), &
-                  reshape(chunk%sections(i::section_values, :), [size(chunk%sections)/section_values]))
+                  reshape(chunk%extras(i:section_values*plan%sections:section_values, :), &
+                  [plan%sections*size(chunk%extras, 2)]))
             end do
          end if
+         if (plan%spectra > 0) call write_spectra(spectra, first_of_chunk(plan, number), &
+            chunk%extras(section_values*plan%sections + 1:, :))
          buffered = buffered + size(chunk%rows, 2)
       end do
       call write_buffered()

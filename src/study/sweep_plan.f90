@@ -12,10 +12,11 @@ module sweep_plan
    use scene_types, only: scene_t
    use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, &
       sweep_settings_t, swept_t, values_given
+   use sweep_spectra, only: spectrum_size
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, section_values, make_plan, cases_of_chunk, case_values, first_of_chunk, last_of_chunk
-   public :: plan_text
+   public :: plan_t, axis_t, section_values, make_plan, cases_of_chunk, case_values, first_of_chunk
+   public :: last_of_chunk, plan_text
 
    !> Number of values recorded in a Poincare section: displacement and velocity at the stop from which the beam is
    !> released, and at the tip.
@@ -50,6 +51,10 @@ module sweep_plan
       logical :: goes_back = .false.
       !> Number of Poincare sections recorded for each case; 0: none
       integer :: sections = 0
+      !> Number of values of the spectra recorded for each case
+      integer :: spectra = 0
+      !> Number of values recorded for each case besides its measures: those of its Poincare sections and spectra
+      integer :: extras = 0
    end type plan_t
 
 contains
@@ -96,6 +101,8 @@ contains
             call move_alloc(values, plan%axes(i)%values)
          end do
          if (scene%wants_poincare) plan%sections = scene%poincare%keep
+         plan%spectra = spectrum_size(scene)
+         plan%extras = section_values*plan%sections + plan%spectra
          if (sweep%carry > 0) call make_chains(sweep, plan)
          plan%chunk_cases = cases_of_chunk(scene, plan%cases, plan%chain)
          plan%chunks = (plan%cases - 1)/plan%chunk_cases + 1
@@ -120,8 +127,8 @@ contains
          sections = 0
          if (scene%wants_poincare) sections = scene%poincare%keep
          number = (cases - 1)/target_chunks + 1
-         ! a case with many Poincare sections has several times as many values as a row of measures
-         max_cases = max_chunk_size/max(1, sections*section_values/measure_count)
+         ! a case with many Poincare sections or spectra has several times as many values as a row of measures
+         max_cases = max_chunk_size/max(1, (sections*section_values + spectrum_size(scene))/measure_count)
          minimum = min_chunk_size(scene, cases)
          if (chain == 0) number = min(max(number, minimum), max(max_cases, minimum))
       end if

@@ -4,7 +4,7 @@
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use analyses, only: analysed_t, supply_measures_of, of_run
+   use analyses, only: analysed_t, of_run
    use case_runs, only: run_next, runner_t, start_runner
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -26,6 +26,7 @@ module sweep_run
    use sweep_progress, only: erase_sweep_progress, progress_t, print_sweep_progress, start_sweep_progress
    use sweep_ranks, only: clear_queue, max_of_ranks, queue_t, finish_queue, is_first_rank, next_of_queue, rank_count, &
       serve_queue, start_queue
+   use sweep_spectra, only: record_spectra, spectrum_size
    implicit none (type, external)
    private
    public :: run_chunks, run_cases, start_plan, run_case, scene_of_case
@@ -175,7 +176,7 @@ contains
       first = first_of_chunk(plan, number)
       cases = last_of_chunk(plan, number) - first + 1
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), failed(cases), reasons(cases))
-      allocate (chunk%sections(section_values*plan%sections, cases))
+      allocate (chunk%extras(plan%extras, cases))
       failures = 0
       failed_case = 0
       do case = 1, cases
@@ -187,7 +188,7 @@ contains
                allocate (runner%carried)
             end if
          end if
-         call run_case(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%sections(:, case), &
+         call run_case(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%extras(:, case), &
             failed_case)
          if (allocated(reason)) then
             if (plan%chain > 0 .and. failed_case == 0) failed_case = first + case - 1
@@ -236,7 +237,7 @@ contains
    end subroutine start_plan
 
    !> Run a case.
-   subroutine run_case(runner, values, row, reason, sets, sections, failed_case)
+   subroutine run_case(runner, values, row, reason, sets, extras, failed_case)
       type(runner_t), intent(inout) :: runner
       !> Parameters of the case, in the order of the axes
       real(wp), intent(in) :: values(:)
@@ -246,19 +247,20 @@ contains
       character(:), allocatable, intent(out) :: reason
       !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
-      !> Poincare sections of the case; absent: not recorded
-      real(wp), intent(inout), optional :: sections(:)
+      !> Numbers of the case besides its measures: Poincare sections, then spectra; absent: not recorded
+      real(wp), intent(inout), optional :: extras(:)
       !> Number of the earlier case of the chain that failed; 0 or absent: none
       integer, intent(in), optional :: failed_case
 
       type(response_t) :: response
       type(analysed_t), allocatable :: analysed(:)
       type(failure_t), allocatable :: error
+      integer :: spectra
 
       ! measures that are whole numbers have no NaN: a failed case has 0
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
-      if (present(sections)) sections = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (present(extras)) extras = ieee_value(1.0_wp, ieee_quiet_nan)
       if (present(failed_case)) then
          if (failed_case > 0) then
             !$omp critical (case_scenes)
@@ -273,10 +275,14 @@ contains
          return
       end if
       row = row_of(response%measures)
-      call supply_measures_of(analysed, row)
       row = row_in_units(units_in(runner%scene), row)
-      if (present(sections) .and. allocated(response%sections)) call record_sections(response%sections, &
-         units_in(runner%scene), sections)
+      if (.not. present(extras)) return
+      spectra = 0
+      if (allocated(response%spectrum)) spectra = spectrum_size(runner%scene)
+      if (allocated(response%sections)) call record_sections(response%sections, units_in(runner%scene), &
+         extras(:size(extras) - spectra))
+      if (spectra > 0) call record_spectra(response%spectrum, units_in(runner%scene), &
+         extras(size(extras) - spectra + 1:))
    end subroutine run_case
 
    !> Convert the Poincare sections of a case to the units of the results: displacement and velocity at the stop from

@@ -219,7 +219,7 @@ contains
          ! motions without impacts have no speed of one, variations of which nothing is left no logarithm
          if (index(path, 'least_impact_speed') > 0 .or. index(path, 'log_variation') > 0) cycle
          if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 &
-            .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
+            .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 .or. index(path, 'sweep_spectrum/') == 1 &
             .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
             .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
             .or. &

@@ -179,7 +179,46 @@ contains
       end if
       if (choice < 0.95_wp) call draw_poincare(names, draft)
       if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_orbit(names, draft)
+      if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_spectrum(names, draft)
    end subroutine draw_scene
+
+   !> &spectrum of a part of the run, mostly, at a few frequencies.
+   subroutine draw_spectrum(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: in_units(4) = [character(15) :: 'frequency_range', 'resolution', 'start_time', 'end_time']
+      real(wp) :: duration, greatest
+      integer :: i
+
+      call put(draft, 'spectrum', '', '')
+      call draw_group(names, 'spectrum', 0.5_wp, draft)
+      do i = 1, size(in_units)
+         call drop(draft, 'spectrum', trim(in_units(i)))
+      end do
+      duration = 20.0_wp
+      if (has_name(draft, 'response', 'duration')) duration = number_of(draft, 'response', 'duration')
+      ! samples of long runs at high frequencies would be too many
+      greatest = min(between(0.1_wp, 1000.0_wp, .true.), 2.0e4_wp/duration)
+      call put(draft, 'spectrum', 'frequency_ratio_range', list([merge(0.0_wp, 0.5_wp*number()*greatest, chance(0.3_wp)), &
+         greatest]))
+      call drop(draft, 'spectrum', 'resolution_ratio')
+      call drop(draft, 'spectrum', 'points')
+      if (greatest*duration > 300.0_wp .or. chance(0.5_wp)) then
+         call put(draft, 'spectrum', 'points', to_text(2 + int(50.0_wp*number())))
+      else if (chance(0.5_wp)) then
+         call put(draft, 'spectrum', 'resolution_ratio', to_text(greatest*between(0.01_wp, 2.0_wp, .true.)))
+      end if
+      if (has_name(draft, 'spectrum', 'contact')) call put(draft, 'spectrum', 'contact', to_text(int(2.0_wp*number())))
+      if (has_name(draft, 'spectrum', 'point')) call put(draft, 'spectrum', 'point', '1')
+      if (has_name(draft, 'spectrum', 'segments')) call put(draft, 'spectrum', 'segments', to_text(1 + int(20.0_wp*number())))
+      if (has_name(draft, 'spectrum', 'start')) call put(draft, 'spectrum', 'start', to_text(0.5_wp*duration*number()))
+      if (has_name(draft, 'spectrum', 'end')) call put(draft, 'spectrum', 'end', to_text(duration*(0.6_wp + 0.4_wp*number())))
+      if (has_name(draft, 'spectrum', 'closed_form_limit')) call put(draft, 'spectrum', 'closed_form_limit', &
+         to_text(10.0_wp**(8.0_wp*number())))
+   end subroutine draw_spectrum
 
    !> &poincare, where there is a harmonic load, mostly with sections in the run.
    subroutine draw_poincare(names, draft)
@@ -1293,6 +1332,16 @@ contains
             call put(draft, 'frequency_response', 'frequency_range', list(scene%frequency_response%range &
                /(2.0_wp*acos(-1.0_wp)*time)))
          end if
+         if (has_name(draft, 'spectrum', 'frequency_ratio_range') .and. chance(0.7_wp)) then
+            call drop(draft, 'spectrum', 'frequency_ratio_range')
+            call put(draft, 'spectrum', 'frequency_range', list(scene%spectrum%range/(2.0_wp*acos(-1.0_wp)*time)))
+         end if
+         if (scene%wants_spectrum) then
+            call instead('spectrum', 'resolution_ratio', 'resolution', scene%spectrum%resolution &
+               /(2.0_wp*acos(-1.0_wp)*time))
+            call instead('spectrum', 'start', 'start_time', scene%spectrum%start*time)
+            call instead('spectrum', 'end', 'end_time', scene%spectrum%end*time)
+         end if
          if (scene%wants_statistics) then
             call instead('statistics', 'start', 'start_time', scene%statistics%start*time)
             call instead('statistics', 'end', 'end_time', scene%statistics%end*time)
@@ -1396,6 +1445,12 @@ contains
 
       if (has_name(draft, 'frequency_response', '')) call put(draft, 'frequency_response', 'frequency_ratio_range', &
          list(scene%frequency_response%range))
+      if (has_name(draft, 'spectrum', '')) then
+         call put(draft, 'spectrum', 'frequency_ratio_range', list(scene%spectrum%range))
+         call take('spectrum', 'resolution_ratio', scene%spectrum%resolution)
+         call take('spectrum', 'start', scene%spectrum%start)
+         call take('spectrum', 'end', scene%spectrum%end)
+      end if
       call take('damping', 'zeta', scene%zeta)
       call take('tip_mass', 'ratio', scene%tip_mass_ratio)
       if (allocated(scene%masses)) then

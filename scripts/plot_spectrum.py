@@ -1,0 +1,212 @@
+#!/usr/bin/python3
+"""Plot spectra. Of a run: amplitude over frequency of each signal, its lines marked with the multiple of the load's
+frequency that each is (1/2, 3/2: subharmonics and what goes with them), or with --density the power spectral density and
+its 95 % interval. Of a sweep or of cases: a map of amplitudes over frequency and parameter.
+
+Plots what the results files hold and computes nothing.
+"""
+
+import argparse
+from pathlib import Path
+
+import impactbeam_plots as plots
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import LogNorm
+
+
+LABELS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
+          "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
+          "acceleration_tip": "acceleration\nof the tip", "acceleration_stop": "acceleration\nat the stop",
+          "contact_force": "contact force", "moment": "bending moment"}
+# Lines that have their multiple written beside them, and the share of the greatest below which a map is empty.
+MOST_LABELS, LEAST_SHARE = 8, 1e-4
+# Multiples of the frequency that a sweep varies, drawn over a map.
+GUIDES = (0.5, 1.0, 1.5, 2.0, 3.0)
+
+
+class Signal:
+    """The spectrum of one signal of a run."""
+
+    def __init__(self, group, name):
+        self.name = name
+        self.amplitude = group[f"amplitude_{name}"][()]
+        self.unit = plots.unit_of(group, f"amplitude_{name}")
+        self.density = group[f"density_{name}"][()]
+        self.density_unit = plots.unit_of(group, f"density_{name}")
+        width = f"density_{name}_half_width"
+        self.half_width = group[width][()] if width in group else None
+        lines = group[f"lines_{name}"]
+        self.lines = []
+        if "line" in lines:
+            columns = [lines[plots.named(lines, column)][()] for column in ("omega", "amplitude", "multiple", "over", "load")]
+            self.lines = list(zip(*columns))
+
+
+class Run:
+    """What a picture shows of the spectra of one run."""
+
+    def __init__(self, path, names):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "spectrum", "&spectrum")
+            self.title = plots.title_of(file)
+            if not plots.has(group, "omega"):
+                raise plots.Unplottable(f"{path}: its run has no segments, and so no spectra")
+            self.frequency = plots.values_of(group, "omega")
+            self.unit = plots.unit_of(group, "omega")
+            self.load = plots.values_of(group, "load_omega") if plots.has(group, "load_omega") else np.array([])
+            self.signals = [Signal(group, name) for name in chosen(path, group, names)]
+
+
+class Map:
+    """Amplitudes of one signal over frequency, case by case."""
+
+    def __init__(self, path, name):
+        with plots.open_results(path) as file:
+            self.title = plots.title_of(file)
+            if "cases" in file:
+                self.read_cases(path, file["cases"], name)
+            else:
+                self.read_sweep(path, file, name)
+        if not np.any(np.isfinite(self.amplitude)):
+            raise plots.Unplottable(f"{path}: none of its cases has a spectrum")
+
+    def read_sweep(self, path, file, name):
+        """Rows of a sweep of one parameter; of several the others stay at their first values."""
+        sweep = plots.group_of(file, "sweep", "&sweep")
+        group = plots.group_of(file, "sweep_spectrum", "&spectrum")
+        self.name = chosen(path, group, [name] if name else None)[0]
+        names = [word.strip() for word in plots.text_of(sweep.attrs["parameters"]).split(",")]
+        self.parameter = names[-1]
+        keep = np.ones(len(sweep[names[0]]), bool)
+        for other in names[:-1]:
+            keep &= sweep[other][()] == sweep[other][0]
+        self.values = sweep[self.parameter][keep]
+        self.value_unit = plots.text_of(sweep[self.parameter].attrs["units"])
+        self.frequency, self.unit = plots.values_of(group, "omega"), plots.unit_of(group, "omega")
+        self.amplitude = group[f"amplitude_{self.name}"][keep]
+        self.amplitude_unit = plots.unit_of(group, f"amplitude_{self.name}")
+
+    def read_cases(self, path, group, name):
+        """Each case has its own group."""
+        self.parameter = plots.text_of(group.attrs["parameter"])
+        self.values = group[self.parameter][()]
+        self.value_unit = plots.text_of(group[self.parameter].attrs["units"])
+        spectra = [plots.group_of(group[f"case_{number}"], "spectrum", "&spectrum") for number in range(1, len(self.values) + 1)]
+        self.name = chosen(path, spectra[0], [name] if name else None)[0]
+        self.frequency, self.unit = plots.values_of(spectra[0], "omega"), plots.unit_of(spectra[0], "omega")
+        rows = [np.interp(self.frequency, plots.values_of(one, "omega"), one[f"amplitude_{self.name}"][()]) for one in spectra]
+        self.amplitude, self.amplitude_unit = np.array(rows), plots.unit_of(spectra[0], f"amplitude_{self.name}")
+
+
+def chosen(path, group, names):
+    """The signals that are asked for, of those that are there."""
+    there = [name for name in LABELS if f"amplitude_{name}" in group]
+    for name in names or []:
+        if name not in there:
+            raise plots.Unplottable(f"{path}: has no spectrum of {name}, but of {', '.join(there)}")
+    return names or there
+
+
+def words_of(multiple, over, load, loads):
+    """A multiple of a load's frequency, and of which where there are several."""
+    words = str(multiple) if over == 1 else f"{multiple}/{over}"
+    return words if loads == 1 else f"{words}$_{{{load}}}$"
+
+
+def draw_amplitude(axes, run, signal, factor):
+    """Amplitudes, and the strongest lines with their multiples."""
+    scale, unit = plots.reading(np.max(signal.amplitude), signal.unit)
+    axes.semilogy(factor*run.frequency, scale*signal.amplitude, color=plots.COLOURS[2], linewidth=0.8)
+    for number, (frequency, amplitude, multiple, over, load) in enumerate(signal.lines):
+        colour = plots.COLOURS[1] if over > 1 else plots.COLOURS[0]
+        axes.plot(factor*frequency, scale*amplitude, "o", markersize=2.6, color=colour)
+        if load > 0 and number < MOST_LABELS:
+            axes.annotate(words_of(multiple, over, load, len(run.load)), (factor*frequency, scale*amplitude), xytext=(0, 3),
+                          textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color=colour)
+    greatest = scale*np.max(signal.amplitude)
+    axes.set_ylim(max(1e-6*greatest, 0.5*scale*np.min(signal.amplitude[signal.amplitude > 0.0])), 4.0*greatest)
+    axes.set_ylabel(plots.with_unit(LABELS[signal.name], unit))
+
+
+def draw_density(axes, run, signal, factor):
+    """The density, in its interval where there is one."""
+    axes.semilogy(factor*run.frequency, signal.density, color=plots.COLOURS[2], linewidth=0.8)
+    greatest = np.max(signal.density)
+    least = max(1e-12*greatest, 0.5*np.min(signal.density[signal.density > 0.0]))
+    if signal.half_width is not None:
+        axes.fill_between(factor*run.frequency, np.maximum(signal.density - signal.half_width, least),
+                          signal.density + signal.half_width, color=plots.COLOURS[2], alpha=0.3, linewidth=0.0)
+    axes.set_ylim(least, 4.0*greatest)
+    axes.set_ylabel(plots.with_unit("density of\n" + LABELS[signal.name].replace("\n", " "),
+                                   signal.density_unit.replace("^2", "\u00b2")))
+
+
+def draw_run(run, with_density):
+    """A panel for each signal."""
+    factor, unit = plots.reading(np.max(run.frequency), run.unit)
+    if np.max(factor*run.frequency) < 10.0 and run.unit == "Hz":
+        factor, unit = 1.0, run.unit
+    figure, rows = plt.subplots(len(run.signals), 1, sharex=True, squeeze=False, layout="constrained",
+                                figsize=(plots.WIDTH, 1.0 + 2.2*len(run.signals)))
+    for axes, signal in zip(rows[:, 0], run.signals):
+        if not np.any(signal.amplitude > 0.0):
+            axes.set_ylabel(LABELS[signal.name])
+            axes.text(0.5, 0.5, "zero at all frequencies", ha="center", va="center", transform=axes.transAxes)
+            continue
+        (draw_density if with_density else draw_amplitude)(axes, run, signal, factor)
+    rows[0, 0].set_title(run.title)
+    rows[-1, 0].set_xlabel(plots.with_unit("frequency" if unit else r"frequency $\omega/\omega_1$", unit))
+    rows[-1, 0].set_xlim(factor*run.frequency[0], factor*run.frequency[-1])
+    return figure
+
+
+def draw_map(found):
+    """Amplitudes as colours; where a frequency is varied, its multiples."""
+    scale, unit = plots.reading(np.nanmax(found.amplitude), found.amplitude_unit)
+    greatest = scale*np.nanmax(found.amplitude)
+    figure, axes = plt.subplots(layout="constrained", figsize=(plots.WIDTH, 4.6))
+    order = np.argsort(found.values)
+    values = found.values[order]
+    drawn = axes.pcolormesh(found.frequency, values, np.maximum(scale*found.amplitude[order], LEAST_SHARE*greatest),
+                            norm=LogNorm(LEAST_SHARE*greatest, greatest), cmap="magma", shading="nearest", rasterized=True)
+    figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + LABELS[found.name].replace("\n", " "), unit))
+    # where they would lie close together the lines speak for themselves
+    are_apart = found.frequency[-1] < 6.0*values[-1]
+    if "frequency" in found.parameter and found.value_unit == (found.unit or "1") and are_apart:
+        for guide in GUIDES:
+            axes.plot(guide*values, values, color="#ffffff", linewidth=0.6, linestyle=plots.DASHES[1 if guide >= 1.0 else 2],
+                      alpha=0.7)
+            if found.frequency[0] < guide*values[-1] < 0.96*found.frequency[-1]:
+                axes.annotate(f"{guide:g}", (guide*values[-1], values[-1]), xytext=(0, 2), textcoords="offset points",
+                              ha="center", va="bottom", fontsize=7.5)
+    axes.set_xlim(found.frequency[0], found.frequency[-1])
+    axes.set_ylim(values[0], values[-1])
+    axes.tick_params(which="both", color="#ffffff")
+    axes.set_xlabel(plots.with_unit("frequency" if found.unit else r"frequency $\omega/\omega_1$", found.unit))
+    axes.set_ylabel(plots.with_unit(found.parameter.replace("_", " "), "" if found.value_unit == "1" else found.value_unit))
+    axes.set_title(found.title, pad=14)
+    return figure
+
+
+def main():
+    """Read the command line and draw each file."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
+    parser.add_argument("--signals", nargs="+", choices=list(LABELS), help="which (default all; of a map the first)")
+    parser.add_argument("--density", action="store_true", help="the power spectral density instead of amplitudes")
+    parser.add_argument("--out", type=Path, help="picture; default: beside each file, _spectrum.png")
+    arguments = parser.parse_args()
+    plt.rcParams.update(plots.STYLE)
+    for path in arguments.files:
+        with plots.open_results(path) as file:
+            is_map = "sweep" in file or "cases" in file
+        if is_map:
+            figure = draw_map(Map(path, arguments.signals[0] if arguments.signals else None))
+        else:
+            figure = draw_run(Run(path, arguments.signals), arguments.density)
+        plots.save(figure, arguments.out or path.with_name(path.stem + "_spectrum.png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)

@@ -1,0 +1,234 @@
+!> Spectra of a finished run: amplitudes, power spectral densities with error bars, lines (docs/theory.md, section 24).
+module spectrum_analysis
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use analysis_types, only: analysis_t
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use kinds, only: pi, wp
+   use measure_list, only: measure_named
+   use number_text, only: to_text
+   use quantities, only: quantity_named, units_t, words_in
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: phrase, unit_in
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use scene_types, only: scene_t
+   use spectrum_lines, only: find_lines, line_t, load_frequencies, order_in_words
+   use spectrum_settings, only: signal_table, window_names
+   use spectrum_types, only: amplitudes_of, run_spectrum_t
+   use student, only: student_quantile
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   implicit none (type, external)
+   private
+   public :: spectrum_analysis_t
+
+   !> What is not so likely to lie outside the error bars.
+   real(wp), parameter :: confidence = 0.95_wp
+
+   !> All dimensionless, [frequencies, signals].
+   type, extends(analysis_t) :: spectrum_analysis_t
+      type(run_spectrum_t) :: run
+      integer :: window = 1
+      !> Of a harmonic that the spectrum has at a frequency
+      real(wp), allocatable :: amplitude(:, :)
+      !> One-sided power spectral density, and half the width of its interval; NaN: there is none
+      real(wp), allocatable :: density(:, :), half_width(:, :)
+      !> What sampling may have changed in an amplitude, [signals]
+      real(wp), allocatable :: sampling_error(:)
+      !> Of the harmonic loads, over omega1
+      real(wp), allocatable :: load(:)
+   contains
+      procedure :: compute
+      procedure :: write => write_group
+      procedure :: print => print_lines
+      procedure :: supply_measures
+   end type spectrum_analysis_t
+
+contains
+
+   !> From the powers of the segments of a run.
+   subroutine compute(self, scene, model, settings, response, error)
+      class(spectrum_analysis_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(beam_model_t), intent(in) :: model
+      !> Its loads
+      type(run_settings_t), intent(in) :: settings
+      !> With what its segments left
+      type(response_t), intent(in) :: response
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: correlated, spread
+
+      associate (unused_1 => model, unused_2 => error)
+      end associate
+      self%window = scene%spectrum%window
+      self%run = response%spectrum
+      allocate (self%load, source=load_frequencies(settings))
+      associate (run => self%run)
+         allocate (self%amplitude, source=amplitudes_of(run))
+         allocate (self%density, source=run%power/(pi*run%window_square))
+         allocate (self%half_width, mold=self%density)
+         if (run%segments > 1) then
+            ! neighbours that overlap are not independent: their mean scatters more, and they less
+            associate (number => real(run%segments, wp))
+               correlated = (1.0_wp + 2.0_wp*run%overlap*(number - 1.0_wp)/number)/(1.0_wp - 2.0_wp*run%overlap/number)
+               spread = student_quantile(confidence, run%segments - 1)*sqrt(correlated/(number*(number - 1.0_wp)))
+            end associate
+            self%half_width(:, :) = spread*sqrt(run%scatter)/(pi*run%window_square)
+         end if
+         allocate (self%sampling_error, source=run%sampling_error*(2.0_wp/run%window))
+      end associate
+   end subroutine compute
+
+   subroutine write_group(self, group)
+      class(spectrum_analysis_t), intent(in) :: self
+      type(quantity_group_t), intent(in) :: group
+
+      character(:), allocatable :: name
+      integer :: k
+
+      associate (run => self%run)
+         call group%attribute('window', trim(window_names(self%window)))
+         call group%attribute('segments', [run%segments])
+         call group%put_attribute('segment_length', run%length, 'time')
+         call group%put_attribute('start', run%start, 'time')
+         call group%attribute('method', method_of(run))
+         if (run%sampled_from < huge(1.0_wp)) then
+            call group%put_attribute('sampled_from', run%sampled_from, 'time')
+            call group%put_attribute('sample_step', run%step, 'time')
+         end if
+         call group%attribute('half_widths', '95 % by the t distribution over the segments')
+         if (run%segments == 0) return
+         call group%put('omega', run%frequency, 'frequency', '{omega over omega1~frequency}', is_scale=.true.)
+         if (size(self%load) > 0) call group%put('load_omega', self%load, 'frequency', &
+            '{omega over omega1~frequency} of each harmonic load')
+         do k = 1, size(run%of)
+            associate (signal => signal_table(run%of(k)))
+               name = trim(signal%name)
+               call group%put('amplitude_'//name, self%amplitude(:, k), signal%quantity, 'amplitude of the ' &
+                  //trim(signal%meaning), 'omega')
+               call group%put('mean_'//name, run%mean(k), signal%quantity, 'mean of it')
+               if (run%sampled_from < huge(1.0_wp)) call group%put('sampling_error_'//name, self%sampling_error(k), &
+                  signal%quantity, 'what an amplitude changes by at most when every second sample is left out')
+               call group%put('density_'//name, self%density(:, k), signal%density, &
+                  'one-sided power spectral density of it', 'omega')
+               if (run%segments > 1) call group%put('density_'//name//'_half_width', self%half_width(:, k), &
+                  signal%density, 'half the width of its 95 % interval', 'omega')
+               call write_signal_lines(self, k, group%subgroup('lines_'//name))
+            end associate
+         end do
+      end associate
+   end subroutine write_group
+
+   !> The strongest lines of a signal.
+   subroutine write_signal_lines(self, k, group)
+      class(spectrum_analysis_t), intent(in) :: self
+      !> Which signal
+      integer, intent(in) :: k
+      type(quantity_group_t), intent(in) :: group
+
+      type(line_t), allocatable :: lines(:)
+      integer :: i
+
+      call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%load, lines)
+      if (size(lines) == 0) return
+      call group%put('line', [(i, i=1, size(lines))], 'line, the strongest first', is_scale=.true.)
+      call group%put('omega', [lines%frequency], 'frequency', '{omega over omega1~frequency}', 'line')
+      call group%put('amplitude', [lines%amplitude], signal_table(self%run%of(k))%quantity, &
+         'amplitude there', 'line')
+      call group%put('multiple', lines%multiple, 'it is this multiple of the frequency of a harmonic load', 'line')
+      call group%put('over', lines%over, 'over this number', 'line')
+      call group%put('load', lines%load, 'which of load_{omega~frequency}; 0: of none', 'line')
+   end subroutine write_signal_lines
+
+   !> How the integrals were taken.
+   pure function method_of(run) result(words)
+      type(run_spectrum_t), intent(in) :: run
+      character(:), allocatable :: words
+
+      words = 'in closed form'
+      if (run%sampled_from < huge(1.0_wp)) words = 'in closed form, then from samples'
+      if (run%sampled_from <= run%start) words = 'from samples'
+   end function method_of
+
+   !> The strongest lines of each signal.
+   subroutine print_lines(self, unit, units)
+      class(spectrum_analysis_t), intent(in) :: self
+      integer, intent(in) :: unit
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      type(line_t), allocatable :: lines(:)
+      type(table_t) :: table
+      character(16), allocatable :: orders(:)
+      integer :: i, k
+
+      associate (run => self%run)
+         write (unit, '(/, 2x, a)') 'spectra of '//to_text(run%segments)//' segments'//phrase(units, &
+            ' of {tau~t} = ', 'time', run%length)//', '//trim(window_names(self%window))//' window, '//method_of(run)
+         if (run%segments == 0) return
+         do k = 1, size(run%of)
+            associate (signal => signal_table(run%of(k)))
+               call find_lines(run%frequency, self%amplitude(:, k), run%length, self%load, lines)
+               write (unit, '(/, 2x, a)') words_in(units, trim(signal%meaning))
+               if (run%sampled_from < huge(1.0_wp)) call print_line(unit, 'amplitudes within', phrase(units, '', &
+                  trim(signal%quantity), self%sampling_error(k)))
+               if (size(lines) == 0) cycle
+               if (allocated(table%columns)) deallocate (table%columns)
+               allocate (orders(size(lines)))
+               do i = 1, size(lines)
+                  orders(i) = order_in_words(lines(i), size(self%load))
+               end do
+               call add_numbers(table, words_in(units, '{omega~frequency}')//in_unit('frequency'), factor('frequency') &
+                  *lines%frequency, six_digits)
+               call add_numbers(table, 'amplitude', factor(signal%quantity)*lines%amplitude, six_digits, &
+                  unit_in(units, trim(signal%quantity)))
+               call add_numbers(table, 'density'//in_unit(signal%density), factor(signal%density) &
+                  *self%density(lines%place, k), with_exponent)
+               if (run%segments > 1) call add_numbers(table, '+-', factor(signal%density) &
+                  *self%half_width(lines%place, k), with_exponent)
+               if (size(self%load) > 0) call add_texts(table, 'times a load', orders)
+               call print_table(unit, table)
+               deallocate (orders)
+            end associate
+         end do
+      end associate
+
+   contains
+
+      pure real(wp) function factor(quantity)
+         character(*), intent(in) :: quantity
+
+         factor = 1.0_wp
+         if (units%are_of_scene) factor = units%factor(quantity_named(quantity))
+      end function factor
+
+      !> Without a prefix: frequencies of a spectrum reach over decades, and densities begin with squares of units.
+      pure function in_unit(quantity) result(words)
+         character(*), intent(in) :: quantity
+         character(:), allocatable :: words
+
+         words = unit_in(units, trim(quantity))
+         if (words /= '') words = ', '//words
+      end function in_unit
+   end subroutine print_lines
+
+   !> The frequency of the first signal's strongest line, and the amplitude of the first signal of each quantity.
+   subroutine supply_measures(self, measures)
+      class(spectrum_analysis_t), intent(in) :: self
+      real(wp), intent(inout) :: measures(:)
+
+      type(line_t), allocatable :: lines(:)
+      integer :: k, measure
+
+      if (self%run%segments == 0) return
+      do k = 1, size(self%run%of)
+         call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%load, lines)
+         if (size(lines) == 0) cycle
+         if (k == 1) measures(measure_named('strongest_frequency')) = lines(1)%frequency
+         measure = measure_named(trim(signal_table(self%run%of(k))%measure))
+         if (ieee_is_nan(measures(measure))) measures(measure) = lines(1)%amplitude
+      end do
+   end subroutine supply_measures
+
+end module spectrum_analysis

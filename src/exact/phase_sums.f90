@@ -1,0 +1,101 @@
+!> Rows of a phase of exact motion written out as sums of exponentials (docs/theory.md, sections 20 and 24).
+module phase_sums
+   use interval_sums, only: interval_sums_t, open_sums
+   use kinds, only: wp
+   use moment_signals, only: find_row, moment_row_t, moments_t
+   use phase_integrals, only: find_signals
+   use phase_state, only: phase_state_t
+   use signal_integrals, only: signals_t
+   implicit none (type, external)
+   private
+   public :: find_sums
+
+contains
+
+   !> Displacements at contacts away from their stops, that of the tip, forces of contacts, and moments, by their
+   !> numbers among the rows of an interval.
+   subroutine find_sums(now, moments, length, rows, sums)
+      type(phase_state_t), intent(in) :: now
+      type(moments_t), intent(in) :: moments
+      !> Of the phase, > 0
+      real(wp), intent(in) :: length
+      integer, intent(in) :: rows(:)
+      type(interval_sums_t), intent(out) :: sums
+
+      type(signals_t) :: signals
+      type(moment_row_t), allocatable :: bending(:)
+      integer, allocatable :: closed(:), places(:), wanted(:)
+      integer :: i, last, n, place
+
+      n = size(now%states)
+      allocate (places, source=pack(rows, rows <= n))
+      allocate (closed, source=pack(rows, rows > n + 1 .and. rows <= 2*n + 1) - (n + 1))
+      closed = pack(closed, now%set%is_closed(closed))
+      allocate (wanted, source=pack(rows, rows > 2*n + 1) - (2*n + 1))
+      allocate (bending(size(wanted)))
+      do i = 1, size(wanted)
+         call find_row(moments, wanted(i), now, bending(i))
+      end do
+      call find_signals(now, length, places, closed, signals, bending)
+      last = size(signals%exponent)
+      call open_sums(size(rows), last + count(now%states%is_node), sums)
+      sums%exponent(:last) = signals%exponent
+      do i = 1, size(rows)
+         ! in the order in which they were asked for
+         if (rows(i) <= n) then
+            place = count(rows(:i) <= n)
+         else if (rows(i) == n + 1) then
+            place = size(places) + 1
+         else if (rows(i) <= 2*n + 1) then
+            place = findloc(closed, rows(i) - (n + 1), dim=1)
+            if (place == 0) cycle
+            place = size(places) + 1 + place
+         else
+            place = size(places) + 1 + size(closed) + count(rows(:i) > 2*n + 1)
+         end if
+         sums%power(0, i) = signals%offset(place)
+         sums%power(1, i) = signals%slope(place)
+         sums%amplitude(i, :last) = signals%amplitude(place, :)
+      end do
+      call add_nodes(now, rows, last, sums)
+   end subroutine find_sums
+
+   !> A node without mass before a rigid stop: on the stop it does not move, away from the stop it comes back to the
+   !> modes from where it was as the phase began; its state is already that of the end.
+   pure subroutine add_nodes(now, rows, last, sums)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: rows(:)
+      !> Terms of the modes; for each node there is room for one
+      integer, intent(in) :: last
+      type(interval_sums_t), intent(inout) :: sums
+
+      real(wp) :: sign
+      integer :: i, k, term
+
+      term = last
+      do k = 1, size(now%states)
+         associate (state => now%states(k))
+            if (.not. state%is_node) cycle
+            term = term + 1
+            if (state%spring%recovery_rate < huge(1.0_wp)) sums%exponent(term) = cmplx( &
+               -state%spring%recovery_rate, 0.0_wp, wp)
+            do i = 1, size(rows)
+               sign = 0.0_wp
+               if (rows(i) <= size(now%states)) then
+                  if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i))*now%colocated_sign(k)
+               else if (rows(i) == size(now%states) + 1) then
+                  sign = now%beam%tip_sign(k)
+               end if
+               if (.not. abs(sign) > 0.0_wp) cycle
+               if (now%set%is_closed(k)) then
+                  sums%power(:, i) = [sign*now%beam%height(k), 0.0_wp, 0.0_wp, 0.0_wp]
+                  sums%amplitude(i, :) = (0.0_wp, 0.0_wp)
+               else if (state%spring%recovery_rate < huge(1.0_wp)) then
+                  sums%amplitude(i, term) = cmplx(sign*now%node_depth, 0.0_wp, wp)
+               end if
+            end do
+         end associate
+      end do
+   end subroutine add_nodes
+
+end module phase_sums

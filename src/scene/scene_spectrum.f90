@@ -1,0 +1,160 @@
+!> The names of &spectrum, and what goes together in it.
+module scene_spectrum
+   use kinds, only: wp
+   use name_table, only: table_t
+   use name_types, only: condition_t, name_t
+   use number_text, only: to_text
+   use run_settings, only: end_of_run, side_both, stop_settings_t
+   use scene_input, only: scene_input_t
+   use scene_types, only: scene_t
+   use spectrum_settings, only: quantity_moment, signal_names, signal_table, spectrum_settings_t, window_names
+   use value_rules, only: duration_range, instant_range, physical_range, range_t
+   implicit none (type, external)
+   private
+   public :: list_spectrum, resolve_spectrum
+
+   integer, parameter :: max_points = 1000000
+   !> Frequencies times signals times segments that half a gigabyte holds.
+   real(wp), parameter :: max_numbers = 1.0e7_wp
+   !> Periods of the greatest frequency in what counts of a run: samples would be too many beyond.
+   real(wp), parameter :: max_periods = 1.0e7_wp
+
+contains
+
+   subroutine list_spectrum(table, spectrum)
+      class(table_t), intent(inout) :: table
+      type(spectrum_settings_t), intent(inout) :: spectrum
+
+      type(condition_t), parameter :: without_points = condition_t(without='points', &
+         phrase='a distance of frequencies, not with points')
+      real(wp) :: last
+
+      call table%bind(spectrum%of, name_t('of', 'signals whose spectra are asked for; measures are of the first', &
+         default="'displacement_tip'"), signal_names)
+      if (.not. allocated(spectrum%of)) spectrum%of = [1]
+      call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop, below before ' &
+         //'above; 0: that from which the beam is released, of forces the sum of all', range_t(0, 1000)))
+      call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
+         range_t(1, 100000)))
+      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'least and greatest frequency, over that of ' &
+         //'omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
+      call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
+         instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
+      call table%bind(spectrum%points, name_t('points', 'frequencies in it', range_t(2, max_points), &
+         default='as resolution asks', is_optional=.true.))
+      call table%bind(spectrum%resolution, name_t('resolution_ratio', 'distance of frequencies, over that of omega1', &
+         range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), without_points, default='half of 1 over a segment', &
+         is_optional=.true.))
+      call table%store(name_t('resolution', 'the same in periods over time', physical_range, without_points, &
+         instead_of='resolution_ratio', quantity='frequency'))
+      call table%bind(spectrum%segments, name_t('segments', 'segments of equal length, from whose differences the ' &
+         //'error bars follow; of hann each overlaps the next by half; 1: there are none', range_t(1, 10000)))
+      call table%bind(spectrum%window, name_t('window', 'what weighs a segment'), window_names)
+      call table%bind(spectrum%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
+      call table%store(name_t('start_time', 'the same in time', physical_range, instead_of='start', quantity='time'))
+      last = 0.0_wp
+      if (spectrum%end < huge(spectrum%end)) last = spectrum%end
+      call table%bind(last, name_t('end', 'instant up to which it counts, tau', duration_range, &
+         default='that of the run', is_optional=.true.))
+      if (last > 0.0_wp) spectrum%end = last
+      call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))
+      call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'exponentials of all intervals times ' &
+         //'frequencies that are integrated in closed form; what comes after is sampled', range_t(0.0_wp, 1.0e15_wp)))
+   end subroutine list_spectrum
+
+   !> Signals that the scene has, a range, something to transform; problems go into the input.
+   subroutine resolve_spectrum(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its loads and duration resolved
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'spectrum', name = 'frequency_ratio_range frequency_range'
+      real(wp) :: end
+      integer :: k
+
+      associate (spectrum => scene%spectrum)
+         do k = 1, size(spectrum%of)
+            if (signal_table(spectrum%of(k))%is_of_contact .and. .not. scene%has_stop) then
+               call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &stop')
+            else if (signal_table(spectrum%of(k))%base == quantity_moment .and. .not. scene%wants_stress) then
+               call input%complain(group, 'of', 'moment needs &stress, which tells where')
+            end if
+            if (input%has_problem()) return
+         end do
+         if (spectrum%contact > contacts_of(scene)) then
+            call input%complain(group, 'contact', 'must be at most '//to_text(contacts_of(scene)) &
+               //', the contacts of the scene')
+         else if (scene%wants_stress .and. spectrum%point > points_of(scene)) then
+            call input%complain(group, 'point', 'must be at most '//to_text(points_of(scene)) &
+               //', the points of &stress')
+         else if (.not. allocated(spectrum%range)) then
+            call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
+         else if (size(spectrum%range) /= 2) then
+            call input%complain(group, name, 'takes two values, the least and the greatest')
+         else if (.not. spectrum%range(2) > spectrum%range(1)) then
+            call input%complain(group, name, 'the first value must be less than the second')
+         end if
+         if (input%has_problem()) return
+         end = end_of_run(scene%response)
+         if (spectrum%end < huge(spectrum%end)) then
+            if (spectrum%end > end) call input%complain(group, 'end end_time', 'must be at most the end of the run, ' &
+               //to_text(end)//' (tau)')
+            end = spectrum%end
+         end if
+         if (spectrum%start >= end) then
+            call input%complain(group, 'start start_time', 'nothing is left to transform: it must be before the end, ' &
+               //to_text(end)//' (tau)')
+         else
+            call check_numbers(input, spectrum, end - spectrum%start)
+            ! cases of other lengths have the same frequencies
+            if (scene%wants_sweep) spectrum%resolution = spectrum%distance_of(end - spectrum%start)
+         end if
+      end associate
+   end subroutine resolve_spectrum
+
+   !> Not more frequencies, and no higher ones, than there is room for; problems go into the input.
+   subroutine check_numbers(input, spectrum, length)
+      type(scene_input_t), intent(inout) :: input
+      type(spectrum_settings_t), intent(in) :: spectrum
+      !> What of the run counts, tau
+      real(wp), intent(in) :: length
+
+      character(*), parameter :: group = 'spectrum'
+      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
+      real(wp) :: points
+
+      points = spectrum%count_of(length)
+      if (points > real(max_points, wp)) then
+         call input%complain(group, 'points resolution_ratio resolution frequency_ratio_range frequency_range', &
+            'would be '//to_text(points)//' frequencies: at most '//to_text(max_points)//' are computed')
+      else if (points*real(size(spectrum%of), wp) > max_numbers) then
+         call input%complain(group, 'of', 'would be '//to_text(points*real(size(spectrum%of), wp)) &
+            //' numbers: at most '//to_text(max_numbers)//' are computed')
+      else if (spectrum%range(2)*length/one_turn > max_periods) then
+         call input%complain(group, 'frequency_ratio_range frequency_range', 'the run has ' &
+            //to_text(anint(spectrum%range(2)*length/one_turn))//' periods of the greatest frequency: at most ' &
+            //to_text(max_periods)//' are transformed')
+      end if
+   end subroutine check_numbers
+
+   !> Contacts of a scene: one for each side of each stop.
+   pure integer function contacts_of(scene)
+      type(scene_t), intent(in) :: scene
+
+      type(stop_settings_t), allocatable :: stops(:)
+
+      contacts_of = 0
+      if (.not. scene%has_stop) return
+      stops = [scene%stop]
+      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+      contacts_of = size(stops) + count(stops%side == side_both)
+   end function contacts_of
+
+   pure integer function points_of(scene)
+      type(scene_t), intent(in) :: scene
+
+      points_of = 0
+      if (allocated(scene%stress%position)) points_of = size(scene%stress%position)
+   end function points_of
+
+end module scene_spectrum

@@ -1,0 +1,109 @@
+!> Spectra of the cases of a sweep: what each row keeps of them, and their group in the results file, a map over the
+!> cases.
+module sweep_spectra
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use hdf5_writing, only: hdf5_column_t
+   use kinds, only: wp
+   use quantities, only: quantity_named, units_t
+   use quantity_groups, only: quantity_group_t
+   use run_settings, only: end_of_run
+   use scene_types, only: scene_t
+   use spectrum_settings, only: signal_table
+   use spectrum_types, only: amplitudes_of, run_spectrum_t
+   implicit none (type, external)
+   private
+   public :: spectra_columns_t, frequencies_of, spectrum_size, record_spectra, make_spectra, write_spectra
+
+   !> The map of each signal.
+   type :: spectra_columns_t
+      type(hdf5_column_t), allocatable :: amplitude(:)
+   end type spectra_columns_t
+
+contains
+
+   !> Frequencies of the spectra of a scene's cases, over omega1.
+   pure function frequencies_of(scene) result(frequency)
+      type(scene_t), intent(in) :: scene
+      real(wp), allocatable :: frequency(:)
+
+      real(wp) :: length
+      integer :: i
+
+      allocate (frequency(0))
+      if (.not. scene%wants_spectrum) return
+      associate (spectrum => scene%spectrum)
+         length = min(spectrum%end, end_of_run(scene%response)) - spectrum%start
+         frequency = [(spectrum%range(1) + spectrum%distance_of(length)*real(i, wp), i=0, &
+            nint(spectrum%count_of(length)) - 1)]
+      end associate
+   end function frequencies_of
+
+   !> Numbers that each case keeps of its spectra.
+   pure integer function spectrum_size(scene)
+      type(scene_t), intent(in) :: scene
+
+      spectrum_size = 0
+      if (scene%wants_spectrum) spectrum_size = size(frequencies_of(scene))*size(scene%spectrum%of)
+   end function spectrum_size
+
+   !> Amplitudes of a case as results have them, signal after signal; NaN where the case has none, or others.
+   pure subroutine record_spectra(spectrum, units, values)
+      type(run_spectrum_t), intent(in) :: spectrum
+      type(units_t), intent(in) :: units
+      real(wp), intent(inout) :: values(:)
+
+      real(wp), allocatable :: amplitude(:, :)
+      integer :: k
+
+      values = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (size(spectrum%power) /= size(values) .or. spectrum%segments == 0) return
+      allocate (amplitude, source=amplitudes_of(spectrum))
+      if (units%are_of_scene) then
+         do k = 1, size(spectrum%of)
+            amplitude(:, k) = amplitude(:, k)*units%factor(quantity_named(signal_table(spectrum%of(k))%quantity))
+         end do
+      end if
+      values = reshape(amplitude, [size(values)])
+   end subroutine record_spectra
+
+   !> The group, with room for all cases.
+   subroutine make_spectra(group, scene, cases, columns)
+      !> Empty
+      type(quantity_group_t), intent(in) :: group
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: cases
+      type(spectra_columns_t), intent(out) :: columns
+
+      real(wp), allocatable :: frequency(:)
+      integer :: i, k
+
+      allocate (frequency, source=frequencies_of(scene))
+      call group%put('omega', frequency, 'frequency', '{omega over omega1~frequency}', is_scale=.true.)
+      call group%put('case', [(i, i=1, cases)], 'number of the case', is_scale=.true.)
+      allocate (columns%amplitude(size(scene%spectrum%of)))
+      do k = 1, size(columns%amplitude)
+         associate (signal => signal_table(scene%spectrum%of(k)))
+            columns%amplitude(k) = group%put_rows('amplitude_'//trim(signal%name), [size(frequency), cases], &
+               trim(signal%quantity), 'amplitude of the '//trim(signal%meaning)//' at each frequency, a row a case', &
+               'case')
+         end associate
+      end do
+   end subroutine make_spectra
+
+   !> The spectra of some cases one after the other.
+   subroutine write_spectra(columns, first, values)
+      type(spectra_columns_t), intent(in) :: columns
+      !> Number of the first
+      integer, intent(in) :: first
+      !> Of each as `record_spectra` has them, [numbers, cases]
+      real(wp), intent(in) :: values(:, :)
+
+      integer :: k, points
+
+      points = size(values, 1)/size(columns%amplitude)
+      do k = 1, size(columns%amplitude)
+         call columns%amplitude(k)%put(first, reshape(values((k - 1)*points + 1:k*points, :), [points*size(values, 2)]))
+      end do
+   end subroutine write_spectra
+
+end module sweep_spectra
