@@ -82,7 +82,8 @@ contains
             do i = 1, size(rows)
                sign = 0.0_wp
                if (rows(i) <= size(now%states)) then
-                  if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i))*now%colocated_sign(k)
+                  if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i)) &
+                     *now%colocated_sign(k)
                else if (rows(i) == size(now%states) + 1) then
                   sign = now%beam%tip_sign(k)
                end if

@@ -40,8 +40,8 @@ module sweep_chunks
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Further numbers of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values of
-      !> one section after the other, preceded by NaN if there are fewer than requested; then spectra
+      !> Further values of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values
+      !> of one section after the other, preceded by NaN if there are fewer than requested; then spectra
       real(wp), allocatable :: extras(:, :)
    end type chunk_rows_t
 
