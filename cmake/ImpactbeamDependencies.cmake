@@ -1,5 +1,5 @@
-# The libraries of others, each a target for those of the project: impactbeam_lapack, impactbeam_hdf5, impactbeam_zlib, and
-# where there is OpenMP impactbeam_openmp.
+# The libraries of others, each a target for those of the project: impactbeam_lapack, impactbeam_hdf5, impactbeam_zlib,
+# impactbeam_cminpack, and where there is OpenMP impactbeam_openmp.
 #
 # To load HDF5 with what it brings (curl, TLS, Kerberos, for a driver that is never used) takes longer than a short run. So the
 # programs (targets with the property IMPACTBEAM_STATIC) link archives, where there are some beside the shared libraries
@@ -12,6 +12,7 @@ find_package(LAPACK REQUIRED)
 find_package(HDF5 REQUIRED COMPONENTS Fortran HL)
 include(ImpactbeamHDF5)
 find_package(ZLIB REQUIRED)
+include(ImpactbeamCMinpack)
 find_package(OpenMP COMPONENTS Fortran)
 if(IMPACTBEAM_MPI)
   find_package(MPI COMPONENTS C)
@@ -87,6 +88,8 @@ impactbeam_dependency(hdf5 TARGETS hdf5::hdf5_fortran hdf5::hdf5_hl_fortran
     call h5dsset_scale_f(id, status, 'x')\n end")
 impactbeam_dependency(zlib TARGETS ZLIB::ZLIB LIBRARIES ${ZLIB_LIBRARIES} 
   PROBE "interface\n subroutine crc32() bind(c)\n end subroutine\n end interface\n call crc32()\n end")
+impactbeam_dependency(cminpack TARGETS cminpack::cminpack LIBRARIES ${CMINPACK_LIBRARY}
+  PROBE "interface\n subroutine lmdif() bind(c)\n end subroutine\n end interface\n call lmdif()\n end")
 
 if(OpenMP_Fortran_FOUND)
   impactbeam_dependency(openmp TARGETS OpenMP::OpenMP_Fortran LIBRARIES ${OpenMP_gomp_LIBRARY} ${OpenMP_pthread_LIBRARY}

@@ -16,7 +16,7 @@ if(TARGET impactbeam_ranks)
   set_property(TARGET impactbeam impactbeam-paper impactbeam-benchmark
     APPEND PROPERTY INSTALL_RPATH "\$ORIGIN/${parts_from_programs}")
 endif()
-install(DIRECTORY inputs/ DESTINATION "${share}/examples" FILES_MATCHING PATTERN "*.nml" PATTERN "*.txt")
+install(DIRECTORY inputs/ DESTINATION "${share}/examples" FILES_MATCHING PATTERN "*.nml" PATTERN "*.txt" PATTERN "*.csv")
 install(DIRECTORY packaging/example/ DESTINATION "${share}/examples/library")
 install(DIRECTORY scripts/ DESTINATION "${scripts_folder}" USE_SOURCE_PERMISSIONS
   FILES_MATCHING PATTERN "*.py" PATTERN "impactbeam-plot" PATTERN "__pycache__" EXCLUDE)
@@ -40,12 +40,13 @@ install(FILES packaging/completion/_impactbeam DESTINATION "${CMAKE_INSTALL_DATA
 # One archive of all folders, so that others link one library.
 set(objects "")
 foreach(folder IN ITEMS base posix system settings scene blas_threads algebra beam frequencies modes signals contact loads
-    observe exact newmark motion periodic output analysis study app)
+    observe exact newmark motion periodic output analysis study inference app)
   list(APPEND objects "$<TARGET_OBJECTS:impactbeam_${folder}>")
 endforeach()
 add_library(impactbeam_archive STATIC ${objects})
 set_target_properties(impactbeam_archive PROPERTIES OUTPUT_NAME impactbeam EXPORT_NAME impactbeam LINKER_LANGUAGE Fortran)
-target_link_libraries(impactbeam_archive INTERFACE hdf5::hdf5_fortran hdf5::hdf5_hl_fortran LAPACK::LAPACK ZLIB::ZLIB m
+target_link_libraries(impactbeam_archive INTERFACE hdf5::hdf5_fortran hdf5::hdf5_hl_fortran LAPACK::LAPACK ZLIB::ZLIB
+  cminpack::cminpack m
   ${CMAKE_DL_LIBS} $<$<BOOL:${OpenMP_Fortran_FOUND}>:OpenMP::OpenMP_Fortran>)
 target_include_directories(impactbeam_archive INTERFACE "$<INSTALL_INTERFACE:${modules_folder}>")
 install(TARGETS impactbeam_archive EXPORT impactbeam-targets ARCHIVE)
@@ -56,11 +57,11 @@ configure_package_config_file(packaging/impactbeam-config.cmake.in impactbeam-co
 write_basic_package_version_file(impactbeam-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam-config.cmake"
   "${CMAKE_CURRENT_BINARY_DIR}/impactbeam-config-version.cmake"
-  cmake/ImpactbeamHDF5.cmake DESTINATION "${packages_folder}")
+  cmake/ImpactbeamHDF5.cmake cmake/ImpactbeamCMinpack.cmake DESTINATION "${packages_folder}")
 
 # pkg-config has no targets: the libraries of others by name, with their folder where the linker does not know it.
 set(libraries_of_others "")
-set(libraries ${HDF5_Fortran_HL_LIBRARIES} ${HDF5_Fortran_LIBRARIES} ${LAPACK_LIBRARIES} ${ZLIB_LIBRARIES})
+set(libraries ${HDF5_Fortran_HL_LIBRARIES} ${HDF5_Fortran_LIBRARIES} ${LAPACK_LIBRARIES} ${ZLIB_LIBRARIES} ${CMINPACK_LIBRARY})
 list(FILTER libraries EXCLUDE REGEX "NOTFOUND$")
 list(REMOVE_DUPLICATES libraries)
 foreach(library IN LISTS libraries)
@@ -96,6 +97,6 @@ cases, statistics, stresses and periodic motions.")
 set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_SOURCE_DIR}/cmake/ImpactbeamDebian.cmake")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-h5py, python3-matplotlib")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "gfortran, libhdf5-dev, libopenblas-dev, zlib1g-dev")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "gfortran, libhdf5-dev, libopenblas-dev, zlib1g-dev, libcminpack-dev")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 include(CPack)

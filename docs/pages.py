@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ORDER = ["tutorial", "using", "spectra", "sweeps", "meshes", "reference", "checks", "published", "paper", "computing", "theory", "building",
+ORDER = ["tutorial", "using", "spectra", "sweeps", "measurements", "meshes", "reference", "checks", "published", "paper", "computing", "theory", "building",
          "testing"]
 SETTINGS = """---
 project: impactbeam

@@ -7,6 +7,7 @@ module scene_needs
    use kinds, only: wp
    use load_settings, only: is_in_mode
    use measure_list, only: measure_count
+   use measure_selection, only: chosen_measures
    use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, in_words
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
@@ -17,7 +18,7 @@ module scene_needs
    use sweep_plan, only: cases_of_chunk, section_values
    use sweep_settings, only: is_swept, parameter_index, values_given
    use sweep_spectra, only: spectrum_size
-   use sweep_study, only: cases_of, threads_for, values_of
+   use sweep_study, only: cases_of, chains_of, threads_for, values_of
    implicit none (type, external)
    private
    public :: memory_need_of_scene
@@ -35,9 +36,12 @@ contains
       integer :: workers
 
       if (scene%wants_sweep) then
-         workers = threads_for(threads, scene%sweep)
+         workers = threads_for(threads, chains_of(scene%sweep))
          call add_sweep(scene, workers, need)
          call add_tables(scene, workers, need)
+         if (scene%wants_uncertainty) call add_need(need, bytes_of_number*cases_of(scene%sweep)* &
+            real(2 + size(chosen_measures(scene, scene%uncertainty%measures)), wp), 'the measures of ' &
+            //in_words(cases_of(scene%sweep))//' cases', 'give &uncertainty fewer measures')
       else
          if (scene%wants_frequencies) call add_frequencies(scene, need)
          if (scene%wants_response) call add_response(scene, need)

@@ -7,22 +7,60 @@ module sorting
 
 contains
 
-   !> Indices of numbers in ascending order; equal numbers stay in their order. Insertion sort from the end, which needs
-   !> one comparison per number if they are already in order.
+   !> Indices of numbers in ascending order; equal numbers stay in their order. Short runs are sorted by insertion from
+   !> their ends, which needs one comparison per number if they are already in order; then the runs are merged.
    pure function ascending_order(values) result(order)
       real(wp), intent(in) :: values(:)
       integer :: order(size(values))
 
-      integer :: i, place
+      integer, parameter :: run = 64
+      integer :: first, i, length, place
 
       do i = 1, size(values)
-         do place = i, 2, -1
+         first = i - modulo(i - 1, run)
+         do place = i, first + 1, -1
             if (values(order(place - 1)) <= values(i)) exit
             order(place) = order(place - 1)
          end do
          order(place) = i
       end do
+      length = run
+      do while (length < size(values))
+         do first = 1, size(values) - length, 2*length
+            call merge_runs(values, order(first:min(first + 2*length - 1, size(values))), length)
+         end do
+         length = 2*length
+      end do
    end function ascending_order
+
+   !> Merge two sorted lists of indices of which the second follows the first.
+   pure subroutine merge_runs(values, order, length)
+      real(wp), intent(in) :: values(:)
+      integer, intent(inout) :: order(:)
+      !> Length of the first list
+      integer, intent(in) :: length
+
+      integer, allocatable :: first(:)
+      integer :: i, k, place
+
+      if (values(order(length)) <= values(order(length + 1))) return
+      allocate (first, source=order(:length))
+      i = 1
+      k = length + 1
+      do place = 1, size(order)
+         if (i > length) exit
+         if (k > size(order)) then
+            order(place) = first(i)
+            i = i + 1
+         else if (values(first(i)) <= values(order(k))) then
+            order(place) = first(i)
+            i = i + 1
+         else
+            order(place) = order(k)
+            k = k + 1
+         end if
+      end do
+   end subroutine merge_runs
 
    !> Reorder the columns of a matrix, one by one, because gfortran would put a temporary of the whole matrix on the
    !> stack.

@@ -157,7 +157,8 @@ contains
       end associate
    end subroutine find_jerk
 
-   !> Sum of the magnitudes of the summands of each modal acceleration, [modes].
+   !> Sum of the magnitudes of the summands of each modal acceleration, [modes]. Damping is left out: the sum is a scale
+   !> of rounding errors where the beam hardly moves.
    function magnitude_of(self, motion, reactions) result(magnitude)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion

@@ -44,7 +44,7 @@ module phase_state
       type(contact_set_t), pointer :: set => null()
       !> Homogeneous part (without the load response) of the initial state of the phase, stored in `set`, [modes]
       real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
-      !> Displacement of a massless node at the stop, relative to the modes, at the start of the phase
+      !> Indentation of a massless node (`is_node` of its contact) at the start of the phase
       real(wp) :: node_depth = 0.0_wp
       !> Loads on the beam (none: `count` = 0), and the load response in the present phase
       type(applied_loads_t) :: loads
@@ -52,11 +52,11 @@ module phase_state
       !> The beam does not move until loads change
       logical :: is_at_rest = .false.
       type(reactions_t) :: reactions
-      !> Maximum length of the phase: the load segments end there
+      !> Maximum length of the phase, the end of the load segments
       real(wp) :: max_length = huge(1.0_wp)
-      !> Modal loads at the present instant, and their rates, [free modes]
+      !> Modal loads now, and their rates d/dtau, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
-      !> Amplitudes times weights of the terms exp(s t) if a compliant contact is closed, [terms]
+      !> Factors of the terms exp(s t) with closed compliant contacts, common to all displacements and forces, [terms]
       complex(wp), allocatable :: amplitude(:)
       !> The signal that `signal_of` returned last
       class(transformable_signal_t), allocatable :: signal
@@ -190,8 +190,7 @@ contains
          end if
          call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
          if (size(set%compliant) > 0) call forced_terms(set%constrained, set%coupled, set%compliant, spring, &
-            self%loads, &
-            is_new, set%forced, self%forced)
+            self%loads, is_new, set%forced, self%forced)
          self%max_length = self%forced%until - tau
          call find_rows_at(set%forced, self%forced, 1, set%forced%at%gaps, 0.0_wp, rows, rates)
          !$omp simd
@@ -202,7 +201,8 @@ contains
       end associate
    end subroutine start_load_response
 
-   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p.
+   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p. The
+   !> modes after `unseparated` have the state p, p', and the signal forms the sum (`is_viscous`) without cancellation.
    subroutine set_reaction_state(z, v, reaction)
       !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)

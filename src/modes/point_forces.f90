@@ -6,8 +6,9 @@ module point_forces
    private
    public :: find_point_forces, slow_frequency
 
-   !> Frequency in omega1 below which modes are slow. Slow modes are unknowns of the equations, because their
-   !> flexibility would hide that of the other modes.
+   !> A mode is slow if its dynamic stiffness is less than the square of this number (at s = 0: if its frequency is
+   !> less, in omega1). Slow modes are unknowns of the equations, because their flexibility would hide that of the other
+   !> modes in rounding errors.
    real(wp), parameter :: slow_frequency = 0.1_wp
 
 contains

@@ -196,7 +196,8 @@ contains
 
    !> Begin a contact. The contact begins a new impact if the beam has risen above the hop tolerance since the last
    !> impact, and if more time than `rest` has passed since that impact ended. If the run starts in contact, the impact
-   !> counts only if its velocity exceeds the hop tolerance.
+   !> counts only if its velocity, d eta/d tau, exceeds the number that the hop tolerance is for eta: both are
+   !> dimensionless.
    pure subroutine begin_contact(blocks, contact, tau, velocity, is_within)
       type(block_sums_t), intent(in) :: blocks
       !> Sums of the contact, a component of `blocks`

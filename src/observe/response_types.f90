@@ -170,7 +170,8 @@ module response_types
       real(wp) :: tolerance = 0.0_wp
       !> The difference is so small that the retained modes are accepted
       logical :: agrees = .false.
-      !> Harmonic loads act throughout the run, so that the motion does not decay after the horizon
+      !> Loads and stops act after the horizon, too: small differences of motions can then grow without limit, and only
+      !> statistics remain comparable
       logical :: persists = .false.
       !> Evaluations in trials, and sum over the trials of evaluations times modes
       integer(i8) :: evaluations = 0_i8

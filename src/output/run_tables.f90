@@ -50,8 +50,8 @@ module run_tables
 
 contains
 
-   !> Print the change of the motion on a finer mesh, and whether the inertia at the stop is redistributed; print
-   !> nothing if neither applies.
+   !> Print whether the inertia at the stop is redistributed, a warning if it should be, and the change of the motion on
+   !> a finer mesh; print nothing if none of these applies.
    subroutine print_mesh(unit, check, units)
       !> Unit number of the output
       integer, intent(in) :: unit

@@ -17,7 +17,8 @@ module table_files
    public :: write_table_files
 
    !> Names of the tables; each ends the name of its file
-   character(*), parameter :: table_names(5) = [character(11) :: 'measures', 'sweep', 'best', 'frequencies', 'spectrum']
+   character(*), parameter :: table_names(8) = [character(11) :: 'measures', 'sweep', 'best', 'frequencies', &
+      'spectrum', 'sensitivity', 'fit', 'uncertainty']
    !> Maximum number of values in a table: some hundred megabytes of text
    integer(i8), parameter :: max_values = 20000000_i8
 

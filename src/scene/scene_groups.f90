@@ -14,6 +14,7 @@ module scene_groups
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_beam, only: list_beam
    use scene_body, only: list_masses, list_root
+   use scene_inference, only: inference_names, list_inference
    use scene_loads, only: list_bases, list_forces
    use scene_requests, only: list_request, request_names
    use scene_section, only: list_section
@@ -42,7 +43,7 @@ module scene_groups
    !> Names of the groups, in the order of the reference and the echo.
    character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
-      'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
+      'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
 
    ! Conditions that several names have in common: damping, method, refinement, groups that the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
@@ -153,12 +154,14 @@ contains
          if (table%is_open) call list_best(table, scene%best)
       case ('cases')
          call list_cases(table, scene%wants_cases, scene%cases)
+      case ('sensitivity', 'fit', 'uncertainty')
+         call list_inference(group, table, scene)
       case ('statements')
          call table%open(group_t('statements', program_paper), scene%wants_statements)
          if (table%is_open) call list_statements(table, scene%statements)
       case ('output')
          ! the results of a sweep are its rows of measures alone
-         is_stored = .not. scene%wants_sweep
+         is_stored = .not. (scene%wants_sweep .or. scene%wants_sensitivity)
          call table%open(group_t('output'), is_stored)
          if (table%is_open) call list_output(table, scene%output, scene%output_units)
       case default

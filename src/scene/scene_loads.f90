@@ -16,7 +16,7 @@ module scene_loads
       range_t, range_text, signed_range
    implicit none (type, external)
    private
-   public :: list_forces, list_bases, resolve_loads
+   public :: list_forces, list_bases, resolve_loads, folder_of
 
    ! Conditions that several names have in common: kinds of time functions
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')

@@ -219,6 +219,8 @@ contains
       else if (resolves_anew) then
          resolved%title = scene%title
          resolved%output = scene%output
+         resolved%fit = scene%fit
+         resolved%wants_fit = scene%wants_fit
          resolved%wants_sweep = scene%wants_sweep
          resolved%wants_cases = scene%wants_cases
          resolved%has_inconsistent_cases = scene%has_inconsistent_cases
@@ -250,6 +252,9 @@ contains
       call read_draft(scene%text, scene%file, program_any, draft, unresolved, problem)
       unresolved%wants_sweep = .false.
       unresolved%wants_cases = .false.
+      unresolved%wants_sensitivity = .false.
+      unresolved%wants_fit = .false.
+      unresolved%wants_uncertainty = .false.
       allocate (draft%scene, source=unresolved)
       allocate (draft%places(size(parameters)), source=0)
       associate (table => draft%table)

@@ -11,6 +11,7 @@ module scene_resolve
    use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: check_masses, check_root
    use scene_groups, only: give_changes
+   use scene_inference, only: resolve_inference
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
    use scene_requests, only: resolve_requests, resolve_statistics
@@ -105,6 +106,8 @@ contains
       call resolve_sweep(input, table, scene)
       if (input%has_problem()) return
       call resolve_cases(input, table, scene)
+      if (input%has_problem()) return
+      call resolve_inference(input, table, scene)
       if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene

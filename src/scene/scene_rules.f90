@@ -39,10 +39,11 @@ module scene_rules
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
       'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
-      //'sweep best cases stress output', ', which has beams, stops and runs of its own', excludes_requests=.true.), &
+      //'sweep best cases sensitivity stress output', ', which has beams, stops and runs of its own', &
+      excludes_requests=.true.), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
-      exclusion_t('precision', 'response sweep best cases stress output', ', which has runs of its own', &
+      exclusion_t('precision', 'response sweep best cases sensitivity stress output', ', which has runs of its own', &
       excludes_requests=.true.)]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
@@ -50,7 +51,12 @@ module scene_rules
       exclusion_t('sweep', 'output', &
       ': each case is a row of measures; for histories run a scene of that case alone'), &
       exclusion_t('cases', 'frequencies', '; give it a scene of its own'), &
-      exclusion_t('orbit', 'sweep cases', '; give it a scene of its own')]
+      exclusion_t('orbit', 'sweep cases sensitivity', '; give it a scene of its own'), &
+      exclusion_t('sensitivity', 'frequencies cases sweep best orbit frequency_response', &
+      '; give it a scene of its own'), &
+      exclusion_t('fit', 'best statistics poincare orbit frequency_response stress', '; give it a scene of its own'), &
+      exclusion_t('uncertainty', 'best fit', '; give it a scene of its own'), &
+      exclusion_t('sensitivity', 'output', ', which keeps measures alone')]
 
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
@@ -70,6 +76,9 @@ module scene_rules
       demand_t('stress', '', 'response', a_response), &
       (demand_t(request_names(k), '', 'response', a_response), k=1, size(request_names)), &
       demand_t('sweep', '', 'response', a_response), &
+      demand_t('sensitivity', '', 'response', a_response), &
+      demand_t('uncertainty', '', 'sweep', 'needs the ranges of what is uncertain; add &sweep'), &
+      demand_t('fit', '', 'sweep', 'needs the ranges of what is fitted; add &sweep'), &
       demand_t('cases', '', 'response', a_response), &
       demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &
       demand_t('best', '', 'sweep cases', a_sweep), &
@@ -107,7 +116,8 @@ contains
       end do
    end subroutine check_rules
 
-   !> Report each group of the file that another group of the file excludes.
+   !> Report each group of the file that another group of the file excludes. `has_group` asks the text of the file;
+   !> `is_wanted` is the same for a group of the table, which lists all groups.
    subroutine exclude(input, table, exclusion)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

@@ -17,7 +17,7 @@ module scene_sweep
    use value_rules, only: max_length_ratio, max_numbers, length_ratio_problem
    implicit none (type, external)
    private
-   public :: resolve_sweep, resolve_cases
+   public :: resolve_sweep, resolve_cases, entry_of_parameter, refuse_lost_units
 
    !> Pairs of a ratio and a quantity in units that refers to it: if the ratio is varied, the quantity no longer has the
    !> value in the file.

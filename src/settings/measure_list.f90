@@ -18,9 +18,10 @@ module measure_list
       character(24) :: quantity
       !> The values are whole numbers
       logical :: is_whole
-      !> Label of the line on the console, empty: the measure is not printed; and the text between the label and the
-      !> number
+      !> Label of the line on the console; empty: the measure is not printed
       character(24) :: label = ''
+      !> Text between the label and the number, such as 'at tau =' of instants; empty: the number follows the label. A
+      !> whole number with such a text is an ordinal, of which 0 means none
       character(16) :: lead = ''
       !> Each contact of a run with several contacts has its own value
       logical :: is_of_contact = .false.

@@ -6,6 +6,7 @@
 !> bar marks the mean section: Abar, Ibar, hbar are its area, second moment of area and height.
 module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
+   use inference_settings, only: fit_settings_t, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use orbit_settings, only: orbit_settings_t
@@ -330,6 +331,15 @@ module scene_types
       !> The file has &cases
       logical :: wants_cases = .false.
       type(cases_settings_t) :: cases
+      !> The file has &sensitivity
+      logical :: wants_sensitivity = .false.
+      type(sensitivity_settings_t) :: sensitivity
+      !> The file has &fit
+      logical :: wants_fit = .false.
+      type(fit_settings_t) :: fit
+      !> The file has &uncertainty
+      logical :: wants_uncertainty = .false.
+      type(uncertainty_settings_t) :: uncertainty
       !> The file has &statements
       logical :: wants_statements = .false.
       type(statements_settings_t) :: statements

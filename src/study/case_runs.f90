@@ -17,7 +17,7 @@ module case_runs
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: runner_t, start_runner, run_next, case_t, run_cases
+   public :: runner_t, start_runner, run_next, case_interface, case_t, run_cases
 
    !> State of the runs of one thread.
    type :: runner_t
@@ -47,6 +47,25 @@ module case_runs
       !> Analyses of the run with their results
       type(analysed_t), allocatable :: analysed(:)
    end type case_t
+
+   abstract interface
+      !> What a plan does with a case instead of a run of it.
+      subroutine case_interface(runner, values, row, reason, sets, extras)
+         import :: runner_t, set_store_t, wp
+         implicit none (type, external)
+         type(runner_t), target, intent(inout) :: runner
+         !> Parameters of the case, in the order of the axes
+         real(wp), intent(in) :: values(:)
+         !> Its measures, [measure_count]
+         real(wp), intent(out) :: row(:)
+         !> Why it failed; unallocated: it did not
+         character(:), allocatable, intent(out) :: reason
+         !> What runs among several stops share
+         type(set_store_t), target, intent(inout) :: sets
+         !> Numbers besides the measures
+         real(wp), intent(out) :: extras(:)
+      end subroutine case_interface
+   end interface
 
 contains
 

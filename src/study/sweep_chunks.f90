@@ -40,8 +40,9 @@ module sweep_chunks
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Further values of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values
-      !> of one section after the other, preceded by NaN if there are fewer than requested; then spectra
+      !> Further values of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values of
+      !> one section after the other, preceded by NaN if there are fewer than requested, then spectra; or what the plan
+      !> computes instead of a run
       real(wp), allocatable :: extras(:, :)
    end type chunk_rows_t
 

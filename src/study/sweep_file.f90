@@ -21,10 +21,27 @@ module sweep_file
    use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
    implicit none (type, external)
    private
-   public :: survey_t, survey_chunks, write_sweep
+   public :: summary_t, survey_t, survey_chunks, write_sweep
 
    !> Maximum number of failures whose reasons are stored; the status of each case is in its row.
    integer, parameter :: max_reasons = 10000
+
+   !> Result computed from the rows of all cases; each extension holds one kind of result.
+   type, abstract :: summary_t
+   contains
+      procedure(write_interface), deferred :: write
+   end type summary_t
+
+   abstract interface
+      !> Write the result as a group of the file.
+      subroutine write_interface(self, root)
+         import :: quantity_group_t, summary_t
+         implicit none (type, external)
+         class(summary_t), intent(in) :: self
+         !> Root group of the file
+         type(quantity_group_t), intent(in) :: root
+      end subroutine write_interface
+   end interface
 
    !> Summary of all chunks: failures and best cases.
    type :: survey_t
@@ -36,6 +53,8 @@ module sweep_file
       character(reason_room), allocatable :: reasons(:)
       !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
+      !> Of all rows; unallocated: nothing
+      class(summary_t), allocatable :: summary
    end type survey_t
 
 contains
@@ -129,6 +148,7 @@ contains
       if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%unscaled(plan%axes%parameter%quantity)
       call write_group(sweep, scene, plan, survey)
       call write_analyses(root, survey%analysed)
+      if (allocated(survey%summary)) call survey%summary%write(root)
       if (scene%wants_best) call write_best(root%subgroup('best'), scene, plan, survey%best, refined)
       if (present(errors)) then
          root%symbols_as_units = .false.

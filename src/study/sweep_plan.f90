@@ -2,6 +2,7 @@
 !> results are written to disk.
 module sweep_plan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use case_runs, only: case_interface
    use checksums, only: checksum
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_table
@@ -53,8 +54,13 @@ module sweep_plan
       integer :: sections = 0
       !> Number of values of the spectra recorded for each case
       integer :: spectra = 0
-      !> Number of values recorded for each case besides its measures: those of its Poincare sections and spectra
+      !> Number of values recorded for each case besides its measures: those of its Poincare sections and spectra, or
+      !> those that `run` computes
       integer :: extras = 0
+      !> Procedure that computes a case; not associated: the case is a run
+      procedure(case_interface), pointer, nopass :: run => null()
+      !> Text of the settings on which the rows depend besides the scene; unallocated: none
+      character(:), allocatable :: remark
    end type plan_t
 
 contains
@@ -306,6 +312,7 @@ contains
          text = text//' '//trim(measure_table(k)%name)
       end do
       text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%chunk_cases)//next
+      if (allocated(plan%remark)) text = text//plan%remark//next
       do i = 1, size(scene%echo)
          associate (entry => scene%echo(i))
             ! these groups do not change the results of the cases, nor does `estimate` of &mesh

@@ -188,8 +188,12 @@ contains
                allocate (runner%carried)
             end if
          end if
-         call run_case(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%extras(:, case), &
-            failed_case)
+         if (associated(plan%run)) then
+            call plan%run(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%extras(:, case))
+         else
+            call run_case(runner, chunk%values(:, case), chunk%rows(:, case), reason, sets, chunk%extras(:, case), &
+               failed_case)
+         end if
          if (allocated(reason)) then
             if (plan%chain > 0 .and. failed_case == 0) failed_case = first + case - 1
             failures = failures + 1

@@ -24,7 +24,18 @@ module sweep_study
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep, threads_for, cases_of, values_of
+   public :: run_sweep, run_plan, plan_run_t, threads_for, in_words, cases_of, chains_of, values_of
+
+   !> How the cases of a plan were run.
+   type :: plan_run_t
+      !> Folder of the parts, and the plan in words
+      character(:), allocatable :: path
+      character(:), allocatable :: text
+      !> Threads of each process, cases that were not on disk already, and the seconds that they took
+      integer :: workers = 1
+      integer :: computed = 0
+      real(wp) :: seconds = 0.0_wp
+   end type plan_run_t
 
 contains
 
@@ -37,19 +48,49 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
+      type(plan_run_t) :: run
       type(survey_t) :: survey
       type(refined_t) :: refined
       type(mesh_errors_t), allocatable :: errors
-      character(:), allocatable :: path, text
-      integer :: workers, computed, status
+
+      call make_plan(scene, plan)
+      call run_plan(scene, plan, job, threads_for(job%threads, chains_of(scene%sweep)), run, error)
+      if (allocated(error) .or. .not. is_first_rank()) return
+      call survey_chunks(run%path, scene, plan, run%text, survey, error)
+      if (allocated(error)) return
+      call analyse_beam(scene, survey, error)
+      if (allocated(error)) return
+      if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, run%workers, refined)
+      if (scene%mesh%estimate) then
+         allocate (errors)
+         call estimate_sample(scene, plan, errors)
+      end if
+      call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error, errors)
+      if (allocated(error) .or. job%quiet) return
+      call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
+         in_words(run%workers, ranks_in_words()))
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
+   end subroutine run_sweep
+
+   !> Compute the cases of a plan that are not in chunks on disk yet, with threads and processes, and store their rows.
+   subroutine run_plan(scene, plan, job, workers, run, error)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(job_t), intent(in) :: job
+      !> Number of threads of each process
+      integer, intent(in) :: workers
+      type(plan_run_t), intent(out) :: run
+      !> Set if cases have no rows; complete chunks remain on disk
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: status
       integer(i8) :: start, finish, rate
 
-      workers = threads_for(job%threads, scene%sweep)
-      call make_plan(scene, plan)
-      call plan_text(scene, plan, text)
-      path = chunk_folder(job%folder, scene%name)
+      run%workers = workers
+      call plan_text(scene, plan, run%text)
+      run%path = chunk_folder(job%folder, scene%name)
       status = 0
-      if (is_first_rank()) call open_chunk_folder(path, text, error)
+      if (is_first_rank()) call open_chunk_folder(run%path, run%text, error)
       if (allocated(error)) status = error%status
       status = max_of_ranks(status)
       if (status > 0) then
@@ -57,24 +98,10 @@ contains
          return
       end if
       call system_clock(start, rate)
-      call run_chunks(scene, plan, text, path, workers, scene%name, job%quiet, computed, error)
+      call run_chunks(scene, plan, run%text, run%path, workers, scene%name, job%quiet, run%computed, error)
       call system_clock(finish)
-      if (allocated(error) .or. .not. is_first_rank()) return
-      call survey_chunks(path, scene, plan, text, survey, error)
-      if (allocated(error)) return
-      call analyse_beam(scene, survey, error)
-      if (allocated(error)) return
-      if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
-      if (scene%mesh%estimate) then
-         allocate (errors)
-         call estimate_sample(scene, plan, errors)
-      end if
-      call write_sweep(job%folder, path, scene, plan, text, survey, refined, error, errors)
-      if (allocated(error) .or. job%quiet) return
-      call print_sweep(job%unit, scene, plan, survey, refined, computed, real(finish - start, wp)/real(rate, wp), &
-         in_words(workers, ranks_in_words()))
-      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
-   end subroutine run_sweep
+      run%seconds = real(finish - start, wp)/real(rate, wp)
+   end subroutine run_plan
 
    !> Compute the analyses of the beam of the scene (for example its frequency response), which are independent of the
    !> cases.
@@ -118,26 +145,34 @@ contains
 
    !> Number of threads of a sweep: the requested number, but at most the number of independent cases (or chains of
    !> cases), four for each core, and the number for which there is address space.
-   function threads_for(requested, sweep) result(threads)
+   function threads_for(requested, chains) result(threads)
       !> Requested number; 0: the default of OpenMP, one for each core unless OMP_NUM_THREADS is set
       integer, intent(in) :: requested
-      type(sweep_settings_t), intent(in) :: sweep
+      !> Number of independent cases, or of chains of cases
+      real(wp), intent(in) :: chains
       integer :: threads
 
       ! stack of a thread, and address space that the C library reserves for the memory of a thread, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
-      ! number of cases that can run at the same time; number of threads that fit into half of the free address space
-      real(wp) :: independent_cases, room
+      ! number of threads that fit into half of the free address space
+      real(wp) :: room
 
-      independent_cases = cases_of(sweep)
-      if (sweep%carry > 0) independent_cases = independent_cases/real(values_of(sweep, sweep%carry), wp)
       threads = max(requested, 1)
 !$    if (requested == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
-      threads = int(min(real(threads, wp), max(independent_cases, 1.0_wp)))
+      threads = int(min(real(threads, wp), max(chains, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
       threads = int(min(real(threads, wp), 1.0_wp + room))
    end function threads_for
+
+   !> Chains of cases of a checked sweep, or its cases where each is by itself.
+   pure function chains_of(sweep) result(chains)
+      type(sweep_settings_t), intent(in) :: sweep
+      real(wp) :: chains
+
+      chains = cases_of(sweep)
+      if (sweep%carry > 0) chains = chains/real(values_of(sweep, sweep%carry), wp)
+   end function chains_of
 
    !> Number of cases of a checked sweep.
    pure function cases_of(sweep) result(cases)

@@ -22,6 +22,7 @@ class Impactbeam(CMakePackage):
     depends_on("lapack")
     depends_on("hdf5+fortran+hl")
     depends_on("zlib-api")
+    depends_on("cminpack")
     depends_on("mpi", when="+mpi")
     depends_on("python@3.9:", type="run", when="+pictures")
     depends_on("py-h5py", type="run", when="+pictures")

@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+"""Plot a fit: the signal and the model above, what the model leaves below, and for each pair of parameters the 95 %
+ellipse around the estimates with where the starts ended, if they ended nearby.
+
+Plots what the results files hold and computes nothing but the ellipses.
+"""
+
+import argparse
+import itertools
+from pathlib import Path
+
+import impactbeam_plots as plots
+import matplotlib.pyplot as plt
+import numpy as np
+
+# Half widths of the 95 % region of two parameters in standard errors: sqrt of chi squared with two degrees of freedom
+TWO_AT_ONCE = 2.4477
+MOST_PAIRS = 6
+
+
+class Fit:
+    """What a picture shows of one file."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "fit", "&fit")
+            self.title = plots.title_of(file)
+            self.quantity = plots.text_of(group.attrs["of"]).replace("_", " of the ")
+            self.names = [plots.text_of(name) for name in group["name"][()]]
+            self.units = [plots.text_of(unit) for unit in group["unit"][()]]
+            self.estimate = group["estimate"][()]
+            self.is_told = group["is_told"][()] == 1
+            self.covariance = group["joint/covariance"][()]
+            signal = group["signal"]
+            self.unit = plots.text_of(signal["measured"].attrs["units"])
+            self.time_unit = plots.text_of(signal["time"].attrs["units"])
+            self.time, self.measured, self.model, self.residual = (
+                signal[name][()] for name in ("time", "measured", "model", "residual"))
+            self.ended = [group["starts"][name][()] for name in self.names]
+
+    def pairs(self):
+        """Numbers of the parameters of each pair that is drawn."""
+        told = [number for number in range(len(self.names)) if self.is_told[number]]
+        return list(itertools.combinations(told, 2))[:MOST_PAIRS]
+
+
+def label_of(name, unit, power=0):
+    """A name and its unit, with the power of ten by which numbers were divided."""
+    power_of_ten = f"$10^{{{power}}}$" if power else ""
+    return f"{name}, {power_of_ten} {unit if unit != '1' else ''}".rstrip(", ").replace(",  ", ", ")
+
+
+def power_of(values):
+    """The power of ten that leaves numbers from 1 to 1000, if they are far from that."""
+    size = np.max(np.abs(values))
+    power = 3*int(np.floor(np.log10(size)/3.0)) if size > 0.0 else 0
+    return 0 if power in (-3, 0, 3) and size >= 0.01 else power
+
+
+def draw_signal(upper, lower, fit):
+    """Data and model, and their difference."""
+    powers = [power_of(values) for values in (fit.time, fit.measured, fit.residual)]
+    time, measured, model = fit.time/10.0**powers[0], fit.measured/10.0**powers[1], fit.model/10.0**powers[1]
+    upper.plot(time, measured, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[5], label="signal")
+    upper.plot(time, model, color=plots.COLOURS[1], linewidth=0.9, label="model")
+    upper.set_ylabel(label_of(fit.quantity, fit.unit, powers[1]))
+    upper.tick_params(labelbottom=False)
+    upper.legend(loc="upper right", ncols=2)
+    upper.set_title(fit.title)
+    lower.plot(time, fit.residual/10.0**powers[2], linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[0])
+    lower.axhline(0.0, color=plots.COLOURS[1], linewidth=0.7)
+    lower.set_ylabel(label_of("residual", fit.unit, powers[2]))
+    lower.set_xlabel(label_of("time", fit.time_unit, powers[0]))
+    lower.figure.align_ylabels([upper, lower])
+
+
+def draw_pair(axes, fit, first, second):
+    """The ellipse of two parameters, and the ends of starts in its neighbourhood."""
+    part = fit.covariance[np.ix_([first, second], [first, second])]
+    values, vectors = np.linalg.eigh(part/np.outer(np.sqrt(np.diag(part)), np.sqrt(np.diag(part))))
+    angle = np.linspace(0.0, 2.0*np.pi, 200)
+    circle = TWO_AT_ONCE*(vectors*np.sqrt(np.maximum(values, 0.0))) @ np.array([np.cos(angle), np.sin(angle)])
+    powers = [power_of(fit.estimate[number]) for number in (first, second)]
+    error = np.sqrt(np.diag(part))/10.0**np.array(powers)
+    centre = fit.estimate[[first, second]]/10.0**np.array(powers)
+    ended = [fit.ended[number]/10.0**power for number, power in zip((first, second), powers)]
+    axes.plot(centre[0] + error[0]*circle[0], centre[1] + error[1]*circle[1], color=plots.COLOURS[2])
+    near = (np.abs(ended[0] - centre[0]) < 6.0*error[0]) & (np.abs(ended[1] - centre[1]) < 6.0*error[1])
+    axes.plot(ended[0][near], ended[1][near], linestyle="none", marker="x", markersize=4,
+              color=plots.COLOURS[0])
+    axes.set_xlabel(label_of(fit.names[first], fit.units[first], powers[0]))
+    axes.set_ylabel(label_of(fit.names[second], fit.units[second], powers[1]))
+    axes.ticklabel_format(useOffset=False, style="plain")
+    axes.locator_params(nbins=4)
+
+
+def draw(fit):
+    """The figure of one file."""
+    pairs = fit.pairs()
+    rows = -(-len(pairs)//3)
+    figure = plt.figure(figsize=(plots.WIDTH, 4.2 + 2.1*rows), layout="constrained")
+    parts = figure.subfigures(2 if rows else 1, 1, height_ratios=[4.2, 2.1*rows] if rows else None, squeeze=False)[:, 0]
+    upper, lower = parts[0].subplots(2, 1, height_ratios=[2.4, 1.0], sharex=True)
+    draw_signal(upper, lower, fit)
+    if rows:
+        grid = parts[1].subplots(rows, min(3, len(pairs)), squeeze=False)
+        for axes, (first, second) in zip(grid.flat, pairs):
+            draw_pair(axes, fit, first, second)
+        for axes in list(grid.flat)[len(pairs):]:
+            axes.set_axis_off()
+    return figure
+
+
+def main():
+    """Read the command line and draw each file."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, help="picture; default: beside each file, _fit.png")
+    arguments = parser.parse_args()
+    plt.rcParams.update(plots.STYLE)
+    for path in arguments.files:
+        plots.save(draw(Fit(path)), arguments.out or path.with_name(path.stem + "_fit.png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)

@@ -1,0 +1,92 @@
+#!/usr/bin/python3
+"""Plot sensitivities of measures as a tornado: for each measure a bar for each parameter, by how many percent the measure
+changes if the parameter changes by one percent, the longest on top. A pair without a derivative has the bars of both sides.
+
+Plots what the results files hold and computes nothing but the elasticities of single sides.
+"""
+
+import argparse
+import math
+from pathlib import Path
+
+import impactbeam_plots as plots
+import matplotlib.pyplot as plt
+import numpy as np
+
+
+class Sensitivity:
+    """What a picture shows of one file."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "sensitivity", "&sensitivity")
+            self.title = plots.title_of(file)
+            self.measures = [plots.text_of(name) for name in group["measure"][()]]
+            self.parameters = [plots.text_of(name) for name in group["parameter"][()]]
+            self.elasticity = group["elasticity"][()]
+            self.states = [plots.text_of(name) for name in group["state"][()]]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = group["parameter_value"][()]/group["measure_value"][()]
+                self.sides = [share*group[name][()] for name in ("from_below", "from_above")]
+
+    def bars_of(self, measure):
+        """Name and elasticities of each parameter, the longest last."""
+        bars = []
+        for row, name in enumerate(self.measures):
+            if name != measure:
+                continue
+            values = [self.elasticity[row]]
+            if self.states[row] == "none":
+                values = [side[row] for side in self.sides]
+            if all(math.isfinite(value) for value in values):
+                bars.append((self.parameters[row], values))
+        return sorted(bars, key=lambda bar: max(abs(value) for value in bar[1]))
+
+
+def draw_measure(axes, sensitivity, measure):
+    """The bars of one measure."""
+    bars = sensitivity.bars_of(measure)
+    for place, (_, values) in enumerate(bars):
+        height = 0.62/len(values)
+        for number, value in enumerate(values):
+            axes.barh(place + (number - 0.5*(len(values) - 1))*height, value, height=0.9*height,
+                      color=plots.COLOURS[2 if value >= 0 else 1], alpha=0.8 if len(values) == 1 else 0.4 + 0.3*number)
+    axes.axvline(0.0, color="#000000", linewidth=0.7)
+    axes.set_yticks(range(len(bars)), [name for name, _ in bars])
+    axes.tick_params(axis="y", which="both", length=0)
+    axes.set_title(measure)
+    axes.margins(x=0.08)
+    if not bars:
+        axes.text(0.5, 0.5, "no derivative, or a value of 0", transform=axes.transAxes, ha="center", va="center")
+        axes.set_xticks([])
+
+
+def draw(sensitivity):
+    """The figure of one file."""
+    measures = list(dict.fromkeys(sensitivity.measures))
+    rows = math.ceil(len(measures)/2)
+    bars = len(set(sensitivity.parameters))
+    figure, grid = plt.subplots(rows, min(2, len(measures)), figsize=(plots.WIDTH, rows*(0.75 + 0.24*bars) + 0.7),
+                                layout="constrained", squeeze=False)
+    for axes, measure in zip(grid.flat, measures):
+        draw_measure(axes, sensitivity, measure)
+    for axes in list(grid.flat)[len(measures):]:
+        axes.set_axis_off()
+    figure.suptitle(sensitivity.title, fontsize=10.5)
+    figure.supxlabel("percent of the measure for one percent of the parameter", fontsize=10.5)
+    return figure
+
+
+def main():
+    """Read the command line and draw each file."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, help="picture; default: beside each file, _sensitivity.png")
+    arguments = parser.parse_args()
+    plt.rcParams.update(plots.STYLE)
+    for path in arguments.files:
+        plots.save(draw(Sensitivity(path)), arguments.out or path.with_name(path.stem + "_sensitivity.png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)

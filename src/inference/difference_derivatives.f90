@@ -1,0 +1,172 @@
+!> Derivatives of computed values by Richardson's extrapolation of differences, with an estimate of their errors
+!> (C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75). A value may have a kink or a jump where an event appears or
+!> disappears, so the derivatives from above and from below are found too, and a derivative exists only if they agree.
+module difference_derivatives
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: derivative_t, differentiate, derivative_states
+   public :: derivative_unknown, derivative_exists, derivative_from_above, derivative_from_below, derivative_differs
+
+   !> Too few values are known.
+   integer, parameter :: derivative_unknown = 1
+   !> The derivatives from above and from below agree.
+   integer, parameter :: derivative_exists = 2
+   !> The parameter is at its least or greatest value, so it has values on one side only.
+   integer, parameter :: derivative_from_above = 3
+   integer, parameter :: derivative_from_below = 4
+   !> The values from above and from below differ: a kink or a jump.
+   integer, parameter :: derivative_differs = 5
+   character(*), parameter :: derivative_states(5) = [character(10) :: 'unknown', 'exists', 'from above', &
+      'from below', &
+      'none']
+
+   !> A derivative; NaN where there is none.
+   type :: derivative_t
+      !> One of the `derivative_` constants
+      integer :: state = derivative_unknown
+      !> The derivative, or that of the only side, and the estimate of its error
+      real(wp) :: value = 0.0_wp
+      real(wp) :: error = 0.0_wp
+      !> The derivatives from above and from below
+      real(wp) :: above = 0.0_wp
+      real(wp) :: above_error = 0.0_wp
+      real(wp) :: below = 0.0_wp
+      real(wp) :: below_error = 0.0_wp
+   end type derivative_t
+
+   !> Derivatives of both sides agree within so many of their errors, and within this share of them.
+   real(wp), parameter :: errors_apart = 10.0_wp
+   real(wp), parameter :: share_apart = 1.0e-4_wp
+   !> Estimates that do not settle within this share have no limit: those of a square root grow for ever.
+   real(wp), parameter :: largest_error = 0.05_wp
+   !> What changes the value by less than this share over the first step does not count.
+   real(wp), parameter :: smallest_change = 1.0e-7_wp
+
+contains
+
+   !> The derivative of f at a point from values beside it.
+   pure function differentiate(step, value, above, below) result(derivative)
+      !> First of the steps h, each half of the one before
+      real(wp), intent(in) :: step
+      !> f at the point
+      real(wp), intent(in) :: value
+      !> f at the point plus and minus each step, [steps]; NaN: not known
+      real(wp), intent(in) :: above(:)
+      real(wp), intent(in) :: below(:)
+      type(derivative_t) :: derivative
+
+      real(wp) :: h(size(above)), central, central_error, nan, negligible
+      integer :: k
+
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      derivative = derivative_t(derivative_unknown, nan, nan, nan, nan, nan, nan)
+      if (ieee_is_nan(value)) return
+      h = [(scale(step, 1 - k), k=1, size(h))]
+      call extrapolate(one_sided(h, above), 1, derivative%above, derivative%above_error)
+      call extrapolate(-one_sided(h, below), 1, derivative%below, derivative%below_error)
+      call extrapolate((above - below)/(2.0_wp*h), 2, central, central_error)
+      ! rounding errors of the values, of which a coincidence may hide the effect
+      associate (rounding => 4.0_wp*epsilon(1.0_wp)*abs(value)/step)
+         derivative%above_error = derivative%above_error + rounding
+         derivative%below_error = derivative%below_error + rounding
+         central_error = central_error + rounding
+      end associate
+      negligible = smallest_change*abs(value)/step
+      if (all(ieee_is_nan(below)) .and. .not. ieee_is_nan(derivative%above)) then
+         derivative%state = derivative_from_above
+         derivative%value = derivative%above
+         derivative%error = derivative%above_error
+      else if (all(ieee_is_nan(above)) .and. .not. ieee_is_nan(derivative%below)) then
+         derivative%state = derivative_from_below
+         derivative%value = derivative%below
+         derivative%error = derivative%below_error
+      else if (.not. any(ieee_is_nan([derivative%above, derivative%below, central]))) then
+         derivative%state = derivative_differs
+         if (all(is_settled([derivative%above, derivative%below, central], [derivative%above_error, &
+            derivative%below_error, central_error], negligible)) .and. &
+            agree(derivative%above, derivative%above_error, derivative%below, derivative%below_error, &
+            negligible) .and. &
+            agree(central, central_error, 0.5_wp*(derivative%above + derivative%below), &
+            derivative%above_error + derivative%below_error, negligible)) then
+            derivative%state = derivative_exists
+            derivative%value = central
+            derivative%error = central_error
+         end if
+      end if
+   end function differentiate
+
+   !> Differences between neighbouring steps of one side. The value at the point itself is not among them, so a jump
+   !> there does not matter.
+   pure function one_sided(h, values) result(slopes)
+      !> Steps, descending
+      real(wp), intent(in) :: h(:)
+      !> f at them
+      real(wp), intent(in) :: values(:)
+      real(wp) :: slopes(size(h) - 1)
+
+      associate (n => size(h))
+         slopes = (values(:n - 1) - values(2:))/(h(:n - 1) - h(2:))
+      end associate
+   end function one_sided
+
+   !> Is the error of an extrapolated value small, or too small to count?
+   elemental function is_settled(value, error, negligible)
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: error
+      real(wp), intent(in) :: negligible
+      logical :: is_settled
+
+      is_settled = error <= max(largest_error*abs(value), negligible)
+   end function is_settled
+
+   !> Do two numbers with errors agree, or differ by too little to count?
+   pure function agree(first, first_error, second, second_error, negligible)
+      real(wp), intent(in) :: first
+      real(wp), intent(in) :: first_error
+      real(wp), intent(in) :: second
+      real(wp), intent(in) :: second_error
+      real(wp), intent(in) :: negligible
+      logical :: agree
+
+      agree = abs(first - second) <= errors_apart*(first_error + second_error) + &
+         max(share_apart*max(abs(first), abs(second)), negligible)
+   end function agree
+
+   !> The limit of estimates whose errors are powers of a step that is halved each time: of all entries of Richardson's
+   !> table the one that differs least from its two neighbours; twice that difference is its error.
+   pure subroutine extrapolate(estimates, power, limit, error)
+      !> NaN: not known
+      real(wp), intent(in) :: estimates(:)
+      !> Errors are of the powers `power`, 2 `power`, ... of the step
+      integer, intent(in) :: power
+      !> NaN: no two neighbouring estimates are known
+      real(wp), intent(out) :: limit
+      real(wp), intent(out) :: error
+
+      real(wp) :: table(size(estimates)), before(size(estimates)), change
+      integer :: j, k
+
+      limit = ieee_value(1.0_wp, ieee_quiet_nan)
+      error = huge(1.0_wp)
+      before = estimates
+      do j = 1, size(estimates) - 1
+         ! table(k) extrapolates the estimates k - j ... k
+         table = ieee_value(1.0_wp, ieee_quiet_nan)
+         do k = j + 1, size(estimates)
+            associate (factor => 2.0_wp**(power*j))
+               table(k) = (factor*before(k) - before(k - 1))/(factor - 1.0_wp)
+            end associate
+            if (.not. ieee_is_finite(table(k))) cycle
+            change = 2.0_wp*max(abs(table(k) - before(k)), abs(table(k) - before(k - 1)))
+            if (change >= error) cycle
+            error = change
+            limit = table(k)
+         end do
+         before = table
+      end do
+      if (ieee_is_nan(limit)) error = limit
+   end subroutine extrapolate
+
+end module difference_derivatives

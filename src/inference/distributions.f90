@@ -1,0 +1,66 @@
+!> Samples of distributions from samples of equal shares of probability.
+module distributions
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: normal_probability, normal_quantile, quantile_within
+
+contains
+
+   !> The probability that a normally distributed number of mean 0 and standard deviation 1 is less.
+   elemental function normal_probability(x) result(probability)
+      real(wp), intent(in) :: x
+      real(wp) :: probability
+
+      probability = 0.5_wp*erfc(-x/sqrt(2.0_wp))
+   end function normal_probability
+
+   !> What such a number exceeds with the rest of a probability, by bisection and Newton's method.
+   elemental function normal_quantile(probability) result(x)
+      !> 0 to 1, both excluded
+      real(wp), intent(in) :: probability
+      real(wp) :: x
+
+      real(wp), parameter :: widest = 38.0_wp
+      real(wp) :: before, high, low, share, slope
+      integer :: i
+
+      ! of the lower half, where small probabilities have all their digits
+      share = min(probability, 1.0_wp - probability)
+      low = -widest
+      high = 0.0_wp
+      x = 0.0_wp
+      do i = 1, 100
+         if (normal_probability(x) < share) then
+            low = x
+         else
+            high = x
+         end if
+         slope = exp(-0.5_wp*x**2)/sqrt(2.0_wp*acos(-1.0_wp))
+         before = x
+         x = x - (normal_probability(x) - share)/max(slope, tiny(slope))
+         if (.not. (x > low .and. x < high)) x = 0.5_wp*(low + high)
+         if (abs(x - before) <= 2.0_wp*epsilon(x)*abs(x)) exit
+      end do
+      if (probability > 0.5_wp) x = -x
+   end function normal_quantile
+
+   !> The quantile of a normally distributed number of which only what is between two limits counts.
+   elemental function quantile_within(probability, mean, deviation, minimum, maximum) result(x)
+      !> 0 to 1, both excluded
+      real(wp), intent(in) :: probability
+      real(wp), intent(in) :: mean
+      real(wp), intent(in) :: deviation
+      real(wp), intent(in) :: minimum
+      real(wp), intent(in) :: maximum
+      real(wp) :: x
+
+      real(wp) :: above, below
+
+      below = normal_probability((minimum - mean)/deviation)
+      above = normal_probability((maximum - mean)/deviation)
+      x = mean + deviation*normal_quantile(min(max(below + probability*(above - below), tiny(x)), 1.0_wp - epsilon(x)))
+      x = min(max(x, minimum), maximum)
+   end function quantile_within
+
+end module distributions

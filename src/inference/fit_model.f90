@@ -1,0 +1,309 @@
+!> A signal as a run of a scene gives it, as a function of parameters: those of a sweep between their limits, and on
+!> request zero, scale and delay of the signal.
+module fit_model
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use analyses, only: analysed_t, of_run
+   use case_runs, only: run_next, runner_t
+   use failures, only: failure_t
+   use history_list, only: force_stop
+   use inference_settings, only: fit_settings_t, is_of_tip, is_velocity, observed_force, quantity_observed
+   use kinds, only: pi, wp
+   use least_squares, only: residuals_t
+   use measure_list, only: peak_count
+   use motion_run, only: set_store_t
+   use quantities, only: quantity_named, units_t
+   use response_types, only: response_t
+   use run_settings, only: output_settings_t
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   use sweep_plan, only: plan_t
+   implicit none (type, external)
+   private
+   public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, largest_name
+
+   integer, parameter :: largest_name = 48
+
+   type, extends(residuals_t) :: fit_model_t
+      !> Whoever runs the cases, and what runs among several stops share
+      type(runner_t), pointer :: runner => null()
+      type(set_store_t), pointer :: sets => null()
+      type(fit_settings_t) :: fit
+      !> Least and greatest value of each parameter, those of the sweep first, and whether its logarithm is varied
+      real(wp), allocatable :: minimum(:)
+      real(wp), allocatable :: maximum(:)
+      logical, allocatable :: is_logarithmic(:)
+      !> Residuals are summed up over time: a signal that jumps makes smooth ones then
+      logical :: integrates = .false.
+      !> Standard deviation of the signal
+      real(wp) :: spread = 1.0_wp
+      !> Residuals are divided by this: the noise, or where it is not known the spread
+      real(wp) :: weight = 1.0_wp
+      !> Why the last run failed; unallocated: it did not
+      character(:), allocatable :: reason
+   contains
+      procedure :: evaluate => evaluate_residuals
+      procedure :: parameters_at
+      procedure :: find_signal
+      procedure, private :: raw_signal
+   end type fit_model_t
+
+contains
+
+   !> Number of what is found: parameters of the sweep, and of the signal.
+   pure integer function fit_count(scene, parameters)
+      type(scene_t), intent(in) :: scene
+      !> Of the sweep
+      integer, intent(in) :: parameters
+
+      fit_count = parameters + count([scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])
+   end function fit_count
+
+   !> The names of all that is found.
+   pure function fit_names(scene, plan) result(names)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      character(largest_name), allocatable :: names(:)
+
+      allocate (names(size(plan%axes)))
+      names(:) = plan%axes%parameter%name
+      names = [character(largest_name) :: names, pack([character(largest_name) :: 'signal_offset', 'signal_scale', &
+         'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])]
+   end function fit_names
+
+   !> Prepare a model.
+   subroutine start_model(scene, plan, runner, sets, model)
+      !> It has &fit
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(runner_t), target, intent(inout) :: runner
+      type(set_store_t), target, intent(inout) :: sets
+      type(fit_model_t), intent(out) :: model
+
+      real(wp) :: room
+      integer :: n
+
+      model%runner => runner
+      model%sets => sets
+      model%fit = scene%fit
+      n = size(model%fit%value)
+      model%spread = sqrt(sum((model%fit%value - sum(model%fit%value)/real(n, wp))**2)/real(n, wp))
+      model%weight = merge(model%fit%noise, model%spread, model%fit%noise > 0.0_wp)
+      allocate (model%minimum(size(plan%axes)), model%maximum(size(plan%axes)), model%is_logarithmic(size(plan%axes)))
+      model%minimum(:) = plan%axes%minimum
+      model%maximum(:) = plan%axes%maximum
+      model%is_logarithmic(:) = plan%axes%is_logarithmic
+      room = maxval(abs(model%fit%value))
+      if (model%fit%has_offset) call add(-10.0_wp*room, 10.0_wp*room)
+      if (model%fit%has_scale) call add(-100.0_wp, 100.0_wp)
+      if (model%fit%time_shift > 0.0_wp) call add(-model%fit%time_shift, model%fit%time_shift)
+
+   contains
+
+      !> A parameter of the signal, and its limits.
+      subroutine add(minimum, maximum)
+         real(wp), intent(in) :: minimum
+         real(wp), intent(in) :: maximum
+
+         model%minimum = [model%minimum, minimum]
+         model%maximum = [model%maximum, maximum]
+         model%is_logarithmic = [model%is_logarithmic, .false.]
+      end subroutine add
+
+   end subroutine start_model
+
+   !> Values between their limits for coordinates without limits.
+   pure function parameters_at(self, x) result(values)
+      class(fit_model_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp) :: values(size(x))
+
+      associate (share => 0.5_wp*(1.0_wp + sin(x)))
+         where (self%is_logarithmic)
+            values = self%minimum*(self%maximum/self%minimum)**share
+         else where
+            values = self%minimum + (self%maximum - self%minimum)*share
+         end where
+      end associate
+      values = min(max(values, self%minimum), self%maximum)
+   end function parameters_at
+
+   !> Coordinates of values.
+   pure function coordinates_of(model, values) result(x)
+      type(fit_model_t), intent(in) :: model
+      real(wp), intent(in) :: values(:)
+      real(wp) :: x(size(values))
+
+      real(wp) :: share(size(values))
+
+      where (model%is_logarithmic)
+         share = log(values/model%minimum)/log(model%maximum/model%minimum)
+      else where
+         share = (values - model%minimum)/(model%maximum - model%minimum)
+      end where
+      x = asin(min(max(2.0_wp*share - 1.0_wp, -1.0_wp), 1.0_wp))
+      x = min(max(x, -0.499_wp*pi), 0.499_wp*pi)
+   end function coordinates_of
+
+   !> What is left between model and signal, over the noise.
+   subroutine evaluate_residuals(self, x, residual)
+      class(fit_model_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      !> Of the first values of the signal
+      real(wp), intent(out) :: residual(:)
+
+      !> What a run that fails leaves, in standard deviations of the signal
+      real(wp), parameter :: far_away = 100.0_wp
+      real(wp) :: found(size(residual))
+
+      call self%find_signal(self%parameters_at(x), found)
+      if (allocated(self%reason)) then
+         residual = far_away*self%spread/self%weight
+      else
+         residual = (found - self%fit%value(:size(residual)))/self%weight
+         if (self%integrates) call integrate(self%fit%time(:size(residual)), residual)
+      end if
+   end subroutine evaluate_residuals
+
+   !> Residuals summed up over time, over the mean distance of the values.
+   pure subroutine integrate(time, residual)
+      real(wp), intent(in) :: time(:)
+      real(wp), intent(inout) :: residual(:)
+
+      real(wp) :: mean
+      integer :: i
+
+      mean = (time(size(time)) - time(1))/real(size(time) - 1, wp)
+      do i = 2, size(residual)
+         residual(i) = residual(i - 1) + residual(i)*(time(i) - time(i - 1))/mean
+      end do
+   end subroutine integrate
+
+   !> The signal for some values.
+   subroutine find_signal(self, values, found, row_response)
+      class(fit_model_t), intent(inout) :: self
+      !> Of the sweep's parameters, then of offset, scale and delay where they are asked for
+      real(wp), intent(in) :: values(:)
+      !> At the first instants of the signal
+      real(wp), intent(out) :: found(:)
+      !> The run, with its measures
+      type(response_t), intent(out), optional :: row_response
+
+      real(wp) :: delay, offset, scale
+      integer :: k
+
+      k = size(values)
+      delay = 0.0_wp
+      scale = 1.0_wp
+      offset = 0.0_wp
+      if (self%fit%time_shift > 0.0_wp) then
+         delay = values(k)
+         k = k - 1
+      end if
+      if (self%fit%has_scale) then
+         scale = values(k)
+         k = k - 1
+      end if
+      if (self%fit%has_offset) then
+         offset = values(k)
+         k = k - 1
+      end if
+      call self%raw_signal(values(:k), self%fit%time(:size(found)) - delay, found, row_response)
+      found = offset + scale*found
+   end subroutine find_signal
+
+   !> A run, and what it has of the signal at some instants.
+   subroutine raw_signal(self, values, time, found, row_response)
+      class(fit_model_t), intent(inout) :: self
+      !> Of the sweep's parameters
+      real(wp), intent(in) :: values(:)
+      !> As results have it
+      real(wp), intent(in) :: time(:)
+      real(wp), intent(out) :: found(:)
+      type(response_t), intent(out), optional :: row_response
+
+      type(response_t) :: response
+      type(analysed_t), allocatable :: analysed(:)
+      type(failure_t), allocatable :: error
+      type(output_settings_t) :: output
+      type(units_t) :: units
+      real(wp) :: unit_of_time, last
+      integer :: place(size(time)), i, node, shapes
+
+      if (allocated(self%reason)) deallocate (self%reason)
+      found = 0.0_wp
+      units = units_in(self%runner%scene)
+      unit_of_time = 1.0_wp
+      if (units%are_of_scene) unit_of_time = units%factor(quantity_named('time'))
+      last = self%runner%scene%response%duration
+      output%history = .false.
+      output%history(force_stop) = self%fit%observed == observed_force
+      output%measures = present(row_response)
+      output%max_peaks = peak_count
+      if (self%fit%observed /= observed_force) then
+         ! before the run the beam is as at its start
+         allocate (output%shape_times(size(time)))
+         shapes = 0
+         do i = 1, size(time)
+            associate (tau => min(max(time(i)/unit_of_time, 0.0_wp), last))
+               if (shapes > 0) then
+                  if (tau > output%shape_times(shapes)) shapes = shapes + 1
+               else
+                  shapes = 1
+               end if
+               output%shape_times(shapes) = tau
+            end associate
+            place(i) = shapes
+         end do
+         output%shape_times = output%shape_times(:shapes)
+      end if
+      self%runner%scene%output = output
+      call run_next(self%runner, values, response, analysed, error, self%sets, of_run)
+      if (allocated(error)) then
+         self%reason = error%message
+         return
+      end if
+      units = units_in(self%runner%scene)
+      if (self%fit%observed == observed_force) then
+         call interpolate(response%tau, response%history(force_stop)%values, time/unit_of_time, found)
+      else
+         associate (position => self%runner%beam%model%mesh%position)
+            node = ubound(response%shape_displacement, 1)
+            if (.not. is_of_tip(self%fit%observed)) node = lbound(response%shape_displacement, 1) - 1 + &
+               minloc(abs(position - self%runner%scene%stop%position), dim=1)
+         end associate
+         ! an instant at the end may fall behind it by rounding
+         place = min(place, size(response%shape_tau))
+         do i = 1, size(found)
+            if (is_velocity(self%fit%observed)) then
+               found(i) = response%shape_velocity(node, place(i))
+            else
+               found(i) = response%shape_displacement(node, place(i))
+            end if
+         end do
+      end if
+      if (units%are_of_scene) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
+      if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
+      if (present(row_response)) row_response = response
+   end subroutine raw_signal
+
+   !> Values between samples, on straight lines.
+   pure subroutine interpolate(tau, values, instants, found)
+      !> At equal distances
+      real(wp), intent(in) :: tau(:)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in) :: instants(:)
+      real(wp), intent(out) :: found(:)
+
+      real(wp) :: share
+      integer :: i, k
+
+      do i = 1, size(instants)
+         associate (step => tau(2) - tau(1))
+            k = min(max(1 + int(max(instants(i), 0.0_wp)/step), 1), size(tau) - 1)
+            share = min(max((instants(i) - tau(k))/(tau(k + 1) - tau(k)), 0.0_wp), 1.0_wp)
+         end associate
+         found(i) = (1.0_wp - share)*values(k) + share*values(k + 1)
+      end do
+   end subroutine interpolate
+
+end module fit_model

@@ -1,0 +1,213 @@
+!> What a fit found: its group of the results file, and its table on the console.
+module fit_results
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use fit_model, only: largest_name
+   use fit_statistics, only: certainty_t
+   use inference_settings, only: observed_names, quantity_observed
+   use kinds, only: wp
+   use number_text, only: rounded, to_text
+   use quantities, only: units_t
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: with_unit, unit_in
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   use sweep_plan, only: plan_t
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   implicit none (type, external)
+   private
+   public :: fit_t, write_fit, print_fit, significance
+
+   !> Residuals with a smaller probability are no noise.
+   real(wp), parameter :: significance = 0.01_wp
+
+   type :: fit_t
+      character(largest_name), allocatable :: names(:)
+      !> Units of the values; '1': none
+      character(largest_name), allocatable :: units(:)
+      real(wp), allocatable :: values(:)
+      real(wp), allocatable :: minimum(:)
+      real(wp), allocatable :: maximum(:)
+      type(certainty_t) :: certainty
+      !> Of the model with these values, as results have it
+      real(wp), allocatable :: model(:)
+      real(wp) :: whiteness = 0.0_wp
+      !> By which power of e small changes of the parameters grow in a unit of time; from the horizon on noise has grown
+      !> to the signal, huge: it does not
+      real(wp) :: growth_rate = 0.0_wp
+      real(wp) :: horizon = huge(1.0_wp)
+      !> What is left is no more than rounding
+      logical :: is_exact = .false.
+      !> Of each start: where it began and ended [values, starts], sum of squares, runs; NaN where it failed
+      real(wp), allocatable :: started(:, :)
+      real(wp), allocatable :: ended(:, :)
+      real(wp), allocatable :: sums(:)
+      real(wp), allocatable :: runs(:)
+      !> Starts that ended here
+      integer :: agreeing = 0
+   end type fit_t
+
+contains
+
+   !> The group of the results file.
+   subroutine write_fit(group, scene, plan, fit)
+      type(quantity_group_t), intent(in) :: group
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(fit_t), intent(in) :: fit
+
+      type(quantity_group_t) :: part
+      character(*), parameter :: along = 'parameter', own = "the parameter's"
+      character(:), allocatable :: unit
+      integer :: i, k, n
+
+      n = size(fit%values)
+      call group%attribute('data', scene%fit%data)
+      call group%attribute('of', trim(observed_names(scene%fit%observed)))
+      call group%attribute('condition', fit%certainty%condition)
+      call group%attribute('noise', fit%certainty%noise)
+      call group%attribute('freedom', [fit%certainty%freedom])
+      call group%attribute('whiteness', fit%whiteness)
+      call group%attribute('growth_rate', fit%growth_rate)
+      if (fit%horizon < huge(1.0_wp)) call group%attribute('horizon', fit%horizon)
+      call group%attribute('starts', [size(fit%sums)])
+      call group%attribute('agreeing_starts', [fit%agreeing])
+      call group%add(along, [(i, i=1, n)], '1', 'number of the parameter', is_scale=.true.)
+      call group%add('name', fit%names, 'none', 'parameter', along)
+      call group%add('unit', fit%units, 'none', 'its unit', along)
+      call group%add('estimate', fit%values, own, 'value with the least sum of squares', along=along)
+      call group%add('standard_error', fit%certainty%error, own, &
+         'standard error; nan: the signal does not depend on it', &
+         along=along)
+      call group%add('half_width', fit%certainty%half_width, own, 'half width of the 95 % interval; nan: the signal ' &
+         //'cannot tell it', along=along)
+      call group%add('least', fit%minimum, own, 'least value allowed', along=along)
+      call group%add('greatest', fit%maximum, own, 'greatest value allowed', along=along)
+      call group%add('is_told', merge(1, 0, fit%certainty%is_told), '1', '1: the signal tells it', along=along)
+      part = group%subgroup('joint')
+      call part%add('first', [(i, i=1, n)], '1', 'number of a parameter', is_scale=.true.)
+      call part%add('second', [(i, i=1, n)], '1', 'number of another', is_scale=.true.)
+      call part%add('covariance', fit%certainty%covariance, "product of the parameters'", 'covariance', &
+         [character(6) :: 'first', 'second'])
+      call part%add('correlation', fit%certainty%correlation, '1', 'correlation', [character(6) :: 'first', 'second'])
+      part = group%subgroup('signal')
+      unit = unit_in(units_in(scene), quantity_observed(scene%fit%observed))
+      if (unit == '') unit = '1'
+      call part%add('time', scene%fit%time, time_unit(units_in(scene)), 'time of the signal', is_scale=.true.)
+      call part%add('measured', scene%fit%value, unit, 'signal', along='time')
+      call part%add('model', fit%model, unit, 'signal of the model', along='time')
+      call part%add('residual', scene%fit%value - fit%model, unit, 'what the model leaves', along='time')
+      part = group%subgroup('starts')
+      call part%add('start', [(i, i=1, size(fit%sums))], '1', 'number of the start', is_scale=.true.)
+      do k = 1, n
+         if (k <= size(plan%axes)) call part%add('first_'//trim(fit%names(k)), [fit%started(k, :)], &
+            trim(fit%units(k)), &
+            'value at the start', along='start')
+         call part%add(trim(fit%names(k)), [fit%ended(k, :)], trim(fit%units(k)), 'value at the end', along='start')
+      end do
+      call part%add('sum_of_squares', fit%sums, '1', &
+         'sum of squared residuals over the square of the noise or, where ' &
+         //'it is not given, of the standard deviation of the signal', along='start')
+      call part%add('runs', nint_or_none(fit%runs), '1', 'runs that it took', along='start')
+   end subroutine write_fit
+
+   !> Whole numbers, 0 for none.
+   elemental integer function nint_or_none(number)
+      real(wp), intent(in) :: number
+
+      nint_or_none = 0
+      if (.not. ieee_is_nan(number)) nint_or_none = nint(number)
+   end function nint_or_none
+
+   !> The unit of time in results.
+   pure function time_unit(units) result(unit)
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: unit
+
+      unit = unit_in(units, 'time')
+      if (unit == '') unit = '1'
+   end function time_unit
+
+   !> The table of the console, and what is to be said of it.
+   subroutine print_fit(unit, scene, plan, fit)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(fit_t), intent(in) :: fit
+
+      type(table_t) :: table
+      type(units_t) :: units
+      character(:), allocatable :: own
+
+      units = units_in(scene)
+      own = unit_in(units, quantity_observed(scene%fit%observed))
+      write (unit, '(a)') scene%name//': '//scene%title
+      call print_line(unit, 'signal', trim(observed_names(scene%fit%observed))//' of '//scene%fit%data//', '// &
+         to_text(size(scene%fit%value))//' values from '//with_unit(scene%fit%time(1), unit_in(units, 'time')) &
+         //' to '//with_unit(scene%fit%time(size(scene%fit%time)), unit_in(units, 'time')))
+      call print_line(unit, 'starts', to_text(size(fit%sums))//', of which '//to_text(fit%agreeing)//' ended here'// &
+         trim(merge(', and        ', '             ', any(ieee_is_nan(fit%sums))))//failures(fit))
+      write (unit, '()')
+      call add_texts(table, 'parameter', fit%names)
+      call add_numbers(table, 'estimate', fit%values, six_digits)
+      call add_numbers(table, '95 % within', fit%certainty%half_width, with_exponent)
+      if (any(fit%units /= '1')) call add_texts(table, 'unit', fit%units)
+      call add_numbers(table, 'from', fit%minimum, six_digits)
+      call add_numbers(table, 'to', fit%maximum, six_digits)
+      call print_table(unit, table)
+      write (unit, '()')
+      call print_line(unit, 'residual', with_unit(fit%certainty%noise, own)//' RMS')
+      call print_line(unit, 'condition', rounded(fit%certainty%condition)//' of the Jacobian with columns of length 1')
+      call print_told(unit, plan, fit)
+      if (fit%horizon < scene%fit%time(size(scene%fit%time))) call print_line(unit, '', &
+         'small changes of the parameters ' &
+         //'grow e-fold in '//with_unit(1.0_wp/fit%growth_rate, unit_in(units, 'time'))//': after '// &
+         with_unit(fit%horizon, unit_in(units, 'time'))//' the noise has grown to the signal; fit it up to there (end)')
+      if (fit%is_exact) then
+         call print_line(unit, '', 'the model explains the signal to rounding errors')
+      else if (ieee_is_nan(fit%whiteness)) then
+         call print_line(unit, '', 'there are too few residuals to tell whether they are noise')
+      else if (fit%whiteness < significance) then
+         call print_line(unit, '', 'the residuals are no noise (probability '//rounded(fit%whiteness)//'): the model ' &
+            //'does not explain the signal, and the intervals do not hold')
+      else
+         call print_line(unit, '', 'the residuals look like noise (probability '//rounded(fit%whiteness)//')')
+      end if
+   end subroutine print_fit
+
+   !> How many starts failed, in words; empty: none.
+   pure function failures(fit) result(words)
+      type(fit_t), intent(in) :: fit
+      character(:), allocatable :: words
+
+      words = ''
+      if (any(ieee_is_nan(fit%sums))) words = ' '//to_text(count(ieee_is_nan(fit%sums)))//' failed'
+   end function failures
+
+   !> The parameters that the signal cannot tell.
+   subroutine print_told(unit, plan, fit)
+      integer, intent(in) :: unit
+      type(plan_t), intent(in) :: plan
+      type(fit_t), intent(in) :: fit
+
+      real(wp), parameter :: at_limit = 1.0e-6_wp
+      character(:), allocatable :: together
+      integer :: k
+
+      together = ''
+      do k = 1, size(fit%values)
+         if (.not. fit%certainty%matters(k)) then
+            call print_line(unit, '', 'the signal does not depend on '//trim(fit%names(k)))
+         else if (.not. fit%certainty%is_told(k) .and. .not. ieee_is_nan(fit%certainty%half_width(k))) then
+            call print_line(unit, '', 'the signal hardly depends on '//trim(fit%names(k))// &
+               ': its interval is wider than its range')
+         else if (.not. fit%certainty%is_told(k)) then
+            together = together//', '//trim(fit%names(k))
+         else if (k <= size(plan%axes) .and. min(fit%values(k) - fit%minimum(k), fit%maximum(k) - fit%values(k)) < &
+            at_limit*(fit%maximum(k) - fit%minimum(k))) then
+            call print_line(unit, '', trim(fit%names(k))//' is at its limit')
+         end if
+      end do
+      if (together /= '') call print_line(unit, '', 'the signal cannot tell these apart: '//together(3:))
+   end subroutine print_told
+
+end module fit_results

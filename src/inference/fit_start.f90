@@ -1,0 +1,126 @@
+!> A fit from one start, as a case of a plan: the parameters of the case in, the values found out.
+module fit_start
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use case_runs, only: runner_t
+   use fit_model, only: coordinates_of, fit_count, fit_model_t, start_model
+   use inference_settings, only: jumps
+   use kinds, only: wp
+   use least_squares, only: final_tolerance, minimise
+   use measure_list, only: measure_status, measure_table
+   use measure_rows, only: row_in_units
+   use motion_run, only: set_store_t
+   use response_types, only: response_t
+   use run_measures, only: row_of
+   use scene_units, only: units_in
+   use sweep_plan, only: make_plan, plan_t
+   implicit none (type, external)
+   private
+   public :: fit_from, extras_of_fit
+
+contains
+
+   !> Numbers that a fit leaves: the values found, the sum of squares over the square of the weight, the runs it took.
+   pure integer function extras_of_fit(values)
+      !> Number of values
+      integer, intent(in) :: values
+
+      extras_of_fit = values + 2
+   end function extras_of_fit
+
+   !> Fit from a start. The signal is taken by and by: its later part goes with the parameters more strongly, and has
+   !> many least sums of squares that are none of the first part. A signal that jumps at impacts has one for each
+   !> sample at which these may be, so it is summed up over time until all of it is taken.
+   subroutine fit_from(runner, values, row, reason, sets, extras)
+      type(runner_t), target, intent(inout) :: runner
+      !> The start, in the order of the axes
+      real(wp), intent(in) :: values(:)
+      !> Measures of the run with the values found
+      real(wp), intent(out) :: row(:)
+      !> Why there is none; unallocated: there is
+      character(:), allocatable, intent(out) :: reason
+      type(set_store_t), target, intent(inout) :: sets
+      !> As in `extras_of_fit`
+      real(wp), intent(out) :: extras(:)
+
+      real(wp), parameter :: shares(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
+      type(fit_model_t), allocatable :: model
+      type(plan_t) :: plan
+      type(response_t) :: response
+      real(wp), allocatable :: x(:), found(:), signal(:)
+      real(wp) :: sum_of_squares
+      integer :: all_evaluations, count, evaluations, i, n
+
+      row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
+      row(measure_status) = 1.0_wp
+      extras = ieee_value(1.0_wp, ieee_quiet_nan)
+      allocate (model)
+      call make_plan(runner%scene, plan)
+      call start_model(runner%scene, plan, runner, sets, model)
+      associate (all_values => size(model%fit%value))
+         n = fit_count(runner%scene, size(values))
+         allocate (found(n), x(n), signal(all_values))
+         call first_values(model, values, found)
+         x = coordinates_of(model, found)
+         all_evaluations = 0
+         sum_of_squares = huge(1.0_wp)
+         do i = 1, size(shares)
+            count = nint(shares(i)*real(all_values, wp))
+            if (count < max(2*n, 8)) cycle
+            if (all_evaluations >= model%fit%evaluations) exit
+            model%integrates = jumps(model%fit%observed) .and. i < size(shares)
+            if (.not. jumps(model%fit%observed) .and. i == size(shares)) exit
+            call minimise(model, count, merge(final_tolerance, 1.0e-4_wp, i == size(shares) .or. &
+               (.not. jumps(model%fit%observed) .and. count == all_values)), x, &
+               sum_of_squares, evaluations, model%fit%evaluations - all_evaluations)
+            all_evaluations = all_evaluations + evaluations
+            ! where it ended at a limit it may come back from there
+            if (i < size(shares)) x = coordinates_of(model, model%parameters_at(x))
+         end do
+      end associate
+      found = model%parameters_at(x)
+      call model%find_signal(found, signal, response)
+      if (allocated(model%reason)) then
+         reason = model%reason
+         return
+      end if
+      row = row_in_units(units_in(runner%scene), row_of(response%measures))
+      extras(:n) = found
+      extras(n + 1) = sum(((signal - model%fit%value)/model%weight)**2)
+      extras(n + 2) = real(all_evaluations, wp)
+   end subroutine fit_from
+
+   !> The values from which a fit starts: those of the case, and the zero and the scale that fit them best.
+   subroutine first_values(model, values, found)
+      type(fit_model_t), intent(inout) :: model
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(out) :: found(:)
+
+      real(wp) :: signal(size(model%fit%value)), mean, of_model, slope
+      integer :: k, n
+
+      found(:size(values)) = values
+      k = size(values)
+      if (model%fit%has_offset) found(k + 1) = 0.0_wp
+      if (model%fit%has_offset) k = k + 1
+      if (model%fit%has_scale) found(k + 1) = 1.0_wp
+      if (model%fit%time_shift > 0.0_wp) found(size(found)) = 0.0_wp
+      if (.not. (model%fit%has_offset .or. model%fit%has_scale)) return
+      call model%find_signal(found, signal)
+      if (allocated(model%reason)) return
+      n = size(signal)
+      mean = 0.0_wp
+      of_model = 0.0_wp
+      if (model%fit%has_offset) mean = sum(model%fit%value)/real(n, wp)
+      if (model%fit%has_offset) of_model = sum(signal)/real(n, wp)
+      slope = 1.0_wp
+      if (model%fit%has_scale) then
+         associate (square => sum((signal - of_model)**2))
+            if (square > 0.0_wp) slope = sum((signal - of_model)*(model%fit%value - mean))/square
+         end associate
+         if (abs(slope) < 1.0e-3_wp) slope = 1.0_wp
+         found(size(values) + merge(2, 1, model%fit%has_offset)) = min(max(slope, -99.0_wp), 99.0_wp)
+      end if
+      if (model%fit%has_offset) found(size(values) + 1) = mean - slope*of_model
+   end subroutine first_values
+
+end module fit_start

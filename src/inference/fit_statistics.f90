@@ -1,0 +1,200 @@
+!> How sure a fit is: covariance and 95 % intervals from the Jacobian at the least sum of squares, the parameters that
+!> the signal cannot tell, and whether what is left looks like noise.
+module fit_statistics
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use floating_point_traps, only: resume_traps, suspend_traps, traps_t
+   use kinds, only: wp
+   use lapack_interfaces, only: dgejsv
+   use student, only: student_quantile
+   implicit none (type, external)
+   private
+   public :: certainty_t, find_certainty, growth_rate, whiteness
+
+   !> What is known of the parameters of a fit.
+   type :: certainty_t
+      !> Does the signal tell a parameter? False: the signal does not depend on it, it goes together with others, or its
+      !> interval is wider than its range
+      logical, allocatable :: is_told(:)
+      !> Does the signal depend on it at all?
+      logical, allocatable :: matters(:)
+      !> Standard errors, half widths of the 95 % intervals; NaN where it is not told
+      real(wp), allocatable :: error(:)
+      real(wp), allocatable :: half_width(:)
+      !> NaN with a parameter on which the signal does not depend
+      real(wp), allocatable :: covariance(:, :)
+      real(wp), allocatable :: correlation(:, :)
+      !> Greatest over least singular value of the Jacobian whose columns have the length 1
+      real(wp) :: condition = 1.0_wp
+      !> Standard deviation of the noise, and the degrees of freedom of the residuals
+      real(wp) :: noise = 0.0_wp
+      integer :: freedom = 0
+   end type certainty_t
+
+   !> A signal that a parameter changes over its whole range by less than this share of itself does not depend on it.
+   real(wp), parameter :: smallest_share = 1.0e-8_wp
+   !> Beyond this condition some parameters go together within the errors of the derivatives.
+   real(wp), parameter :: largest_condition = 1.0e6_wp
+   !> Parts of the least certain direction that count.
+   real(wp), parameter :: smallest_part = 0.1_wp
+
+contains
+
+   !> Find all of it.
+   subroutine find_certainty(jacobian, ranges, spread, residual, noise, certainty)
+      !> Change of the signal with each parameter, [values, parameters]
+      real(wp), intent(in) :: jacobian(:, :)
+      !> Greatest less least value of each parameter
+      real(wp), intent(in) :: ranges(:)
+      !> Standard deviation of the signal
+      real(wp), intent(in) :: spread
+      !> Signal less model
+      real(wp), intent(in) :: residual(:)
+      !> Standard deviation of the noise; 0: that of the residuals
+      real(wp), intent(in) :: noise
+      type(certainty_t), intent(out) :: certainty
+
+      real(wp), allocatable :: scaled(:, :), singular(:), vectors(:, :)
+      real(wp) :: nan, norm(size(ranges)), t
+      integer, allocatable :: places(:)
+      integer :: i, j, k, n
+
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      n = size(ranges)
+      norm = [(norm2(jacobian(:, k)), k=1, n)]
+      allocate (certainty%matters(n), source=norm*ranges > smallest_share*spread*sqrt(real(size(residual), wp)))
+      allocate (certainty%is_told, source=certainty%matters)
+      allocate (certainty%error(n), certainty%half_width(n), certainty%covariance(n, n), certainty%correlation(n, n), &
+         source=nan)
+      places = pack([(k, k=1, n)], certainty%matters)
+      certainty%freedom = max(1, size(residual) - size(places))
+      certainty%noise = sqrt(sum(residual**2)/real(certainty%freedom, wp))
+      if (size(places) == 0) return
+      allocate (scaled(size(residual), size(places)))
+      do k = 1, size(places)
+         scaled(:, k) = jacobian(:, places(k))/norm(places(k))
+      end do
+      call find_singular(scaled, singular, vectors)
+      certainty%condition = singular(1)/max(singular(size(places)), tiny(1.0_wp))
+      if (certainty%condition > largest_condition) then
+         certainty%is_told(places) = abs(vectors(:, size(places))) < smallest_part
+      end if
+      do j = 1, size(places)
+         do i = 1, size(places)
+            certainty%covariance(places(i), places(j)) = merge(noise, certainty%noise, noise > 0.0_wp)**2 &
+               *sum(vectors(i, :)*vectors(j, :)/singular**2)/(norm(places(i))*norm(places(j)))
+         end do
+      end do
+      do k = 1, size(places)
+         certainty%error(places(k)) = sqrt(certainty%covariance(places(k), places(k)))
+      end do
+      do j = 1, size(places)
+         do i = 1, size(places)
+            associate (product => certainty%error(places(i))*certainty%error(places(j)))
+               certainty%correlation(places(i), places(j)) = merge(1.0_wp, 0.0_wp, i == j)
+               if (product > 0.0_wp .and. i /= j) certainty%correlation(places(i), places(j)) = &
+                  certainty%covariance(places(i), places(j))/product
+            end associate
+         end do
+      end do
+      t = student_quantile(0.95_wp, certainty%freedom)
+      if (noise > 0.0_wp) t = student_quantile(0.95_wp, 1000000)
+      certainty%half_width = merge(t*certainty%error, nan, certainty%is_told)
+      do k = 1, n
+         if (certainty%is_told(k)) certainty%is_told(k) = certainty%half_width(k) <= ranges(k)
+      end do
+   end subroutine find_certainty
+
+   !> How fast the signal parts from that of slightly different parameters: the slope of the logarithm of its change,
+   !> block by block. A chaotic motion grows by a factor in equal times; other changes grow no faster than time itself.
+   pure function growth_rate(time, jacobian) result(rate)
+      real(wp), intent(in) :: time(:)
+      !> Change of the signal with each parameter, [values, parameters]
+      real(wp), intent(in) :: jacobian(:, :)
+      !> Per unit of time; 0: too few values
+      real(wp) :: rate
+
+      integer, parameter :: blocks = 10
+      real(wp) :: change(blocks), middle(blocks), norm(size(jacobian, 2))
+      logical :: is_there(blocks)
+      integer :: b, first, k, last
+
+      rate = 0.0_wp
+      norm = [(norm2(jacobian(:, k)), k=1, size(norm))]
+      if (size(time) < 2*blocks) return
+      do b = 1, blocks
+         first = 1 + (b - 1)*size(time)/blocks
+         last = b*size(time)/blocks
+         middle(b) = 0.5_wp*(time(first) + time(last))
+         change(b) = 0.0_wp
+         do k = 1, size(norm)
+            if (norm(k) > 0.0_wp) change(b) = change(b) + sum((jacobian(first:last, k)/norm(k))**2)
+         end do
+      end do
+      is_there = change > 0.0_wp
+      if (count(is_there) < blocks/2) return
+      associate (t => pack(middle, is_there), growth => 0.5_wp*log(pack(change, is_there)))
+         associate (mean => sum(t)/real(size(t), wp))
+            rate = sum((t - mean)*growth)/sum((t - mean)**2)
+         end associate
+      end associate
+   end function growth_rate
+
+   !> Singular values, descending, and right singular vectors, a column each.
+   subroutine find_singular(matrix, singular, vectors)
+      !> More rows than columns
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), allocatable, intent(out) :: singular(:)
+      real(wp), allocatable, intent(out) :: vectors(:, :)
+
+      real(wp), allocatable :: copy(:, :), work(:)
+      integer, allocatable :: integer_work(:)
+      type(traps_t) :: traps
+      real(wp) :: left(1, 1)
+      integer :: columns, info, rows
+
+      rows = size(matrix, 1)
+      columns = size(matrix, 2)
+      allocate (copy, source=matrix)
+      allocate (singular(columns), vectors(columns, columns), integer_work(max(3, rows + 3*columns)), &
+         work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
+      call suspend_traps(traps)
+      call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, vectors, columns, work, &
+         size(work), integer_work, info)
+      call resume_traps(traps)
+      singular = max(singular*(work(1)/work(2)), tiny(1.0_wp)**0.25_wp)
+   end subroutine find_singular
+
+   !> The probability that residuals of noise which has no memory are as much like those before them as these (G. M.
+   !> Ljung and G. E. P. Box, Biometrika 65 (1978) 297): small where the model does not explain a signal.
+   pure function whiteness(residual) result(probability)
+      real(wp), intent(in) :: residual(:)
+      !> NaN: too few residuals, or all vanish
+      real(wp) :: probability
+
+      integer, parameter :: most_lags = 20
+      real(wp) :: centred(size(residual)), sum_of_squares, statistic, term
+      integer :: k, lags, n
+
+      n = size(residual)
+      ! an even number, for which the probability is a finite sum
+      lags = min(most_lags, 2*(n/10))
+      probability = ieee_value(1.0_wp, ieee_quiet_nan)
+      centred = residual - sum(residual)/real(n, wp)
+      sum_of_squares = sum(centred**2)
+      if (lags < 2 .or. sum_of_squares <= 0.0_wp) return
+      statistic = 0.0_wp
+      do k = 1, lags
+         statistic = statistic + (sum(centred(1 + k:)*centred(:n - k))/sum_of_squares)**2/real(n - k, wp)
+      end do
+      statistic = 0.5_wp*statistic*real(n, wp)*real(n + 2, wp)
+      ! chi squared with an even number of degrees of freedom exceeds twice this
+      term = 1.0_wp
+      probability = 1.0_wp
+      do k = 1, lags/2 - 1
+         term = term*statistic/real(k, wp)
+         probability = probability + term
+      end do
+      probability = probability*exp(-min(statistic, 700.0_wp))
+   end function whiteness
+
+end module fit_statistics

@@ -1,0 +1,305 @@
+!> A fit of parameters to a measured signal: from the scene to its file and table. Its starts are the cases of a sweep.
+module fit_study
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use case_runs, only: runner_t
+   use checksums, only: checksum
+   use failures, only: fail, failure_t, status_run_failed
+   use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, largest_name, &
+      start_model
+   use fit_results, only: fit_t, print_fit, write_fit
+   use fit_start, only: extras_of_fit, fit_from
+   use fit_statistics, only: find_certainty, growth_rate, whiteness
+   use inference_settings, only: jumps, quantity_observed
+   use kinds, only: wp
+   use least_squares, only: final_tolerance, minimise
+   use motion_run, only: set_store_t
+   use number_text, only: to_text
+   use quantities, only: units_t
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: scene_unit_of, unit_in
+   use results_file, only: begin_results, finish_results
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   use study_job, only: job_t
+   use sweep_chunks, only: remove_chunk_folder, chunk_rows_t, read_chunk
+   use sweep_plan, only: make_plan, plan_t
+   use sweep_ranks, only: is_first_rank
+   use sweep_run, only: start_plan
+   use sweep_search, only: update_search, next_poll, search_state_t, start_search
+   use sweep_study, only: plan_run_t, run_plan, threads_for
+   implicit none (type, external)
+   private
+   public :: run_fit, plan_starts, conclude
+
+contains
+
+   !> Fit, write the file, print the table.
+   subroutine run_fit(scene, job, error)
+      !> It has &fit
+      type(scene_t), intent(in) :: scene
+      type(job_t), intent(in) :: job
+      !> Why there are no results
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(plan_t) :: plan
+      type(plan_run_t) :: run
+      type(fit_t) :: fit
+      type(quantity_group_t) :: root
+      character(:), allocatable :: reason
+
+      call plan_starts(scene, plan)
+      call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
+      if (allocated(error) .or. .not. is_first_rank()) return
+      call collect_starts(run, plan, fit, reason, error)
+      if (allocated(error)) return
+      if (all(ieee_is_nan(fit%sums))) then
+         call remove_chunk_folder(run%path)
+         call fail(error, status_run_failed, 'no start of the fit has a run: '//reason)
+         return
+      end if
+      call conclude(scene, plan, fit)
+      call begin_results(root, 200000_c_size_t, scene)
+      call write_fit(root%subgroup('fit'), scene, plan, fit)
+      call finish_results(root, job%folder, scene, error)
+      if (allocated(error)) return
+      call remove_chunk_folder(run%path)
+      if (.not. job%quiet) call print_fit(job%unit, scene, plan, fit)
+   end subroutine run_fit
+
+   !> The starts: each reaches the disk by itself.
+   subroutine plan_starts(scene, plan)
+      !> It has &fit
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(out) :: plan
+
+      character(kind=c_char), allocatable :: bytes(:)
+      integer :: room
+
+      call make_plan(scene, plan)
+      plan%chunk_cases = 1
+      plan%chunks = plan%cases
+      plan%extras = extras_of_fit(fit_count(scene, size(plan%axes)))
+      plan%run => fit_from
+      associate (signal => [scene%fit%time, scene%fit%value])
+         room = size(signal)*storage_size(1.0_wp)/8
+         allocate (bytes(room))
+         bytes(:) = transfer(signal, bytes)
+      end associate
+      plan%remark = 'signal, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
+   end subroutine plan_starts
+
+   !> What all starts came to.
+   subroutine collect_starts(run, plan, fit, reason, error)
+      type(plan_run_t), intent(in) :: run
+      type(plan_t), intent(in) :: plan
+      type(fit_t), intent(inout) :: fit
+      !> Of the first that failed
+      character(:), allocatable, intent(out) :: reason
+      !> Set when a part cannot be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(chunk_rows_t) :: part
+      logical :: is_good
+      integer :: i, n
+
+      n = plan%extras - extras_of_fit(0)
+      allocate (fit%started(size(plan%axes), plan%cases), fit%ended(n, plan%cases), fit%sums(plan%cases), &
+         fit%runs(plan%cases))
+      reason = ''
+      do i = 1, plan%chunks
+         call read_chunk(run%path, plan, run%text, i, part, is_good)
+         if (.not. is_good) then
+            call fail(error, status_run_failed, "'"//run%path//"' was spoilt since it was written; give the same " &
+               //'command again')
+            return
+         end if
+         fit%started(:, i) = part%values(:, 1)
+         fit%ended(:, i) = part%extras(:n, 1)
+         fit%sums(i) = part%extras(n + 1, 1)
+         fit%runs(i) = part%extras(n + 2, 1)
+         if (reason == '' .and. size(part%failed) > 0) reason = trim(part%reasons(1))
+      end do
+   end subroutine collect_starts
+
+   !> From the best of all starts to values with errors.
+   subroutine conclude(scene, plan, fit)
+      !> It has &fit
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      !> Its starts in; all else out
+      type(fit_t), intent(inout) :: fit
+
+      !> A rest of this share of the signal is rounding
+      real(wp), parameter :: smallest_rest = 1.0e-8_wp
+      integer, parameter :: passes = 3
+      !> Powers of e by which changes that grow with time alone do not grow over a signal
+      real(wp), parameter :: chaotic = 5.0_wp
+      type(runner_t), allocatable, target :: runner
+      type(set_store_t), target :: sets
+      type(fit_model_t), allocatable :: model
+      real(wp), allocatable :: jacobian(:, :), x(:)
+      real(wp), allocatable :: step(:)
+      real(wp) :: noise, sum_of_squares
+      integer :: best, evaluations, i, k
+
+      allocate (runner, model)
+      call start_plan(scene, plan, runner)
+      call start_model(scene, plan, runner, sets, model)
+      best = minloc(fit%sums, dim=1, mask=.not. ieee_is_nan(fit%sums))
+      ! once more with new steps
+      x = coordinates_of(model, fit%ended(:, best))
+      call minimise(model, size(scene%fit%value), final_tolerance, x, sum_of_squares, evaluations, &
+         scene%fit%evaluations)
+      allocate (fit%values, source=fit%ended(:, best))
+      if (sum_of_squares < fit%sums(best)) fit%values = model%parameters_at(x)
+      fit%sums(best) = min(fit%sums(best), sum_of_squares)
+      allocate (fit%names, source=fit_names(scene, plan))
+      allocate (fit%units(size(fit%names)))
+      call name_units(scene, plan, fit%units)
+      allocate (fit%minimum, source=model%minimum)
+      allocate (fit%maximum, source=model%maximum)
+      allocate (fit%model(size(scene%fit%value)), step(size(fit%values)))
+      if (jumps(scene%fit%observed)) call search_nearby(model, fit%values, fit%sums(best))
+      fit%ended(:, best) = fit%values
+      call model%find_signal(fit%values, fit%model)
+      step = 0.0_wp
+      do i = 1, passes
+         call find_jacobian(model, fit%values, fit%model, step, jacobian)
+         ! derivatives over what noise leaves unknown of a parameter by itself: events that come and go with smaller
+         ! changes do not matter then
+         noise = norm2(scene%fit%value - fit%model)/sqrt(real(size(fit%model), wp))
+         do k = 1, size(step)
+            step(k) = noise/max(norm2(jacobian(:, k)), tiny(1.0_wp))
+         end do
+      end do
+      call find_certainty(jacobian, fit%maximum - fit%minimum, model%spread, scene%fit%value - fit%model, &
+         scene%fit%noise, &
+         fit%certainty)
+      fit%is_exact = fit%certainty%noise < smallest_rest*model%spread
+      fit%growth_rate = growth_rate(scene%fit%time, jacobian)
+      noise = max(fit%certainty%noise, smallest_rest*model%spread)
+      associate (time => scene%fit%time)
+         if (fit%growth_rate*(time(size(time)) - time(1)) > chaotic) fit%horizon = time(1) + &
+            log(max(model%spread/noise, 1.0_wp))/fit%growth_rate
+      end associate
+      fit%whiteness = whiteness(scene%fit%value - fit%model)
+      fit%agreeing = agreeing_starts(model, fit)
+   end subroutine conclude
+
+   !> Beside the least sum of squares of a signal that jumps there are others, one for each sample at which an impact
+   !> may be: search among them without derivatives, and go down again from the best.
+   subroutine search_nearby(model, values, minimum)
+      type(fit_model_t), intent(inout) :: model
+      !> Of the least sum so far in; of the least out
+      real(wp), intent(inout) :: values(:)
+      !> That sum
+      real(wp), intent(inout) :: minimum
+
+      !> In coordinates, of which one goes through its range from -pi/2 to pi/2
+      real(wp), parameter :: box = 0.04_wp, precision = 1.0e-5_wp
+      integer, parameter :: rounds = 2, max_points = 600
+      type(search_state_t) :: state
+      real(wp), allocatable :: points(:, :), residual(:), sums(:)
+      real(wp) :: centre(size(values)), x(size(values)), sum_of_squares
+      integer :: evaluations, i, k
+
+      allocate (residual(size(model%fit%value)))
+      do i = 1, rounds
+         centre = coordinates_of(model, values)
+         call start_search(spread(0.5_wp, 1, size(values)), minimum, 0.125_wp, precision, max_points, i, state)
+         do while (.not. state%is_over)
+            call next_poll(state, points)
+            allocate (sums(size(points, 2)))
+            do k = 1, size(sums)
+               call model%evaluate(centre + box*(points(:, k) - 0.5_wp), residual)
+               sums(k) = sum(residual**2)
+            end do
+            call update_search(state, points, sums)
+            deallocate (sums)
+         end do
+         x = centre + box*(state%best - 0.5_wp)
+         call minimise(model, size(residual), final_tolerance, x, sum_of_squares, evaluations, model%fit%evaluations)
+         if (sum_of_squares >= minimum) cycle
+         minimum = sum_of_squares
+         values = model%parameters_at(x)
+      end do
+   end subroutine search_nearby
+
+   !> Units of all values.
+   subroutine name_units(scene, plan, names)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      character(largest_name), intent(out) :: names(:)
+
+      type(units_t) :: units
+      integer :: k
+
+      units = units_in(scene)
+      names = '1'
+      do k = 1, size(plan%axes)
+         if (plan%axes(k)%parameter%quantity /= '') names(k) = scene_unit_of(units, plan%axes(k)%parameter%quantity)
+      end do
+      k = size(plan%axes)
+      if (scene%fit%has_offset) then
+         k = k + 1
+         names(k) = unit_in(units, quantity_observed(scene%fit%observed))
+      end if
+      if (scene%fit%time_shift > 0.0_wp) names(size(names)) = unit_in(units, 'time')
+      where (names == '') names = '1'
+   end subroutine name_units
+
+   !> Change of the signal with each value, by central differences, at a limit by those of one side.
+   subroutine find_jacobian(model, values, signal, step, jacobian)
+      type(fit_model_t), intent(inout) :: model
+      real(wp), intent(in) :: values(:)
+      !> With these values
+      real(wp), intent(in) :: signal(:)
+      !> Of each value, made neither too small nor too large
+      real(wp), intent(in) :: step(:)
+      !> [values of the signal, values]
+      real(wp), allocatable, intent(out) :: jacobian(:, :)
+
+      real(wp), parameter :: smallest_step = 1.0e-5_wp, largest_step = 0.01_wp
+      real(wp) :: above(size(signal)), below(size(signal)), moved(size(values)), lower, upper
+      integer :: k
+
+      allocate (jacobian(size(signal), size(values)))
+      do k = 1, size(values)
+         associate (h => min(max(step(k), smallest_step*max(abs(values(k)), 1.0e-3_wp*(model%maximum(k) - &
+            model%minimum(k)))), largest_step*(model%maximum(k) - model%minimum(k))))
+            upper = min(values(k) + h, model%maximum(k))
+            lower = max(values(k) - h, model%minimum(k))
+         end associate
+         moved = values
+         moved(k) = upper
+         call model%find_signal(moved, above)
+         if (allocated(model%reason)) above = signal
+         if (allocated(model%reason)) upper = values(k)
+         moved(k) = lower
+         call model%find_signal(moved, below)
+         if (allocated(model%reason)) below = signal
+         if (allocated(model%reason)) lower = values(k)
+         jacobian(:, k) = 0.0_wp
+         if (upper > lower) jacobian(:, k) = (above - below)/(upper - lower)
+      end do
+   end subroutine find_jacobian
+
+   !> Starts that ended at the best one, in all that the signal tells.
+   pure integer function agreeing_starts(model, fit)
+      type(fit_model_t), intent(in) :: model
+      type(fit_t), intent(in) :: fit
+
+      !> In coordinates, of which one goes through its range from -pi/2 to pi/2
+      real(wp), parameter :: nearby = 0.02_wp
+      integer :: i
+
+      agreeing_starts = 0
+      do i = 1, size(fit%sums)
+         if (ieee_is_nan(fit%sums(i))) cycle
+         if (all(.not. fit%certainty%is_told .or. abs(coordinates_of(model, fit%ended(:, i)) - &
+            coordinates_of(model, fit%values)) < nearby)) agreeing_starts = agreeing_starts + 1
+      end do
+   end function agreeing_starts
+
+end module fit_study

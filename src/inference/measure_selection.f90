@@ -1,0 +1,29 @@
+!> Which measures of a run are asked about.
+module measure_selection
+   use measure_list, only: measure_count, measure_table
+   use scene_types, only: scene_t
+   implicit none (type, external)
+   private
+   public :: chosen_measures
+
+contains
+
+   !> The measures that are asked about: those given, or all of the scene that are no counts.
+   pure function chosen_measures(scene, given) result(measures)
+      type(scene_t), intent(in) :: scene
+      !> Unallocated: none is given
+      integer, allocatable, intent(in) :: given(:)
+      integer, allocatable :: measures(:)
+
+      integer :: i
+
+      if (allocated(given)) then
+         allocate (measures, source=given)
+      else
+         measures = pack([(i, i=1, measure_count)], .not. measure_table%is_whole .and. &
+            scene%has_group(measure_table%group) .and. (measure_table%run_name /= '' .or. measure_table%group /= '' &
+            .or. measure_table%name(:5) == 'peak_'))
+      end if
+   end function chosen_measures
+
+end module measure_selection

@@ -1,0 +1,104 @@
+!> Mean, standard deviation, quantiles and histogram of a sample, each with its error.
+module sample_statistics
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use sorting, only: ascending_order
+   implicit none (type, external)
+   private
+   public :: sample_t, describe
+
+   !> What is known of a sample. Errors are half widths of 95 % intervals, those of a sample of numbers that do not
+   !> depend on each other; in a Latin hypercube they are no greater in all but rare cases.
+   type :: sample_t
+      !> Values that are there; the others are NaN
+      integer :: count = 0
+      real(wp) :: mean = 0.0_wp
+      real(wp) :: mean_error = 0.0_wp
+      real(wp) :: deviation = 0.0_wp
+      real(wp) :: deviation_error = 0.0_wp
+      !> Of each probability
+      real(wp), allocatable :: quantile(:)
+      real(wp), allocatable :: quantile_error(:)
+      !> Upper ends of classes of equal width from the least value on, and how many values are in each
+      real(wp) :: minimum = 0.0_wp
+      real(wp), allocatable :: class(:)
+      integer, allocatable :: in_class(:)
+   end type sample_t
+
+   !> Standard deviations of a half width.
+   real(wp), parameter :: half_width = 1.959963984540054_wp
+
+contains
+
+   !> Describe a sample.
+   subroutine describe(values, probabilities, classes, sample)
+      !> NaN: not there
+      real(wp), intent(in) :: values(:)
+      !> Of the quantiles
+      real(wp), intent(in) :: probabilities(:)
+      !> Of the histogram
+      integer, intent(in) :: classes
+      type(sample_t), intent(out) :: sample
+
+      real(wp), allocatable :: sorted(:)
+      real(wp) :: fourth, n, nan, width
+      integer :: i, k
+
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      allocate (sorted(count(.not. ieee_is_nan(values))))
+      sorted(:) = pack(values, .not. ieee_is_nan(values))
+      sample%count = size(sorted)
+      allocate (sample%quantile(size(probabilities)), sample%quantile_error(size(probabilities)), &
+         sample%class(classes), &
+         source=nan)
+      allocate (sample%in_class(classes), source=0)
+      sample%mean = nan
+      sample%mean_error = nan
+      sample%deviation = nan
+      sample%deviation_error = nan
+      if (sample%count < 2) return
+      sorted(:) = sorted(ascending_order(sorted))
+      n = real(sample%count, wp)
+      sample%mean = sum(sorted)/n
+      sample%deviation = sqrt(sum((sorted - sample%mean)**2)/(n - 1.0_wp))
+      fourth = sum((sorted - sample%mean)**4)/n
+      sample%mean_error = half_width*sample%deviation/sqrt(n)
+      sample%deviation_error = 0.0_wp
+      if (sample%deviation > 0.0_wp) sample%deviation_error = half_width* &
+         sqrt(max(fourth - sample%deviation**4, 0.0_wp)/n)/(2.0_wp*sample%deviation)
+      do k = 1, size(probabilities)
+         associate (p => probabilities(k))
+            sample%quantile(k) = at_share(sorted, p)
+            associate (spread => half_width*sqrt(p*(1.0_wp - p)/n))
+               sample%quantile_error(k) = 0.5_wp*(at_share(sorted, p + spread) - at_share(sorted, p - spread))
+            end associate
+         end associate
+      end do
+      sample%minimum = sorted(1)
+      width = (sorted(sample%count) - sorted(1))/real(classes, wp)
+      sample%class = [(sorted(1) + real(k, wp)*width, k=1, classes)]
+      sample%class(classes) = sorted(sample%count)
+      k = 1
+      do i = 1, sample%count
+         do while (k < classes .and. sorted(i) > sample%class(k))
+            k = k + 1
+         end do
+         sample%in_class(k) = sample%in_class(k) + 1
+      end do
+   end subroutine describe
+
+   !> The value below which a share of a sorted sample is, on straight lines between the values.
+   pure function at_share(sorted, share) result(value)
+      real(wp), intent(in) :: sorted(:)
+      real(wp), intent(in) :: share
+      real(wp) :: value
+
+      real(wp) :: place
+      integer :: k
+
+      place = min(max(share*real(size(sorted), wp) + 0.5_wp, 1.0_wp), real(size(sorted), wp))
+      k = min(int(place), size(sorted) - 1)
+      value = sorted(k) + (place - real(k, wp))*(sorted(k + 1) - sorted(k))
+   end function at_share
+
+end module sample_statistics

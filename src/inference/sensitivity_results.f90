@@ -1,0 +1,207 @@
+!> Derivatives of measures with respect to parameters: what was found, its group of the results file and its tables on
+!> the console.
+module sensitivity_results
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use difference_derivatives, only: derivative_exists, derivative_differs, derivative_states, derivative_t, &
+      derivative_unknown
+   use kinds, only: wp
+   use measure_list, only: measure_table
+   use quantities, only: name_in, units_t
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: with_unit, scene_unit_of, unit_in
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   implicit none (type, external)
+   private
+   public :: sensitivity_t, write_sensitivity, print_sensitivity
+
+   integer, parameter :: text_room = 60
+
+   !> A derivative for each pair of a measure and a parameter; those of one measure follow each other.
+   type :: sensitivity_t
+      !> Places in the table of measures, and their values at the scene's parameters, in units of results
+      integer, allocatable :: measures(:)
+      real(wp), allocatable :: measured(:)
+      !> [parameters, measures]
+      type(derivative_t), allocatable :: derivative(:, :)
+      !> Impacts of a case with a parameter at the smallest step above its value, less those below it, [parameters]
+      integer, allocatable :: impacts_change(:)
+   end type sensitivity_t
+
+contains
+
+   !> The group of the results file: a row for each pair, so that each dataset is a column of a table.
+   subroutine write_sensitivity(group, scene, sensitivity)
+      type(quantity_group_t), intent(in) :: group
+      type(scene_t), intent(in) :: scene
+      type(sensitivity_t), intent(in) :: sensitivity
+
+      character(*), parameter :: along = 'pair', unit = "the measure's over the parameter's", none = '1'
+      character(text_room), allocatable :: texts(:)
+      type(derivative_t), allocatable :: derivative(:)
+      integer, allocatable :: parameter(:), measure(:)
+      integer :: i, parameters, pairs
+
+      associate (settings => scene%sensitivity, measures => sensitivity%measures)
+         parameters = size(settings%parameters)
+         pairs = size(sensitivity%derivative)
+         allocate (derivative(pairs), texts(pairs))
+         derivative(:) = reshape(sensitivity%derivative, [pairs])
+         allocate (parameter, source=[(modulo(i - 1, parameters) + 1, i=1, pairs)])
+         allocate (measure, source=[((i - 1)/parameters + 1, i=1, pairs)])
+         call group%add(along, [(i, i=1, pairs)], none, 'pair of a measure and a parameter', is_scale=.true.)
+         texts(:) = [(named(group, measures(measure(i))), i=1, pairs)]
+         call group%add('measure', texts, 'none', 'measure of the run', along)
+         texts(:) = [(text_of(settings%parameters(parameter(i))%name), i=1, pairs)]
+         call group%add('parameter', texts, 'none', 'parameter of the scene', along)
+         texts(:) = [(unit_of_pair(units_in(scene), measures(measure(i)), &
+            settings%parameters(parameter(i))%quantity), i=1, pairs)]
+         call group%add('unit', texts, 'none', 'unit of the derivative', along)
+         call group%add('parameter_value', settings%values(parameter), "the parameter's", 'value of the parameter', &
+            along=along)
+         call group%add('measure_value', sensitivity%measured(measure), "the measure's", 'value of the measure', &
+            along=along)
+         call group%add('derivative', derivative%value, unit, 'derivative of the measure with respect to the ' &
+            //'parameter; nan: there is none', along=along)
+         call group%add('error', derivative%error, unit, 'estimate of its error', along=along)
+         call group%add('elasticity', elasticities(derivative, settings%values(parameter), &
+            sensitivity%measured(measure)), none, 'percent of the measure for a percent of the parameter', along=along)
+         call group%add('from_above', derivative%above, unit, 'derivative for greater values of the parameter', &
+            along=along)
+         call group%add('from_above_error', derivative%above_error, unit, 'estimate of its error', along=along)
+         call group%add('from_below', derivative%below, unit, 'derivative for smaller values of the parameter', &
+            along=along)
+         call group%add('from_below_error', derivative%below_error, unit, 'estimate of its error', along=along)
+         texts(:) = [(text_of(derivative_states(derivative(i)%state)), i=1, pairs)]
+         call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the parameter is at ' &
+            //'its limit; none: the sides differ; unknown: the measure is not there', along)
+         call group%add('impacts_change', sensitivity%impacts_change(parameter), none, &
+            'impacts with the parameter at the smallest step above its value, less those below it', along=along)
+      end associate
+   end subroutine write_sensitivity
+
+   !> A text of one length, for lists.
+   pure function text_of(words) result(text)
+      character(*), intent(in) :: words
+      character(text_room) :: text
+
+      text = words
+   end function text_of
+
+   !> The name of a measure as results have it.
+   pure function named(group, measure) result(name)
+      type(quantity_group_t), intent(in) :: group
+      !> Its place in the table of measures
+      integer, intent(in) :: measure
+      character(text_room) :: name
+
+      name = group%named(measure_table(measure)%name)
+   end function named
+
+   !> The unit of a derivative.
+   pure function unit_of_pair(units, measure, quantity) result(unit)
+      type(units_t), intent(in) :: units
+      !> Place in the table of measures
+      integer, intent(in) :: measure
+      !> Of the parameter; empty: a number
+      character(*), intent(in) :: quantity
+      character(text_room) :: unit
+
+      character(:), allocatable :: own
+
+      unit = unit_in(units, measure_table(measure)%quantity)
+      if (unit == '') unit = '1'
+      own = scene_unit_of(units, quantity)
+      if (scan(own, '/ ') > 0) own = '('//own//')'
+      if (own /= '') unit = trim(unit)//'/'//own
+   end function unit_of_pair
+
+   !> Percent of a value for a percent of a parameter.
+   elemental function elasticities(derivative, parameter, value) result(elasticity)
+      type(derivative_t), intent(in) :: derivative
+      real(wp), intent(in) :: parameter
+      real(wp), intent(in) :: value
+      real(wp) :: elasticity
+
+      elasticity = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (abs(value) > 0.0_wp) elasticity = derivative%value*parameter/value
+   end function elasticities
+
+   !> The tables of the console.
+   subroutine print_sensitivity(unit, scene, sensitivity)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      type(sensitivity_t), intent(in) :: sensitivity
+
+      type(table_t) :: table
+      character(text_room), allocatable :: texts(:)
+      character(:), allocatable :: name
+      type(units_t) :: units
+      integer :: i, k
+
+      units = units_in(scene)
+      write (unit, '(a)') scene%name//': '//scene%title
+      allocate (texts(size(scene%sensitivity%parameters)))
+      associate (settings => scene%sensitivity, measures => sensitivity%measures)
+         do k = 1, size(settings%parameters)
+            call print_line(unit, trim(settings%parameters(k)%name), &
+               with_unit(settings%values(k), scene_unit_of(units, settings%parameters(k)%quantity)))
+         end do
+         do i = 1, size(measures)
+            name = name_in(units, measure_table(measures(i))%name)
+            associate (derivative => sensitivity%derivative(:, i))
+               if (all(derivative%state == derivative_unknown)) then
+                  write (unit, '(/, 2x, a)') name//': no run has one'
+                  cycle
+               end if
+               write (unit, '(/, 2x, a)') name//' = ' &
+                  //with_unit(sensitivity%measured(i), unit_in(units, measure_table(measures(i))%quantity))
+               if (allocated(table%columns)) deallocate (table%columns)
+               texts(:) = [(text_of(settings%parameters(k)%name), k=1, size(derivative))]
+               call add_texts(table, 'parameter', texts)
+               texts(:) = [(unit_of_pair(units, measures(i), settings%parameters(k)%quantity), k=1, size(derivative))]
+               call add_numbers(table, 'derivative', derivative%value, six_digits)
+               call add_numbers(table, 'its error', derivative%error, with_exponent)
+               if (any(texts /= '1')) call add_texts(table, 'unit', texts)
+               call add_numbers(table, 'percent a percent', elasticities(derivative, settings%values, &
+                  sensitivity%measured(i)), six_digits)
+               call print_table(unit, table)
+               call print_one_sided(unit, scene, sensitivity, i)
+            end associate
+         end do
+      end associate
+   end subroutine print_sensitivity
+
+   !> What is to be said of derivatives that are not those of both sides.
+   subroutine print_one_sided(unit, scene, sensitivity, which)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      type(sensitivity_t), intent(in) :: sensitivity
+      !> Of the measures
+      integer, intent(in) :: which
+
+      character(:), allocatable :: words
+      integer :: k
+
+      do k = 1, size(sensitivity%derivative, 1)
+         associate (derivative => sensitivity%derivative(k, which), parameter => scene%sensitivity%parameters(k))
+            select case (derivative%state)
+            case (derivative_exists)
+               cycle
+            case (derivative_differs)
+               words = 'no derivative: '//with_unit(derivative%above, '')//' from above and '// &
+                  with_unit(derivative%below, '')//' from below'
+               if (sensitivity%impacts_change(k) /= 0) words = words//', where impacts come or go'
+            case (derivative_unknown)
+               words = 'no derivative: the measure is not there beside this value'
+            case default
+               words = 'derivative '//trim(derivative_states(derivative%state)) &
+                  //' alone, as the parameter is at its limit'
+            end select
+            call print_line(unit, trim(parameter%name), words)
+         end associate
+      end do
+   end subroutine print_one_sided
+
+end module sensitivity_results

@@ -1,0 +1,205 @@
+!> How measures of a run change with parameters: exact runs at steps to either side of each, as cases of a plan, from
+!> which derivatives follow.
+module sensitivity_study
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use, intrinsic :: iso_c_binding, only: c_size_t
+   use difference_derivatives, only: differentiate
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use measure_list, only: measure_count, measure_named, measure_status
+   use measure_selection, only: chosen_measures
+   use quantities, only: quantity_named, units_t
+   use quantity_groups, only: quantity_group_t
+   use results_file, only: begin_results, finish_results
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   use sensitivity_results, only: print_sensitivity, sensitivity_t, write_sensitivity
+   use study_job, only: job_t
+   use sweep_chunks, only: remove_chunk_folder, chunk_rows_t, read_chunk
+   use sweep_plan, only: first_of_chunk, plan_t
+   use sweep_ranks, only: is_first_rank
+   use sweep_study, only: plan_run_t, run_plan, threads_for
+   implicit none (type, external)
+   private
+   public :: run_sensitivity, plan_steps, find_sensitivity
+
+contains
+
+   !> Run the cases, write the file, print the tables.
+   subroutine run_sensitivity(scene, job, error)
+      !> It has &sensitivity
+      type(scene_t), intent(in) :: scene
+      type(job_t), intent(in) :: job
+      !> Why there are no results
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(plan_t) :: plan
+      type(plan_run_t) :: run
+      type(sensitivity_t) :: sensitivity
+      type(quantity_group_t) :: root
+      real(wp), allocatable :: rows(:, :)
+      character(:), allocatable :: reason
+
+      call plan_steps(scene, plan)
+      call run_plan(scene, plan, job, threads_for(job%threads, real(plan%chunks, wp)), run, error)
+      if (allocated(error) .or. .not. is_first_rank()) return
+      allocate (rows(measure_count, plan%cases))
+      call collect_rows(run, plan, rows, reason, error)
+      if (allocated(error)) return
+      if (rows(measure_status, 1) > 0.0_wp) then
+         call remove_chunk_folder(run%path)
+         call fail(error, status_run_failed, reason)
+         return
+      end if
+      call find_sensitivity(scene, rows, sensitivity)
+      call begin_results(root, 100000_c_size_t, scene)
+      call write_sensitivity(root%subgroup('sensitivity'), scene, sensitivity)
+      call finish_results(root, job%folder, scene, error)
+      if (allocated(error)) return
+      call remove_chunk_folder(run%path)
+      if (.not. job%quiet) call print_sensitivity(job%unit, scene, sensitivity)
+   end subroutine run_sensitivity
+
+   !> The cases: the scene itself, then for each parameter and step one above and one below its value.
+   subroutine plan_steps(scene, plan)
+      !> It has &sensitivity
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(out) :: plan
+
+      integer, parameter :: cases_together = 8
+      real(wp) :: step(size(scene%sensitivity%parameters))
+      integer :: case, i, k, side
+
+      associate (settings => scene%sensitivity)
+         plan%cases = 1 + 2*settings%steps*size(settings%parameters)
+         plan%chunk_cases = cases_together
+         plan%chunks = (plan%cases - 1)/cases_together + 1
+         step = first_steps(scene)
+         allocate (plan%axes(size(settings%parameters)))
+         do k = 1, size(plan%axes)
+            plan%axes(k)%parameter = settings%parameters(k)
+            allocate (plan%axes(k)%values(plan%cases), source=settings%values(k))
+         end do
+         case = 1
+         do k = 1, size(plan%axes)
+            do i = 1, settings%steps
+               do side = 1, 2
+                  case = case + 1
+                  associate (value => settings%values(k) + merge(1.0_wp, -1.0_wp, side == 1)*scale(step(k), 1 - i))
+                     ! a case beyond a limit is run as the scene itself, and not counted
+                     if (value >= settings%minimum(k) .and. &
+                        value <= settings%maximum(k)) plan%axes(k)%values(case) = value
+                  end associate
+               end do
+            end do
+            plan%axes(k)%minimum = minval(plan%axes(k)%values)
+            plan%axes(k)%maximum = maxval(plan%axes(k)%values)
+         end do
+      end associate
+   end subroutine plan_steps
+
+   !> The first step of each parameter: a share of its value, or of one unit of it where it is 0.
+   pure function first_steps(scene) result(step)
+      !> It has &sensitivity
+      type(scene_t), intent(in) :: scene
+      real(wp) :: step(size(scene%sensitivity%parameters))
+
+      type(units_t) :: units
+      integer :: k
+
+      units = units_in(scene)
+      associate (settings => scene%sensitivity)
+         do k = 1, size(step)
+            step(k) = settings%step*abs(settings%values(k))
+            if (step(k) > 0.0_wp) cycle
+            step(k) = settings%step
+            if (settings%parameters(k)%quantity /= '') then
+               step(k) = settings%step*units%factor(quantity_named(settings%parameters(k)%quantity))
+            end if
+         end do
+      end associate
+   end function first_steps
+
+   !> The rows of all cases.
+   subroutine collect_rows(run, plan, rows, reason, error)
+      type(plan_run_t), intent(in) :: run
+      type(plan_t), intent(in) :: plan
+      !> [measure_count, cases]
+      real(wp), intent(out) :: rows(:, :)
+      !> Why the first case failed, if it did
+      character(:), allocatable, intent(out) :: reason
+      !> Set when a part cannot be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(chunk_rows_t) :: part
+      logical :: is_good
+      integer :: number
+
+      reason = ''
+      do number = 1, plan%chunks
+         call read_chunk(run%path, plan, run%text, number, part, is_good)
+         if (.not. is_good) then
+            call fail(error, status_run_failed, "'"//run%path//"' was spoilt since it was written; give the same " &
+               //'command again')
+            return
+         end if
+         associate (first => first_of_chunk(plan, number))
+            rows(:, first:first + size(part%rows, 2) - 1) = part%rows
+            if (first == 1 .and. size(part%failed) > 0) reason = trim(part%reasons(1))
+         end associate
+      end do
+   end subroutine collect_rows
+
+   !> Derivatives from the rows of all cases.
+   subroutine find_sensitivity(scene, rows, sensitivity)
+      !> It has &sensitivity
+      type(scene_t), intent(in) :: scene
+      !> [measure_count, cases], in the order of the plan
+      real(wp), intent(in) :: rows(:, :)
+      type(sensitivity_t), intent(out) :: sensitivity
+
+      integer, allocatable :: above(:), below(:)
+      real(wp) :: nan, step(size(scene%sensitivity%parameters))
+      integer :: first, i, k
+
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      step = first_steps(scene)
+      sensitivity%measures = chosen_measures(scene, scene%sensitivity%measures)
+      ! of those that nobody named only what is there
+      if (.not. allocated(scene%sensitivity%measures)) sensitivity%measures = pack(sensitivity%measures, &
+         .not. ieee_is_nan(rows(sensitivity%measures, 1)))
+      sensitivity%measured = rows(sensitivity%measures, 1)
+      associate (settings => scene%sensitivity, measures => sensitivity%measures)
+         allocate (sensitivity%derivative(size(step), size(measures)), sensitivity%impacts_change(size(step)))
+         do k = 1, size(step)
+            first = 2 + 2*settings%steps*(k - 1)
+            above = [(first + 2*(i - 1), i=1, settings%steps)]
+            below = above + 1
+            associate (reaches_above => is_within(settings%values(k) + [(scale(step(k), 1 - i), i=1, size(above))], &
+               k), &
+               reaches_below => is_within(settings%values(k) - [(scale(step(k), 1 - i), i=1, size(below))], k))
+               do i = 1, size(measures)
+                  sensitivity%derivative(k, i) = differentiate(step(k), rows(measures(i), 1), &
+                     merge(rows(measures(i), above), nan, reaches_above), &
+                     merge(rows(measures(i), below), nan, reaches_below))
+               end do
+            end associate
+            associate (impacts => rows(measure_named('impacts'), :))
+               sensitivity%impacts_change(k) = nint(impacts(above(size(above))) - impacts(below(size(below))))
+            end associate
+         end do
+      end associate
+
+   contains
+
+      !> Is a value of a parameter within its limits?
+      elemental logical function is_within(value, parameter)
+         real(wp), intent(in) :: value
+         integer, intent(in) :: parameter
+
+         is_within = value >= scene%sensitivity%minimum(parameter) .and. value <= scene%sensitivity%maximum(parameter)
+      end function is_within
+
+   end subroutine find_sensitivity
+
+end module sensitivity_study

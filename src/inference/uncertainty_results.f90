@@ -1,0 +1,110 @@
+!> What uncertain parameters make of measures: groups of the results file, and the table on the console.
+module uncertainty_results
+   use kinds, only: wp
+   use measure_list, only: measure_table
+   use number_text, only: rounded, to_text
+   use quantities, only: name_in, units_t
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: unit_in
+   use sample_statistics, only: sample_t
+   use sweep_file, only: summary_t
+   use table_columns, only: add_numbers, add_texts, print_table, six_digits, table_t, whole, with_exponent
+   implicit none (type, external)
+   private
+   public :: uncertainty_t, print_uncertainty
+
+   integer, parameter :: text_room = 40
+
+   type, extends(summary_t) :: uncertainty_t
+      !> Places in the table of measures
+      integer, allocatable :: measures(:)
+      !> Of each
+      type(sample_t), allocatable :: samples(:)
+      !> Probabilities of the quantiles
+      real(wp), allocatable :: probabilities(:)
+   contains
+      procedure :: write => write_uncertainty
+   end type uncertainty_t
+
+contains
+
+   !> /uncertainty: a row for each measure, and parts with quantiles and histograms.
+   subroutine write_uncertainty(self, root)
+      class(uncertainty_t), intent(in) :: self
+      type(quantity_group_t), intent(in) :: root
+
+      type(quantity_group_t) :: classes, group, part
+      character(*), parameter :: along = 'measure', own = "the measure's"
+      character(text_room) :: names(size(self%measures)), units(size(self%measures))
+      character(:), allocatable :: unit
+      integer :: i, k
+
+      group = root%subgroup('uncertainty')
+      do i = 1, size(self%measures)
+         names(i) = group%named(measure_table(self%measures(i))%name)
+         unit = unit_in(group%units, measure_table(self%measures(i))%quantity)
+         if (unit == '') unit = '1'
+         units(i) = unit
+      end do
+      call group%add(along, [(i, i=1, size(names))], '1', 'number of the measure', is_scale=.true.)
+      call group%add('name', names, 'none', 'measure of the run', along)
+      call group%add('unit', units, 'none', 'its unit', along)
+      call group%add('count', self%samples%count, '1', 'cases that have it', along=along)
+      call group%add('mean', self%samples%mean, own, 'mean', along=along)
+      call group%add('mean_half_width', self%samples%mean_error, own, 'half width of its 95 % interval', along=along)
+      call group%add('standard_deviation', self%samples%deviation, own, 'standard deviation', along=along)
+      call group%add('standard_deviation_half_width', self%samples%deviation_error, own, &
+         'half width of its 95 % interval', along=along)
+      part = group%subgroup('quantiles')
+      call part%add('probability', self%probabilities, '1', 'probability of a value below', is_scale=.true.)
+      do i = 1, size(names)
+         call part%add(trim(names(i)), self%samples(i)%quantile, trim(units(i)), 'quantiles', along='probability')
+         call part%add(trim(names(i))//'_half_width', self%samples(i)%quantile_error, trim(units(i)), &
+            'half widths of their 95 % intervals', along='probability')
+      end do
+      part = group%subgroup('histograms')
+      do i = 1, size(names)
+         classes = part%subgroup(trim(names(i)))
+         call classes%attribute('least', self%samples(i)%minimum)
+         call classes%add('class', self%samples(i)%class, trim(units(i)), 'upper end of the class', is_scale=.true.)
+         call classes%add('cases', [(self%samples(i)%in_class(k), k=1, size(self%samples(i)%in_class))], '1', &
+            'cases in the class', along='class')
+      end do
+   end subroutine write_uncertainty
+
+   !> The table of the console.
+   subroutine print_uncertainty(unit, units, uncertainty)
+      integer, intent(in) :: unit
+      !> What results are in
+      type(units_t), intent(in) :: units
+      type(uncertainty_t), intent(in) :: uncertainty
+
+      type(table_t) :: table
+      character(text_room), allocatable :: names(:), measured_in(:)
+      real(wp) :: quantiles(size(uncertainty%measures))
+      integer :: i, k
+
+      allocate (names(size(uncertainty%measures)), measured_in(size(uncertainty%measures)))
+      do i = 1, size(names)
+         names(i) = name_in(units, measure_table(uncertainty%measures(i))%name)
+         measured_in(i) = unit_in(units, measure_table(uncertainty%measures(i))%quantity)
+      end do
+      write (unit, '()')
+      call add_texts(table, 'measure', names)
+      if (any(measured_in /= '')) call add_texts(table, 'unit', measured_in)
+      call add_numbers(table, 'cases', real(uncertainty%samples%count, wp), whole)
+      call add_numbers(table, 'mean', uncertainty%samples%mean, six_digits)
+      call add_numbers(table, '95 % within', uncertainty%samples%mean_error, with_exponent)
+      call add_numbers(table, 'standard deviation', uncertainty%samples%deviation, six_digits)
+      call add_numbers(table, '95 % within', uncertainty%samples%deviation_error, with_exponent)
+      do k = 1, size(uncertainty%probabilities)
+         quantiles = [(uncertainty%samples(i)%quantile(k), i=1, size(names))]
+         call add_numbers(table, rounded(100.0_wp*uncertainty%probabilities(k))//' % below', quantiles, six_digits)
+      end do
+      call print_table(unit, table)
+      if (any(uncertainty%samples%count < maxval(uncertainty%samples%count))) write (unit, '(/, 2x, a)') &
+         'a case without a measure, such as one without impacts, does not count for it: of '// &
+         to_text(maxval(uncertainty%samples%count))//' cases'
+   end subroutine print_uncertainty
+
+end module uncertainty_results

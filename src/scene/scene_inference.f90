@@ -1,0 +1,454 @@
+!> What is asked about the parameters of a scene: the names of &sensitivity, &fit and &uncertainty,
+!> checked and completed.
+module scene_inference
+   use inference_settings, only: fit_settings_t, is_of_tip, observed_names, quantity_observed, sensitivity_settings_t, &
+      uncertainty_settings_t
+   use kinds, only: wp
+   use measure_list, only: measure_count, measure_named, measure_status, measure_table
+   use name_hints, only: phrase_of
+   use name_table, only: table_t
+   use name_types, only: group_t, name_t
+   use number_text, only: to_text
+   use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
+   use run_settings, only: count_samples, method_exact, name_length
+   use scene_input, only: scene_input_t
+   use scene_loads, only: folder_of
+   use scene_sweep, only: entry_of_parameter, refuse_lost_units
+   use scene_types, only: scene_t
+   use signal_file, only: read_signal, signal_t, unit_ratio
+   use sweep_names, only: list_parameters, parameter_of
+   use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
+   use value_rules, only: range_t
+   implicit none (type, external)
+   private
+   public :: inference_names, list_inference, resolve_inference
+
+   !> The groups, in the order of the reference and the echo.
+   character(*), parameter :: inference_names(*) = [character(name_length) :: 'sensitivity', 'fit', 'uncertainty']
+
+   !> Measures whose names differ where results are in units.
+   character(*), parameter :: names_in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
+      'greatest_stress_time']
+   character(*), parameter :: names_without_units(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
+      'greatest_stress_tau']
+   !> What a user may choose; the status of a case is none.
+   character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, names_in_units]
+
+contains
+
+   !> The names of one group.
+   subroutine list_inference(group, table, scene)
+      !> One of `inference_names`
+      character(*), intent(in) :: group
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+
+      select case (group)
+      case ('sensitivity')
+         call table%open(group_t(group), scene%wants_sensitivity)
+         if (table%is_open) call list_sensitivity(table, scene%sensitivity)
+      case ('fit')
+         call table%open(group_t(group), scene%wants_fit)
+         if (table%is_open) call list_fit(table, scene%fit)
+      case ('uncertainty')
+         call table%open(group_t(group), scene%wants_uncertainty)
+         if (table%is_open) call list_uncertainty(table, scene%uncertainty)
+      end select
+   end subroutine list_inference
+
+   subroutine list_sensitivity(table, sensitivity)
+      class(table_t), intent(inout) :: table
+      type(sensitivity_settings_t), intent(inout) :: sensitivity
+
+      call list_chosen_parameters(table, 'parameters', &
+         'parameters whose influence is asked for, by their names in &sweep', &
+         'none: give one', sensitivity%parameters)
+      call list_chosen_measures(table, sensitivity%measures)
+      call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of the ' &
+         //'value, or by itself where the value is 0', range_t(1.0e-6_wp, 0.5_wp)))
+      call table%bind(sensitivity%steps, name_t('steps', 'number of steps, each half of the one before', &
+         range_t(3, 30)))
+   end subroutine list_sensitivity
+
+   subroutine list_fit(table, fit)
+      class(table_t), intent(inout) :: table
+      type(fit_settings_t), intent(inout) :: fit
+
+      type(range_t), parameter :: columns = range_t(1.0_wp, 1000.0_wp)
+
+      call table%bind(fit%data, name_t('data', &
+         'text file of the measured signal, beside the scene: columns of numbers, ' &
+         //'their units in a header', range_t(1, 1000), default='none: give one', is_optional=.true.))
+      call table%bind(fit%observed, name_t('of', 'what was measured', default='none: give one', is_optional=.true.), &
+         observed_names)
+      call table%bind(fit%time_column, name_t('time_column', 'column of the file with the time', columns))
+      call table%bind(fit%value_column, name_t('value_column', 'column with the values', columns))
+      call table%bind(fit%start, name_t('start', &
+         'instant from which on the signal counts, in time as results have it', &
+         range_t(0.0_wp, 1.0e9_wp)))
+      call list_end(table, fit%end)
+      call table%bind(fit%noise, name_t('noise', &
+         'standard deviation of the noise, in units of results; 0: that of the ' &
+         //'residuals', range_t(0.0_wp, 1.0e20_wp)))
+      call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
+      call table%bind(fit%has_scale, name_t('scale', 'find the scale of the signal too'))
+      call table%bind(fit%time_shift, name_t('time_shift', &
+         'find by how much the signal is late, at most this much or as ' &
+         //'early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
+      call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
+   end subroutine list_fit
+
+   !> The name `end`, which counts only where it is given.
+   subroutine list_end(table, end)
+      class(table_t), intent(inout) :: table
+      !> Huge: not given
+      real(wp), intent(inout) :: end
+
+      real(wp) :: last
+
+      last = 0.0_wp
+      if (end < huge(end)) last = end
+      call table%bind(last, name_t('end', 'instant up to which it counts', range_t(0.0_wp, 1.0e9_wp, &
+         excludes_minimum=.true.), default='that of the run', is_optional=.true.))
+      if (last > 0.0_wp) end = last
+   end subroutine list_end
+
+   subroutine list_uncertainty(table, uncertainty)
+      class(table_t), intent(inout) :: table
+      type(uncertainty_settings_t), intent(inout) :: uncertainty
+
+      call list_chosen_parameters(table, 'normal', 'parameters of &sweep distributed normally, or where they have a ' &
+         //'_log_range lognormally, with 95 % of the values in the range', 'none: all evenly', uncertainty%normal)
+      call table%bind(uncertainty%fit, name_t('fit', 'results file of a &fit, beside the scene, whose estimates and ' &
+         //'covariance count', range_t(1, 1000), default='none', is_optional=.true.))
+      call list_chosen_measures(table, uncertainty%measures)
+      call table%bind(uncertainty%quantiles, name_t('quantiles', 'probabilities of the quantiles', &
+         range_t(1.0e-6_wp, 1.0_wp - 1.0e-6_wp), default='0.025, 0.25, 0.5, 0.75, 0.975'))
+      if (.not. allocated(uncertainty%quantiles)) uncertainty%quantiles = [0.025_wp, 0.25_wp, 0.5_wp, 0.75_wp, 0.975_wp]
+      call table%bind(uncertainty%classes, name_t('classes', 'classes of a histogram', range_t(2, 10000)))
+   end subroutine list_uncertainty
+
+   !> A list of parameters that a sweep may vary.
+   subroutine list_chosen_parameters(table, name, meaning, default, parameters)
+      class(table_t), intent(inout) :: table
+      !> As in `name_t`
+      character(*), intent(in) :: name
+      character(*), intent(in) :: meaning
+      character(*), intent(in) :: default
+      !> Unallocated: none is given
+      type(parameter_t), allocatable, intent(inout) :: parameters(:)
+
+      integer, allocatable :: chosen(:), places(:)
+      character(name_length), allocatable :: names(:)
+      type(parameter_t) :: parameter
+      integer :: k
+
+      call list_parameters(table, places)
+      allocate (names(size(places)))
+      do k = 1, size(places)
+         parameter = parameter_of(table, places(k))
+         names(k) = parameter%name
+      end do
+      if (allocated(parameters)) then
+         allocate (chosen(size(parameters)))
+         do k = 1, size(chosen)
+            chosen(k) = findloc(names, parameters(k)%name, dim=1)
+         end do
+      end if
+      call table%bind(chosen, name_t(name, meaning, default=default), names)
+      if (.not. allocated(chosen)) return
+      if (allocated(parameters)) deallocate (parameters)
+      allocate (parameters(size(chosen)))
+      do k = 1, size(chosen)
+         parameters(k) = parameter_of(table, places(chosen(k)))
+      end do
+   end subroutine list_chosen_parameters
+
+   !> The name `measures`: some measures of a run.
+   subroutine list_chosen_measures(table, measures)
+      class(table_t), intent(inout) :: table
+      !> Places in the table of measures; unallocated: none is given
+      integer, allocatable, intent(inout) :: measures(:)
+
+      integer, allocatable :: chosen(:)
+      integer :: k
+
+      if (allocated(measures)) allocate (chosen, source=measures - measure_status)
+      call table%bind(chosen, name_t('measures', 'measures of a run that are asked about', &
+         default='all that are no counts'), measure_words)
+      if (.not. allocated(chosen)) return
+      if (allocated(measures)) deallocate (measures)
+      allocate (measures(size(chosen)))
+      do k = 1, size(chosen)
+         measures(k) = chosen(k) + measure_status
+         if (measures(k) > measure_count) measures(k) = measure_named(names_without_units(measures(k) - measure_count))
+      end do
+   end subroutine list_chosen_measures
+
+   !> Check and complete what is asked; problems go into the input.
+   subroutine resolve_inference(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> Resolved but for these groups
+      type(scene_t), intent(inout) :: scene
+
+      if (scene%wants_sensitivity) call resolve_sensitivity(input, table, scene)
+      if (scene%wants_fit) call resolve_fit(input, scene)
+      if (scene%wants_uncertainty) call resolve_uncertainty(input, scene)
+   end subroutine resolve_inference
+
+   !> Parameters with a value that a number near it may replace, measures that a run of the scene has.
+   subroutine resolve_sensitivity(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'sensitivity'
+      integer :: i, k
+
+      associate (sensitivity => scene%sensitivity)
+         if (.not. allocated(sensitivity%parameters)) then
+            call input%complain(group, '', "needs parameters, such as parameters = 'restitution', 'zeta'")
+            return
+         end if
+         associate (parameters => sensitivity%parameters)
+            if (allocated(sensitivity%values)) deallocate (sensitivity%values, sensitivity%minimum, sensitivity%maximum)
+            allocate (sensitivity%values(size(parameters)), sensitivity%minimum(size(parameters)), &
+               sensitivity%maximum(size(parameters)))
+            do k = 1, size(parameters)
+               call find_value(input, table, parameters(k), scene)
+               if (input%has_problem()) return
+               i = entry_of_parameter(table, parameters(k))
+               sensitivity%values(k) = value_of(scene, parameters(k), table, i)
+               associate (entry => table%entries(i))
+                  sensitivity%minimum(k) = entry%name%range%minimum
+                  sensitivity%maximum(k) = entry%name%range%maximum
+               end associate
+            end do
+         end associate
+         call check_measures(input, group, sensitivity%measures, scene)
+      end associate
+   end subroutine resolve_sensitivity
+
+   !> A parameter must count in the scene and have one value there, no whole number. Problems go into the input.
+   subroutine find_value(input, table, parameter, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      type(parameter_t), intent(in) :: parameter
+      type(scene_t), intent(in) :: scene
+
+      character(*), parameter :: group = 'sensitivity'
+      character(:), allocatable :: name
+      integer :: place
+
+      name = trim(parameter%name)
+      place = entry_of_parameter(table, parameter)
+      associate (entry => table%entries(place), own => table%groups(table%entries(place)%group))
+         if (parameter%is_whole) then
+            call input%complain(group, 'parameters', name &
+               //' is a whole number: there is no derivative with respect to it')
+         else if ((own%repeats .or. own%name == 'stress') .and. .not. own%is_wanted) then
+            call input%complain(group, 'parameters', name//' goes with &'//trim(own%name))
+         else if (.not. table%applies(place)) then
+            call input%complain(group, 'parameters', name//' goes with '//phrase_of(table, place, &
+               from_elsewhere=.true.))
+         else if (entry%is_list) then
+            if (.not. allocated(entry%list)) then
+               call input%complain(group, 'parameters', name//' has no value: give it one in &'//trim(own%name))
+            else if (size(entry%list) /= 1) then
+               call input%complain(group, 'parameters', name//' has several values')
+            end if
+         else if ((entry%name%is_optional .or. parameter%quantity /= '') .and. .not. entry%is_given) then
+            call input%complain(group, 'parameters', name//' has no value: give it one in &'//trim(own%name))
+         else if (name == 'taper' .and. scene%beam%has_section) then
+            call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
+         end if
+      end associate
+      if (parameter%quantity == '' .and. .not. input%has_problem()) then
+         call refuse_lost_units(input, table, place, "&sensitivity parameters = '"//name//"'")
+      end if
+   end subroutine find_value
+
+   !> The value that the scene gives a parameter.
+   pure function value_of(scene, parameter, table, place) result(value)
+      type(scene_t), intent(in) :: scene
+      type(parameter_t), intent(in) :: parameter
+      !> Its names, read; ratios of what is in units are in
+      type(table_t), intent(in) :: table
+      !> Of the parameter's entry
+      integer, intent(in) :: place
+      real(wp) :: value
+
+      value = table%entries(place)%value
+      if (table%entries(place)%is_list) value = table%entries(place)%list(1)
+      ! the file may give heights instead
+      if (parameter%name == 'taper') value = (scene%beam%height_root - scene%beam%height_tip)/scene%beam%length
+   end function value_of
+
+   !> A signal, and what a sweep gives its parameters; problems go into the input.
+   subroutine resolve_fit(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'fit'
+      integer :: k
+
+      associate (fit => scene%fit, sweep => scene%sweep)
+         if (.not. allocated(fit%data)) then
+            call input%complain(group, '', "needs data, the file of a signal, such as data = 'signal.csv'")
+         else if (fit%observed == 0) then
+            call input%complain(group, '', "needs of, what was measured, such as of = 'displacement_tip'")
+         else if (.not. (is_of_tip(fit%observed) .or. scene%has_stop)) then
+            call input%complain(group, 'of', 'needs &stop')
+         else if (fit%time_column == fit%value_column) then
+            call input%complain(group, 'time_column value_column', 'must differ')
+         else if (fit%start >= fit%end) then
+            call input%complain(group, 'start end', 'no part of the signal is between start and end')
+         else if (scene%response%method /= method_exact) then
+            call input%complain(group, '', "needs method = 'exact', whose motion changes smoothly with its parameters")
+         else if (sweep%design /= design_latin_hypercube) then
+            call input%complain('sweep', 'design', "must be 'latin_hypercube' for &fit: its cases are the starts")
+         end if
+         do k = 1, size(sweep%swept)
+            if (.not. is_swept(sweep%swept(k)) .or. input%has_problem()) cycle
+            associate (parameter => sweep%swept(k)%parameter)
+               if (parameter%is_whole) call input%complain('sweep', trim(parameter%name), &
+                  'is a whole number, which &fit cannot find')
+               if (parameter%name_in_group(:8) == 'duration' .and. parameter%group == 'response') call input%complain( &
+                  'sweep', trim(parameter%name)//'_range '//trim(parameter%name)//'_log_range', &
+                  'is no parameter that &fit could find')
+            end associate
+         end do
+         if (.not. input%has_problem()) call fetch_signal(input, scene, count(is_swept(sweep%swept)))
+      end associate
+   end subroutine resolve_fit
+
+   !> The signal in units of results, its part that is fitted; problems go into the input.
+   subroutine fetch_signal(input, scene, parameters)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(inout) :: scene
+      !> Number of parameters in the sweep
+      integer, intent(in) :: parameters
+
+      character(*), parameter :: group = 'fit'
+      type(signal_t) :: signal
+      character(:), allocatable :: file, problem
+      integer, allocatable :: inside(:)
+      real(wp) :: end
+      integer :: i, minimum_count
+
+      file = scene%fit%data
+      if (file(1:1) /= '/') file = folder_of(scene%file)//file
+      call read_signal(file, [scene%fit%time_column, scene%fit%value_column], signal, problem)
+      if (.not. allocated(problem)) call convert(scene, signal, file, end, problem)
+      if (allocated(problem)) then
+         call input%complain(group, 'data', problem)
+         return
+      end if
+      associate (fit => scene%fit)
+         end = min(fit%end, end)
+         inside = pack([(i, i=1, size(signal%time))], signal%time >= fit%start .and. signal%time <= end)
+         minimum_count = max(10, parameters + 4)
+         if (size(inside) < minimum_count) then
+            call input%complain(group, 'data', file//' has '//to_text(size(inside))//' values from '// &
+               to_text(fit%start)//' to '//to_text(end)//', the end of what is fitted: must be at least ' &
+               //to_text(minimum_count))
+            return
+         end if
+         if (allocated(fit%time)) deallocate (fit%time, fit%value)
+         allocate (fit%time(size(inside)), fit%value(size(inside)))
+         fit%time(:) = signal%time(inside)
+         fit%value(:) = signal%value(inside)
+         if (maxval(fit%value) - minval(fit%value) <= 0.0_wp) call input%complain(group, 'data', &
+            file//': all values are the same')
+      end associate
+   end subroutine fetch_signal
+
+   !> A signal in units of results.
+   subroutine convert(scene, signal, file, end, problem)
+      type(scene_t), intent(in) :: scene
+      type(signal_t), intent(inout) :: signal
+      character(*), intent(in) :: file
+      !> Of the run, in time as results have it
+      real(wp), intent(out) :: end
+      !> What is wrong with its units; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      type(units_t) :: units
+      character(:), allocatable :: quantity
+      real(wp) :: ratio
+
+      ! the last sample of the run
+      end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
+      if (scene%unit_system == 0 .or. scene%unit_system == system_none) then
+         if (any([character(32) :: signal%time_unit, signal%value_unit] /= '') .and. .not. &
+            any([character(32) :: '', '1', '-', 'tau'] == signal%time_unit)) problem = file//': has the unit '// &
+            trim(signal%time_unit)//', but the scene has none; give &scene units'
+         return
+      end if
+      units = units_of(scene%scales, scene%unit_system, .true.)
+      quantity = quantity_observed(scene%fit%observed)
+      end = end*units%factor(quantity_named('time'))
+      if (signal%time_unit /= '') then
+         call unit_ratio(signal%time_unit, unit_of(quantity_named('time'), units), ratio, problem)
+         if (.not. allocated(problem)) signal%time = ratio*signal%time
+      end if
+      if (signal%value_unit /= '' .and. .not. allocated(problem)) then
+         call unit_ratio(signal%value_unit, unit_of(quantity_named(quantity), units), ratio, problem)
+         if (.not. allocated(problem)) signal%value = ratio*signal%value
+      end if
+      if (allocated(problem)) problem = file//': '//problem
+   end subroutine convert
+
+   !> A sample, and parameters that it has; problems go into the input.
+   subroutine resolve_uncertainty(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
+      character(*), parameter :: group = 'uncertainty'
+      integer :: k, place
+
+      if (scene%sweep%design /= design_latin_hypercube) then
+         call input%complain('sweep', 'design', "must be 'latin_hypercube' for &uncertainty: its cases are a sample")
+         return
+      end if
+      if (allocated(scene%uncertainty%normal)) then
+         do k = 1, size(scene%uncertainty%normal)
+            associate (name => scene%uncertainty%normal(k)%name)
+               place = parameter_index(trim(name), scene%sweep%swept)
+               if (.not. is_swept(scene%sweep%swept(place))) call input%complain(group, 'normal', &
+                  trim(name)//' has no range in &sweep')
+            end associate
+         end do
+      end if
+      call check_measures(input, group, scene%uncertainty%measures, scene)
+   end subroutine resolve_uncertainty
+
+   !> Measures that a run of the scene has and that are no counts; problems go into the input.
+   subroutine check_measures(input, group, measures, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Where they stand
+      character(*), intent(in) :: group
+      !> Unallocated: none is given
+      integer, allocatable, intent(in) :: measures(:)
+      type(scene_t), intent(in) :: scene
+
+      integer :: k
+
+      if (.not. allocated(measures)) return
+      do k = 1, size(measures)
+         associate (measure => measure_table(measures(k)))
+            if (measure%is_whole) then
+               call input%complain(group, 'measures', trim(measure%name)//' is a count')
+            else if (.not. scene%has_group(measure%group)) then
+               call input%complain(group, 'measures', trim(measure%name)//' needs &'//trim(measure%group))
+            end if
+         end associate
+         if (input%has_problem()) return
+      end do
+   end subroutine check_measures
+
+end module scene_inference

@@ -1,0 +1,340 @@
+!> A measured signal in a text file as instruments write it: columns between semicolons, tabs, commas or blanks, a
+!> header of any length, units in a line of their own or behind the names of the columns, a point or a comma before
+!> decimals.
+module signal_file
+   use kinds, only: wp
+   use namelist_tokens, only: normalise_lines
+   use namelist_values, only: read_real
+   use number_text, only: to_text
+   use printable_text, only: excerpt
+   use text_file, only: load_text
+   implicit none (type, external)
+   private
+   public :: signal_t, read_signal, unit_ratio
+
+   integer, parameter :: unit_room = 32
+   character, parameter :: tab = achar(9)
+   !> Lines before the first one of numbers.
+   integer, parameter :: longest_header = 200
+
+   !> Two columns of a file.
+   type :: signal_t
+      !> As many of both, times ascending
+      real(wp), allocatable :: time(:)
+      real(wp), allocatable :: value(:)
+      !> Units of both as the file has them; empty: it has none
+      character(unit_room) :: time_unit = ''
+      character(unit_room) :: value_unit = ''
+   end type signal_t
+
+   !> How the lines of a file are divided.
+   type :: layout_t
+      !> Between columns; a blank: any number of blanks
+      character :: delimiter = ' '
+      logical :: has_decimal_comma = .false.
+   end type layout_t
+
+contains
+
+   !> Read two columns of a file.
+   subroutine read_signal(file, columns, signal, problem)
+      character(*), intent(in) :: file
+      !> Of the time and of the value
+      integer, intent(in) :: columns(2)
+      type(signal_t), intent(out) :: signal
+      !> What is wrong, with file and line; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      character(:), allocatable :: raw, text, reason
+      real(wp), allocatable :: numbers(:, :)
+      type(layout_t) :: layout
+      integer :: first, last, line, rows
+      logical :: has_layout
+
+      call load_text(file, raw, problem)
+      if (allocated(problem)) then
+         problem = file//': '//problem
+         return
+      end if
+      call normalise_lines(raw, text)
+      allocate (numbers(2, 1 + count([(text(first:first) == new_line('a'), first=1, len(text))])))
+      first = 1
+      line = 0
+      rows = 0
+      has_layout = .false.
+      do while (first <= len(text))
+         line = line + 1
+         last = first + index(text(first:), new_line('a')) - 2
+         associate (row => text(first:last))
+            if (len_trim(row) > 0 .and. verify(row, ' '//tab//';,') > 0 .and. scan(row(:1), '#!%') == 0) then
+               if (.not. has_layout) call find_layout(row, columns, layout, has_layout)
+               if (has_layout) then
+                  call read_row(row, layout, columns, numbers(:, rows + 1), reason)
+                  if (.not. allocated(reason) .and. rows > 0) then
+                     if (numbers(1, rows + 1) <= numbers(1, rows)) reason = 'times must ascend, but ' &
+                        //to_text(numbers(1, rows + 1))//' follows '//to_text(numbers(1, rows))
+                  end if
+                  rows = rows + 1
+               else
+                  call read_header(row, columns, signal)
+                  if (line > longest_header) reason = 'no line before has numbers in columns ' &
+                     //to_text(columns(1))//' and '//to_text(columns(2))
+               end if
+            else if (.not. has_layout) then
+               call read_header(row, columns, signal)
+            end if
+         end associate
+         if (allocated(reason)) then
+            problem = file//':'//to_text(line)//': '//reason
+            return
+         end if
+         first = last + 2
+      end do
+      if (rows == 0) problem = file//': no line has numbers in columns '//to_text(columns(1))//' and ' &
+         //to_text(columns(2))
+      allocate (signal%time, source=numbers(1, :rows))
+      allocate (signal%value, source=numbers(2, :rows))
+   end subroutine read_signal
+
+   !> The division by which a line has numbers in both columns, if there is one.
+   pure subroutine find_layout(row, columns, layout, is_found)
+      character(*), intent(in) :: row
+      integer, intent(in) :: columns(2)
+      type(layout_t), intent(out) :: layout
+      logical, intent(out) :: is_found
+
+      !> A comma between columns comes last but one: it may stand before decimals
+      character, parameter :: delimiters(4) = [';', tab, ' ', ',']
+      character(:), allocatable :: reason
+      real(wp) :: numbers(2)
+      integer :: i, commas
+
+      is_found = .false.
+      do i = 1, size(delimiters)
+         do commas = 0, 1
+            if (delimiters(i) == ',' .and. commas == 1) cycle
+            layout = layout_t(delimiters(i), commas == 1)
+            call read_row(row, layout, columns, numbers, reason)
+            is_found = .not. allocated(reason)
+            ! a file of whole numbers and commas, such as 0,1 0,2, has decimals; points come with other files
+            if (is_found .and. commas == 0 .and. delimiters(i) /= ',' .and. index(row, '.') == 0) then
+               layout%has_decimal_comma = .true.
+            end if
+            if (is_found) return
+         end do
+      end do
+   end subroutine find_layout
+
+   !> The numbers of one line.
+   pure subroutine read_row(row, layout, columns, numbers, reason)
+      character(*), intent(in) :: row
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: columns(2)
+      real(wp), intent(inout) :: numbers(2)
+      !> What is wrong; unallocated: nothing
+      character(:), allocatable, intent(out) :: reason
+
+      character(:), allocatable :: cell, shown
+      integer :: i, k
+      logical :: is_legal
+
+      do k = 1, 2
+         cell = cell_of(row, layout%delimiter, columns(k))
+         if (cell == '') then
+            reason = 'there is no column '//to_text(columns(k))
+            return
+         end if
+         shown = excerpt(cell)
+         if (layout%has_decimal_comma) then
+            i = index(cell, ',')
+            ! one at the end stands between columns
+            if (i > 0 .and. i < len(cell)) cell(i:i) = '.'
+         end if
+         call read_real(cell, numbers(k), is_legal, reason)
+         if (is_legal) cycle
+         if (.not. allocated(reason)) reason = 'must be a finite number'
+         reason = 'column '//to_text(columns(k))//', '//shown//': '//reason
+         return
+      end do
+   end subroutine read_row
+
+   !> What stands in a column, without blanks and quotes around it; empty: nothing.
+   pure function cell_of(row, delimiter, column) result(cell)
+      character(*), intent(in) :: row
+      !> A blank: any number of blanks and tabs
+      character, intent(in) :: delimiter
+      integer, intent(in) :: column
+      character(:), allocatable :: cell
+
+      integer :: first, k, length
+
+      first = 1
+      length = 0
+      cell = ''
+      do k = 1, column
+         if (delimiter == ' ') then
+            length = verify(row(min(first, len(row) + 1):), ' '//tab)
+            if (length == 0) return
+            first = first + length - 1
+            length = scan(row(first:)//' ', ' '//tab) - 1
+         else
+            if (first > len(row) + 1) return
+            length = index(row(first:)//delimiter, delimiter) - 1
+         end if
+         if (k < column) first = first + length + 1
+      end do
+      cell = trim(adjustl(row(first:first + length - 1)))
+      if (len(cell) < 2) return
+      if (scan(cell(1:1), '"''') > 0 .and. cell(len(cell):) == cell(1:1)) cell = trim(adjustl(cell(2:len(cell) - 1)))
+   end function cell_of
+
+   !> Units that a line of the header has: behind the name of a column in brackets, or alone.
+   pure subroutine read_header(row, columns, signal)
+      character(*), intent(in) :: row
+      integer, intent(in) :: columns(2)
+      type(signal_t), intent(inout) :: signal
+
+      character(:), allocatable :: line
+      character :: delimiter
+
+      line = row
+      if (scan(line(:min(1, len(line))), '#!%') > 0) line = line(2:)
+      delimiter = ' '
+      if (index(line, ',') > 0) delimiter = ','
+      if (index(line, tab) > 0) delimiter = tab
+      if (index(line, ';') > 0) delimiter = ';'
+      if (delimiter == ' ' .and. scan(line, '([') > 0) then
+         ! names of columns may have blanks, too
+         call take_unit(bracketed(line, columns(1)), signal%time_unit)
+         call take_unit(bracketed(line, columns(2)), signal%value_unit)
+      else
+         call take_unit(cell_of(line, delimiter, columns(1)), signal%time_unit)
+         call take_unit(cell_of(line, delimiter, columns(2)), signal%value_unit)
+      end if
+   end subroutine read_header
+
+   !> What stands in one of the pairs of brackets of a line, with the brackets; empty: there are fewer.
+   pure function bracketed(row, which) result(part)
+      character(*), intent(in) :: row
+      integer, intent(in) :: which
+      character(:), allocatable :: part
+
+      integer :: first, k, last
+
+      part = ''
+      first = 1
+      last = 0
+      do k = 1, which
+         first = last + scan(row(last + 1:), '([')
+         if (first == last) return
+         last = first + scan(row(first + 1:), ')]')
+         if (last == first) return
+      end do
+      part = row(first:last)
+   end function bracketed
+
+   !> The unit in a cell of the header, if there is one.
+   pure subroutine take_unit(cell, unit)
+      character(*), intent(in) :: cell
+      character(unit_room), intent(inout) :: unit
+
+      character(:), allocatable :: inner, base
+      real(wp) :: factor
+      integer :: first, last
+      logical :: is_bracketed, is_known
+
+      first = scan(cell, '([', back=.true.)
+      last = scan(cell, ')]', back=.true.)
+      is_bracketed = first > 0 .and. last > first + 1
+      inner = cell
+      if (is_bracketed) inner = trim(adjustl(cell(first + 1:last - 1)))
+      call take_apart(inner, base, factor, is_known)
+      if (is_bracketed .or. is_known) unit = inner
+   end subroutine take_unit
+
+   !> By what numbers in one unit are multiplied to be in another.
+   pure subroutine unit_ratio(unit, wanted, ratio, problem)
+      !> Of the numbers, and the other; such as 'mm/s' and 'm/s'
+      character(*), intent(in) :: unit
+      character(*), intent(in) :: wanted
+      real(wp), intent(out) :: ratio
+      !> They are of different kinds, or one is not known; unallocated: they are not
+      character(:), allocatable, intent(out) :: problem
+
+      character(:), allocatable :: base, other
+      real(wp) :: first, second
+      logical :: is_known, other_known
+
+      call take_apart(unit, base, first, is_known)
+      call take_apart(wanted, other, second, other_known)
+      ratio = first/second
+      if (.not. (is_known .and. other_known)) then
+         problem = 'unit '//excerpt(trim(unit))//' is not known; it must be '//trim(wanted)//', or that with a prefix'
+      else if (base /= other) then
+         problem = 'unit '//excerpt(trim(unit))//' must be '//trim(wanted)//', or that with a prefix'
+      end if
+   end subroutine unit_ratio
+
+   !> A unit as a power of ten and units without prefixes: 'mm/s' as 0.001 and 'm/s'.
+   pure subroutine take_apart(unit, base, factor, is_known)
+      character(*), intent(in) :: unit
+      character(:), allocatable, intent(out) :: base
+      real(wp), intent(out) :: factor
+      logical, intent(out) :: is_known
+
+      character(:), allocatable :: part
+      real(wp) :: size_of
+      integer :: first, last, k
+
+      base = ''
+      factor = 1.0_wp
+      is_known = len_trim(unit) > 0
+      first = 1
+      k = 0
+      do while (first <= len_trim(unit) .and. is_known)
+         last = first + index(trim(unit(first:))//'/', '/') - 2
+         part = trim(adjustl(unit(first:last)))
+         call take_prefix(part, size_of, is_known)
+         k = k + 1
+         if (k == 1) then
+            factor = size_of
+            base = part
+         else
+            if (index(part, '^2') > 0) size_of = size_of**2
+            factor = factor/size_of
+            base = base//'/'//part
+         end if
+         first = last + 2
+      end do
+   end subroutine take_apart
+
+   !> A single unit without its prefix.
+   pure subroutine take_prefix(part, factor, is_known)
+      !> Such as 'mm' in, 'm' out
+      character(:), allocatable, intent(inout) :: part
+      real(wp), intent(out) :: factor
+      logical, intent(out) :: is_known
+
+      character(*), parameter :: bases(4) = [character(4) :: 'm', 's', 'N', 's^2']
+      character(*), parameter :: prefixes(9) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
+         'm', 'c', 'k', 'M', 'd']
+      real(wp), parameter :: factors(9) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e3_wp, &
+         1.0e6_wp, 1.0e-1_wp]
+      integer :: i, length
+
+      factor = 1.0_wp
+      if (part == 'sec') part = 's'
+      is_known = any(bases == part)
+      if (is_known) return
+      do i = 1, size(prefixes)
+         length = len_trim(prefixes(i))
+         if (index(part, trim(prefixes(i))) /= 1) cycle
+         if (.not. any(bases == part(length + 1:))) cycle
+         is_known = .true.
+         factor = factors(i)
+         part = part(length + 1:)
+         return
+      end do
+   end subroutine take_prefix
+
+end module signal_file
