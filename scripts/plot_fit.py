@@ -25,7 +25,7 @@ class Fit:
         with plots.open_results(path) as file:
             group = plots.group_of(file, "fit", "&fit")
             self.title = plots.title_of(file)
-            self.quantity = plots.text_of(group.attrs["of"]).replace("_", " of the ")
+            self.quantity = plots.SIGNALS[plots.text_of(group.attrs["of"])].replace("\n", " ")
             self.names = [plots.text_of(name) for name in group["name"][()]]
             self.units = [plots.text_of(unit) for unit in group["unit"][()]]
             self.estimate = group["estimate"][()]
@@ -46,8 +46,8 @@ class Fit:
 
 def label_of(name, unit, power=0):
     """A name and its unit, with the power of ten by which numbers were divided."""
-    power_of_ten = f"$10^{{{power}}}$" if power else ""
-    return f"{name}, {power_of_ten} {unit if unit != '1' else ''}".rstrip(", ").replace(",  ", ", ")
+    parts = [f"$10^{{{power}}}$" if power else "", unit if unit != "1" else ""]
+    return plots.with_unit(name, " ".join(part for part in parts if part))
 
 
 def power_of(values):

@@ -15,10 +15,6 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 
-LABELS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
-          "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
-          "acceleration_tip": "acceleration\nof the tip", "acceleration_stop": "acceleration\nat the stop",
-          "contact_force": "contact force", "moment": "bending moment"}
 # Lines that have their multiple written beside them, and the share of the greatest below which a map is empty.
 MOST_LABELS, LEAST_SHARE = 8, 1e-4
 # Multiples of the frequency that a sweep varies, drawn over a map.
@@ -101,7 +97,7 @@ class Map:
 
 def chosen(path, group, names):
     """The signals that are asked for, of those that are there."""
-    there = [name for name in LABELS if f"amplitude_{name}" in group]
+    there = [name for name in plots.SIGNALS if f"amplitude_{name}" in group]
     for name in names or []:
         if name not in there:
             raise plots.Unplottable(f"{path}: has no spectrum of {name}, but of {', '.join(there)}")
@@ -126,7 +122,7 @@ def draw_amplitude(axes, run, signal, factor):
                           textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color=colour)
     greatest = scale*np.max(signal.amplitude)
     axes.set_ylim(max(1e-6*greatest, 0.5*scale*np.min(signal.amplitude[signal.amplitude > 0.0])), 4.0*greatest)
-    axes.set_ylabel(plots.with_unit(LABELS[signal.name], unit))
+    axes.set_ylabel(plots.with_unit(plots.SIGNALS[signal.name], unit))
 
 
 def draw_density(axes, run, signal, factor):
@@ -138,7 +134,7 @@ def draw_density(axes, run, signal, factor):
         axes.fill_between(factor*run.frequency, np.maximum(signal.density - signal.half_width, least),
                           signal.density + signal.half_width, color=plots.COLOURS[2], alpha=0.3, linewidth=0.0)
     axes.set_ylim(least, 4.0*greatest)
-    axes.set_ylabel(plots.with_unit("density of\n" + LABELS[signal.name].replace("\n", " "),
+    axes.set_ylabel(plots.with_unit("density of\n" + plots.SIGNALS[signal.name].replace("\n", " "),
                                    signal.density_unit.replace("^2", "\u00b2")))
 
 
@@ -151,7 +147,7 @@ def draw_run(run, with_density):
                                 figsize=(plots.WIDTH, 1.0 + 2.2*len(run.signals)))
     for axes, signal in zip(rows[:, 0], run.signals):
         if not np.any(signal.amplitude > 0.0):
-            axes.set_ylabel(LABELS[signal.name])
+            axes.set_ylabel(plots.SIGNALS[signal.name])
             axes.text(0.5, 0.5, "zero at all frequencies", ha="center", va="center", transform=axes.transAxes)
             continue
         (draw_density if with_density else draw_amplitude)(axes, run, signal, factor)
@@ -170,7 +166,7 @@ def draw_map(found):
     values = found.values[order]
     drawn = axes.pcolormesh(found.frequency, values, np.maximum(scale*found.amplitude[order], LEAST_SHARE*greatest),
                             norm=LogNorm(LEAST_SHARE*greatest, greatest), cmap="magma", shading="nearest", rasterized=True)
-    figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + LABELS[found.name].replace("\n", " "), unit))
+    figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + plots.SIGNALS[found.name].replace("\n", " "), unit))
     # where they would lie close together the lines speak for themselves
     are_apart = found.frequency[-1] < 6.0*values[-1]
     if "frequency" in found.parameter and found.value_unit == (found.unit or "1") and are_apart:
@@ -193,7 +189,7 @@ def main():
     """Read the command line and draw each file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
-    parser.add_argument("--signals", nargs="+", choices=list(LABELS), help="which (default all; of a map the first)")
+    parser.add_argument("--signals", nargs="+", choices=list(plots.SIGNALS), help="which (default all; of a map the first)")
     parser.add_argument("--density", action="store_true", help="the power spectral density instead of amplitudes")
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _spectrum.png")
     arguments = parser.parse_args()

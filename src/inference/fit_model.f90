@@ -6,7 +6,8 @@ module fit_model
    use case_runs, only: run_next, runner_t
    use failures, only: failure_t
    use history_list, only: force_stop
-   use inference_settings, only: fit_settings_t, is_of_tip, is_velocity, observed_force, quantity_observed
+   use inference_settings, only: fit_settings_t, is_of_tip, is_velocity, observed_acceleration_tip, observed_force, &
+      quantity_observed
    use kinds, only: pi, wp
    use least_squares, only: residuals_t
    use measure_list, only: peak_count
@@ -160,7 +161,10 @@ contains
          residual = far_away*self%spread/self%weight
       else
          residual = (found - self%fit%value(:size(residual)))/self%weight
-         if (self%integrates) call integrate(self%fit%time(:size(residual)), residual)
+         if (self%integrates) then
+            call integrate(self%fit%time(:size(residual)), residual)
+            if (self%fit%observed == observed_acceleration_tip) call integrate(self%fit%time(:size(residual)), residual)
+         end if
       end if
    end subroutine evaluate_residuals
 
@@ -227,7 +231,9 @@ contains
       type(output_settings_t) :: output
       type(units_t) :: units
       real(wp) :: unit_of_time, last
-      integer :: place(size(time)), i, node, shapes
+      real(wp), allocatable :: instants(:), values_of_shape(:)
+      integer, allocatable :: place(:)
+      integer :: i, node, shapes
 
       if (allocated(self%reason)) deallocate (self%reason)
       found = 0.0_wp
@@ -239,12 +245,19 @@ contains
       output%history(force_stop) = self%fit%observed == observed_force
       output%measures = present(row_response)
       output%max_peaks = peak_count
+      if (self%fit%observed == observed_acceleration_tip) then
+         allocate (instants, source=limits_of_cells(time))
+      else
+         allocate (instants, source=time)
+      end if
+      ! before the run the beam is in its initial state
+      instants = min(max(instants/unit_of_time, 0.0_wp), last)
+      allocate (place(size(instants)), source=0)
       if (self%fit%observed /= observed_force) then
-         ! before the run the beam is as at its start
-         allocate (output%shape_times(size(time)))
+         allocate (output%shape_times(size(instants)))
          shapes = 0
-         do i = 1, size(time)
-            associate (tau => min(max(time(i)/unit_of_time, 0.0_wp), last))
+         do i = 1, size(instants)
+            associate (tau => instants(i))
                if (shapes > 0) then
                   if (tau > output%shape_times(shapes)) shapes = shapes + 1
                else
@@ -273,18 +286,35 @@ contains
          end associate
          ! an instant at the end may fall behind it by rounding
          place = min(place, size(response%shape_tau))
-         do i = 1, size(found)
-            if (is_velocity(self%fit%observed)) then
-               found(i) = response%shape_velocity(node, place(i))
-            else
-               found(i) = response%shape_displacement(node, place(i))
-            end if
-         end do
+         if (self%fit%observed == observed_acceleration_tip) then
+            values_of_shape = response%shape_velocity(node, place)
+            do i = 1, size(found)
+               if (instants(i + 1) > instants(i)) found(i) = (values_of_shape(i + 1) - values_of_shape(i)) &
+                  /(instants(i + 1) - instants(i))
+            end do
+         else if (is_velocity(self%fit%observed)) then
+            found = response%shape_velocity(node, place)
+         else
+            found = response%shape_displacement(node, place)
+         end if
       end if
       if (units%are_of_scene) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(row_response)) row_response = response
    end subroutine raw_signal
+
+   !> Limits of the intervals over which accelerations are averaged: halfway between samples. Accelerometers filter
+   !> likewise, and the mean is finite at impacts of rigid stops.
+   pure function limits_of_cells(time) result(limits)
+      real(wp), intent(in) :: time(:)
+      real(wp) :: limits(size(time) + 1)
+
+      associate (n => size(time))
+         limits(2:n) = 0.5_wp*(time(:n - 1) + time(2:))
+         limits(1) = time(1) - (limits(2) - time(1))
+         limits(n + 1) = time(n) + (time(n) - limits(n))
+      end associate
+   end function limits_of_cells
 
    !> Values between samples, on straight lines.
    pure subroutine interpolate(tau, values, instants, found)

@@ -286,9 +286,15 @@ contains
       real(wp) :: size_of
       integer :: first, last, k
 
-      base = ''
       factor = 1.0_wp
       is_known = len_trim(unit) > 0
+      if (unit == 'g') then
+         ! standard gravity
+         base = 'm/s^2'
+         factor = 9.80665_wp
+         return
+      end if
+      base = ''
       first = 1
       k = 0
       do while (first <= len_trim(unit) .and. is_known)

@@ -6,7 +6,7 @@ module inference_settings
    implicit none (type, external)
    private
    public :: sensitivity_settings_t, fit_settings_t, uncertainty_settings_t, observed_names
-   public :: observed_force, is_of_tip, is_velocity, jumps, quantity_observed
+   public :: observed_acceleration_tip, observed_force, is_of_tip, is_velocity, jumps, quantity_observed
 
    !> What a measured signal may be.
    integer, parameter :: observed_displacement_tip = 1
@@ -14,8 +14,9 @@ module inference_settings
    integer, parameter :: observed_displacement_stop = 3
    integer, parameter :: observed_velocity_stop = 4
    integer, parameter :: observed_force = 5
-   character(*), parameter :: observed_names(5) = [character(24) :: 'displacement_tip', 'velocity_tip', &
-      'displacement_stop', 'velocity_stop', 'contact_force']
+   integer, parameter :: observed_acceleration_tip = 6
+   character(*), parameter :: observed_names(6) = [character(24) :: 'displacement_tip', 'velocity_tip', &
+      'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip']
 
    !> &sensitivity
    type :: sensitivity_settings_t
@@ -82,7 +83,7 @@ contains
       integer, intent(in) :: observed
       logical :: is
 
-      is = observed == observed_displacement_tip .or. observed == observed_velocity_tip
+      is = any(observed == [observed_displacement_tip, observed_velocity_tip, observed_acceleration_tip])
    end function is_of_tip
 
    !> Does a signal jump at impacts?
@@ -91,7 +92,7 @@ contains
       integer, intent(in) :: observed
       logical :: jumps
 
-      jumps = is_velocity(observed) .or. observed == observed_force
+      jumps = is_velocity(observed) .or. observed == observed_force .or. observed == observed_acceleration_tip
    end function jumps
 
    !> Is a signal a velocity?
@@ -114,6 +115,8 @@ contains
          quantity = 'displacement'
       case (observed_velocity_tip, observed_velocity_stop)
          quantity = 'velocity'
+      case (observed_acceleration_tip)
+         quantity = 'acceleration'
       case default
          quantity = 'force'
       end select
