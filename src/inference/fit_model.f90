@@ -233,7 +233,7 @@ contains
       real(wp) :: unit_of_time, last
       real(wp), allocatable :: instants(:), values_of_shape(:)
       integer, allocatable :: place(:)
-      integer :: i, node, shapes
+      integer :: i, node
 
       if (allocated(self%reason)) deallocate (self%reason)
       found = 0.0_wp
@@ -253,22 +253,7 @@ contains
       ! before the run the beam is in its initial state
       instants = min(max(instants/unit_of_time, 0.0_wp), last)
       allocate (place(size(instants)), source=0)
-      if (self%fit%observed /= observed_force) then
-         allocate (output%shape_times(size(instants)))
-         shapes = 0
-         do i = 1, size(instants)
-            associate (tau => instants(i))
-               if (shapes > 0) then
-                  if (tau > output%shape_times(shapes)) shapes = shapes + 1
-               else
-                  shapes = 1
-               end if
-               output%shape_times(shapes) = tau
-            end associate
-            place(i) = shapes
-         end do
-         output%shape_times = output%shape_times(:shapes)
-      end if
+      if (self%fit%observed /= observed_force) call request_shapes(instants, output, place)
       self%runner%scene%output = output
       call run_next(self%runner, values, response, analysed, error, self%sets, of_run)
       if (allocated(error)) then
@@ -302,6 +287,30 @@ contains
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(row_response)) row_response = response
    end subroutine raw_signal
+
+   !> Request the shapes of the beam at some instants, each once.
+   pure subroutine request_shapes(instants, output, place)
+      !> tau, ascending
+      real(wp), intent(in) :: instants(:)
+      type(output_settings_t), intent(inout) :: output
+      !> Index of the shape of each instant
+      integer, intent(out) :: place(:)
+
+      integer :: i, shapes
+
+      allocate (output%shape_times(size(instants)))
+      shapes = 0
+      do i = 1, size(instants)
+         if (shapes == 0) then
+            shapes = 1
+         else if (instants(i) > output%shape_times(shapes)) then
+            shapes = shapes + 1
+         end if
+         output%shape_times(shapes) = instants(i)
+         place(i) = shapes
+      end do
+      output%shape_times = output%shape_times(:shapes)
+   end subroutine request_shapes
 
    !> Limits of the intervals over which accelerations are averaged: halfway between samples. Accelerometers filter
    !> likewise, and the mean is finite at impacts of rigid stops.

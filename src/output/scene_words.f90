@@ -12,10 +12,11 @@ module scene_words
    use scene_units, only: units_in
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
    use table_columns, only: print_line
+   use warning_list, only: warning_names
    implicit none (type, external)
    private
-   public :: print_model, law_in_words, mass_in_words, mesh_in_words, place_in_words, released_stop, root_in_words, &
-      stops_in_scene, support_in_words
+   public :: print_model, print_warnings, law_in_words, mass_in_words, mesh_in_words, place_in_words, released_stop, &
+      root_in_words, stops_in_scene, support_in_words
 
 contains
 
@@ -43,7 +44,10 @@ contains
             call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units))
          end do
       end if
-      if (.not. scene%wants_response) return
+      if (.not. scene%wants_response) then
+         call print_warnings(unit, scene)
+         return
+      end if
       if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
          call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
             //rounded(scene%mesh%tolerance))
@@ -58,7 +62,22 @@ contains
          end do
       end if
       call print_line(unit, 'motion', motion_in_words(scene, units))
+      call print_warnings(unit, scene)
    end subroutine print_model
+
+   !> Print the warnings about a scene, each with the name that silences it.
+   subroutine print_warnings(unit, scene)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+
+      integer :: i
+
+      if (.not. allocated(scene%warnings)) return
+      do i = 1, size(scene%warnings)
+         call print_line(unit, 'warning', scene%warnings(i)%text//" (silent_warnings = '" &
+            //trim(warning_names(scene%warnings(i)%kind))//"')")
+      end do
+   end subroutine print_warnings
 
    !> Section, damping and tip mass of the beam.
    pure function beam_in_words(scene, units) result(words)

@@ -14,6 +14,7 @@ module namelist_text
    private
    public :: namelist_t, parse_namelist
    public :: find_group, find_item, group_name, item_name, value_text, value_source, item_text, value_count
+   public :: further_values
 
    !> Maximum number of groups, and of items, that are parsed. The limit is far above the number of valid names; a
    !> longer file therefore has an unknown or a repeated name before the limit, and this name is reported.
@@ -408,5 +409,24 @@ contains
          count = sum(int(namelist%values(item%first_value:item%last_value)%repeat, i8))
       end associate
    end function value_count
+
+   !> Words about an item with several values that takes one: their number, or that 0,5 has a decimal comma.
+   pure function further_values(namelist, item) result(words)
+      type(namelist_t), intent(in) :: namelist
+      integer, intent(in) :: item
+      character(:), allocatable :: words
+
+      character(*), parameter :: digits = '0123456789'
+
+      words = ', '//to_text(value_count(namelist, item))//' given'
+      associate (whole => namelist%values(namelist%items(item)%first_value), text => namelist%text, &
+         decimals => namelist%values(namelist%items(item)%last_value))
+         if (value_count(namelist, item) /= 2 .or. decimals%first /= whole%last + 2) return
+         if (text(whole%last + 1:whole%last + 1) == ',' .and. verify(text(whole%first:whole%last), '+-'//digits) == 0 &
+            .and. verify(text(decimals%first:decimals%last), digits//'eEdD+-') == 0) then
+            words = ': decimals have a point, not a comma'
+         end if
+      end associate
+   end function further_values
 
 end module namelist_text

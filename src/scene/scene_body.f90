@@ -77,6 +77,8 @@ contains
 
       call table%bind(mass%position, name_t('position', 'position of the mass over length', place_range, &
          sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)))
+      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
+         instead_of='position', quantity='length'))
       call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
          sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))

@@ -25,6 +25,7 @@ module scene_groups
    use sweep_names, only: list_parameters, list_sweep, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
    use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
+   use warning_list, only: warning_names
    implicit none (type, external)
    private
    public :: list_scene, list_group, give_changes
@@ -183,6 +184,8 @@ contains
          default='the name'))
       call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
          default='none: results are dimensionless', is_optional=.true.), system_names)
+      call table%bind(scene%silent_warnings, name_t('silent_warnings', 'warnings that are not printed', &
+         default='none: all are printed', is_optional=.true.), warning_names)
    end subroutine list_heading
 
    !> List the names of &tip_mass in the table, and bind them to the components of the scene.

@@ -5,8 +5,8 @@ module scene_input
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
    use name_table, only: is_among, max_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
-   use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, value_count, &
-      value_source, value_text
+   use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
+      value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
@@ -132,7 +132,7 @@ contains
             return
          end if
          if (.not. entry%is_list .and. value_count(input%namelist, item) > 1_i8) then
-            call input%reject(item, 0, 'takes one value, '//to_text(value_count(input%namelist, item))//' given')
+            call input%reject(item, 0, 'takes one value'//further_values(input%namelist, item))
             return
          end if
          range = name%range

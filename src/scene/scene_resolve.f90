@@ -2,11 +2,12 @@
 !> values are set, and quantities in the user's units are converted to dimensionless values (ratios). A check that fails
 !> reports the problem to `input`, and the following steps are skipped.
 module scene_resolve
-   use kinds, only: lambda1, wp
+   use kinds, only: lambda1, pi, wp
    use name_table, only: table_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
+   use quantities, only: system_none
    use run_settings, only: method_exact, response_settings_t
    use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: check_masses, check_root
@@ -25,6 +26,7 @@ module scene_resolve
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
+   use scene_warnings, only: warn_of_scene
    use section_shapes, only: is_uniform, profile_stepped
    use unit_ratios, only: check_units, entries_in_units, set_ratio
    use value_rules, only: contains_value, max_length_ratio, max_numbers, range_t, range_text, length_ratio_problem
@@ -110,6 +112,7 @@ contains
       call resolve_inference(input, table, scene)
       if (input%has_problem()) return
       call check_output(input, scene)
+      if (.not. input%has_problem()) call warn_of_scene(input, scene)
    end subroutine resolve_scene
 
    !> Convert quantities in units to ratios, and copy all changed values of the table into the scene. If there is a
@@ -243,7 +246,7 @@ contains
 
       if (scene%wants_response) call check_response(input, scene%response)
       call resolve_requests(input, table, scene)
-      if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
+      if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene)
       if (scene%wants_statistics) call resolve_statistics(input, scene)
       problem = problem_with_damping(scene)
       if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
@@ -299,18 +302,28 @@ contains
    end subroutine check_response
 
    !> Check the number of samples of a run with known duration.
-   subroutine check_samples(input, response)
+   subroutine check_samples(input, scene)
       type(scene_input_t), intent(inout) :: input
-      type(response_settings_t), intent(in) :: response
+      type(scene_t), intent(in) :: scene
 
-      if (response%step > response%duration) then
-         call input%complain('response', 'step step_time', 'step ' &
-            //to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)')
-      else if (response%duration/response%step > max_numbers) then
-         call input%complain('response', 'step step_time', &
-            'duration over step is '//to_text(response%duration/response%step) &
-            //' samples: must be at most '//to_text(max_numbers)//' to fit into memory')
-      end if
+      character(:), allocatable :: names, reason
+
+      associate (response => scene%response, omega1 => scene%scales%omega1)
+         if (response%step > response%duration) then
+            reason = 'step '//to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)'
+            names = 'step step_time'
+            if (scene%unit_system > 0 .and. scene%unit_system /= system_none) then
+               names = names//' duration_time'
+               reason = reason//': the first frequency of the beam is '//rounded(omega1/(2.0_wp*pi)) &
+                  //' Hz; are its lengths, E and density in the units of the scene?'
+            end if
+            call input%complain('response', names, reason)
+         else if (response%duration/response%step > max_numbers) then
+            call input%complain('response', 'step step_time', &
+               'duration over step is '//to_text(response%duration/response%step) &
+               //' samples: must be at most '//to_text(max_numbers)//' to fit into memory')
+         end if
+      end associate
    end subroutine check_samples
 
    !> Check and complete &frequencies.

@@ -76,6 +76,8 @@ contains
          'position of the stop Lc over length; ' &
          //'the tip where the element beyond would be under 1/100 of its neighbour', place_range, &
          sweep=sweep_t(5, changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
+      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
+         instead_of='position', quantity='length'))
       call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
          side_names)
       ! the file chooses this stop by `pulled = .true.`; with a single stop there is no choice
@@ -158,6 +160,8 @@ contains
 
       call table%bind(support%position, name_t('position', 'position of the support over length', place_range, &
          sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)))
+      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
+         instead_of='position', quantity='length'))
       call table%bind(support%motion, name_t('motion', 'what it holds, at zero'), support_motion_names)
       call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
          'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &

@@ -15,6 +15,7 @@ module scene_types
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
+   use warning_list, only: warning_t
    implicit none (type, external)
    private
    public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
@@ -257,6 +258,10 @@ module scene_types
       character(:), allocatable :: title
       !> Text of the file
       character(:), allocatable :: text
+      !> Indices of the warnings that the file silences; unallocated: none
+      integer, allocatable :: silent_warnings(:)
+      !> Warnings about the scene; unallocated until it is resolved
+      type(warning_t), allocatable :: warnings(:)
       !> Names and resolved values, group by group; the last group is `scales`
       type(echo_t), allocatable :: echo(:)
       type(beam_settings_t) :: beam

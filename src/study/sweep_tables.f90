@@ -7,6 +7,7 @@ module sweep_tables
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use scene_words, only: print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: plan_t
@@ -39,6 +40,7 @@ contains
 
       units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
+      call print_warnings(unit, scene)
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
             words = with_unit(axis%minimum, scene_unit_of(units, axis%parameter%quantity))//' to ' &

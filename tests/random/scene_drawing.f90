@@ -1313,6 +1313,7 @@ contains
          call instead('damping', 'zeta', 'stiffness_coefficient', 2.0_wp*scene%zeta*time)
          call instead('tip_mass', 'ratio', 'mass', scene%tip_mass_ratio*scales%beam_mass)
          if (allocated(scene%masses)) then
+            call instead('mass_1', 'position', 'position_length', scene%masses(1)%position*scales%length)
             call instead('mass_1', 'mass_ratio', 'mass', scene%masses(1)%mass_ratio*scales%beam_mass)
             call instead('mass_1', 'rotary_inertia_ratio', 'rotary_inertia', &
                scene%masses(1)%rotary_inertia_ratio*scales%beam_mass*scales%length**2)
@@ -1321,6 +1322,7 @@ contains
             scene%root%rotation_stiffness_ratio*stiffness*scales%length**2)
          call instead('root', 'translation_stiffness_ratio', 'translation_stiffness', &
             scene%root%translation_stiffness_ratio*stiffness)
+         call instead('stop', 'position', 'position_length', scene%stop%position*scales%length)
          call instead('stop', 'stiffness_ratio', 'stiffness', scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'branch_ratio', 'branch_stiffness', &
             scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
@@ -1347,8 +1349,11 @@ contains
             call instead('statistics', 'end', 'end_time', scene%statistics%end*time)
             call instead('statistics', 'rest', 'rest_time', scene%statistics%rest*time)
          end if
-         if (allocated(scene%supports)) call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness &
-            *scene%supports(1)%stiffness_ratio*merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
+         if (allocated(scene%supports)) then
+            call instead('support_1', 'position', 'position_length', scene%supports(1)%position*scales%length)
+            call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness*scene%supports(1)%stiffness_ratio &
+               *merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
+         end if
          call instead('damping', 'zeta_mass', 'mass_coefficient', 2.0_wp*scene%zeta_mass/time)
          if (scene%start%kind /= start_release) call give_units_of_loads(scene, stiffness, lift, time)
          if (allocated(scene%more_stops)) return
@@ -1454,17 +1459,22 @@ contains
       call take('damping', 'zeta', scene%zeta)
       call take('tip_mass', 'ratio', scene%tip_mass_ratio)
       if (allocated(scene%masses)) then
+         call take('mass_1', 'position', scene%masses(1)%position)
          call take('mass_1', 'mass_ratio', scene%masses(1)%mass_ratio)
          call take('mass_1', 'rotary_inertia_ratio', scene%masses(1)%rotary_inertia_ratio)
       end if
       call take('root', 'rotation_stiffness_ratio', scene%root%rotation_stiffness_ratio)
       call take('root', 'translation_stiffness_ratio', scene%root%translation_stiffness_ratio)
+      call take('stop', 'position', scene%stop%position)
       call take('stop', 'stiffness_ratio', scene%stop%stiffness_ratio)
       call take('stop', 'branch_ratio', scene%stop%branch_ratio)
       call take('stop', 'damper_ratio', scene%stop%damper_ratio)
       if (scene%stop%side == side_both) call take('stop', 'clearance_ratio', -scene%stop%preload)
       if (scene%stop%side /= side_both) call take('stop', 'preload', scene%stop%preload)
-      if (allocated(scene%supports)) call take('support_1', 'stiffness_ratio', scene%supports(1)%stiffness_ratio)
+      if (allocated(scene%supports)) then
+         call take('support_1', 'position', scene%supports(1)%position)
+         call take('support_1', 'stiffness_ratio', scene%supports(1)%stiffness_ratio)
+      end if
       call take('damping', 'zeta_mass', scene%zeta_mass)
       if (allocated(scene%forces)) call take_course('force_1', scene%forces(1)%course)
       if (allocated(scene%bases)) then

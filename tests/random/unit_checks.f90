@@ -216,7 +216,10 @@ contains
       associate (a => row_of(first%measures), b => row_of(second%measures))
          do i = 1, first_statistic - 1
             ! of peaks as high as each other rounding chooses one
-            if (any(measure_table(i)%name == [character(24) :: 'greatest_stress_tau', 'greatest_stress_position'])) cycle
+            if (any(measure_table(i)%name == [character(24) :: 'greatest_stress_tau', 'greatest_stress_position', &
+               'strongest_frequency'])) cycle
+            ! what a run as short as this changes of a signal, its mean removed, is rounding
+            if (index(measure_table(i)%name, 'strongest') == 1 .and. settings%duration < 1.0e-6_wp) cycle
             call check(i, '', a([i]), b([i]), abs(a([i])))
          end do
       end associate
