@@ -17,7 +17,7 @@ module sweep_plan
    implicit none (type, external)
    private
    public :: plan_t, axis_t, section_values, make_plan, cases_of_chunk, case_values, first_of_chunk
-   public :: last_of_chunk, plan_text
+   public :: is_at_end, last_of_chunk, plan_text
 
    !> Number of values recorded in a Poincare section: displacement and velocity at the stop from which the beam is
    !> released, and at the tip.
@@ -232,6 +232,15 @@ contains
          values(i) = value_at_share(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
       end do
    end subroutine draw_values
+
+   !> Is a value at an end of the range of a parameter, at or beyond the outermost value of the cases?
+   pure function is_at_end(axis, value) result(answer)
+      type(axis_t), intent(in) :: axis
+      real(wp), intent(in) :: value
+      logical :: answer
+
+      answer = axis%maximum > axis%minimum .and. (value <= minval(axis%values) .or. value >= maxval(axis%values))
+   end function is_at_end
 
    !> The value at a fraction of the range from minimum to maximum.
    pure function value_at_share(swept, share) result(value)

@@ -10,7 +10,7 @@ module sweep_tables
    use scene_words, only: print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
-   use sweep_plan, only: plan_t
+   use sweep_plan, only: is_at_end, plan_t
    use sweep_settings, only: goal_names
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
    implicit none (type, external)
@@ -61,8 +61,34 @@ contains
       end do
       if (.not. scene%wants_best) return
       call print_best(unit, scene, plan, survey%best)
-      if (refined%count > 0) call print_refined(unit, scene, plan, refined)
+      if (survey%best%count == 0) return
+      if (refined%count == 0) then
+         call print_ends(unit, scene, plan, survey%best%values(:, 1))
+      else
+         call print_refined(unit, scene, plan, refined)
+         call print_ends(unit, scene, plan, refined%values(:, refined%count))
+      end if
    end subroutine print_sweep
+
+   !> Print the parameters of which the best case has a value at an end of their range, because better cases may lie
+   !> beyond.
+   subroutine print_ends(unit, scene, plan, values)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      !> Values of the parameters in the best case, [axes]
+      real(wp), intent(in) :: values(:)
+
+      integer :: k
+
+      do k = 1, size(plan%axes)
+         if (.not. is_at_end(plan%axes(k), values(k))) cycle
+         associate (parameter => plan%axes(k)%parameter)
+            write (unit, '(2x, a)') 'the best '//trim(parameter%name)//', '//with_unit(values(k), &
+               scene_unit_of(units_in(scene), parameter%quantity))//', is at an end of its range: better cases may lie beyond'
+         end associate
+      end do
+   end subroutine print_ends
 
    !> Print the best cases, one in each line.
    subroutine print_best(unit, scene, plan, best)
