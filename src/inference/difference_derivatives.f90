@@ -1,6 +1,6 @@
 !> Derivatives of computed values by Richardson's extrapolation of differences, with an estimate of their errors
 !> (C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75). A value may have a kink or a jump where an event appears or
-!> disappears, so the derivatives from above and from below are found too, and a derivative exists only if they agree.
+!> disappears, so the one-sided derivatives are computed, too, and a derivative exists only if they agree.
 module difference_derivatives
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -9,24 +9,24 @@ module difference_derivatives
    public :: derivative_t, differentiate, derivative_states
    public :: derivative_unknown, derivative_exists, derivative_from_above, derivative_from_below, derivative_differs
 
-   !> Too few values are known.
+   !> State of a derivative: too few values are known.
    integer, parameter :: derivative_unknown = 1
    !> The derivatives from above and from below agree.
    integer, parameter :: derivative_exists = 2
-   !> The parameter is at its least or greatest value, so it has values on one side only.
+   !> The parameter is at its minimum or maximum, so that only one one-sided derivative exists.
    integer, parameter :: derivative_from_above = 3
    integer, parameter :: derivative_from_below = 4
-   !> The values from above and from below differ: a kink or a jump.
+   !> The one-sided derivatives differ: a kink or a jump.
    integer, parameter :: derivative_differs = 5
    character(*), parameter :: derivative_states(5) = [character(10) :: 'unknown', 'exists', 'from above', &
       'from below', &
       'none']
 
-   !> A derivative; NaN where there is none.
+   !> A derivative with its one-sided derivatives and their estimated errors; NaN if a derivative does not exist.
    type :: derivative_t
       !> One of the `derivative_` constants
       integer :: state = derivative_unknown
-      !> The derivative, or that of the only side, and the estimate of its error
+      !> The derivative (at a limit the one-sided derivative), and its estimated error
       real(wp) :: value = 0.0_wp
       real(wp) :: error = 0.0_wp
       !> The derivatives from above and from below
@@ -36,23 +36,23 @@ module difference_derivatives
       real(wp) :: below_error = 0.0_wp
    end type derivative_t
 
-   !> Derivatives of both sides agree within so many of their errors, and within this share of them.
+   !> One-sided derivatives agree if they differ by at most this multiple of their errors plus this share of their size.
    real(wp), parameter :: errors_apart = 10.0_wp
    real(wp), parameter :: share_apart = 1.0e-4_wp
-   !> Estimates that do not settle within this share have no limit: those of a square root grow for ever.
+   !> Estimates with a larger relative error do not converge; for example, those of a square root grow without limit.
    real(wp), parameter :: largest_error = 0.05_wp
-   !> What changes the value by less than this share over the first step does not count.
+   !> A derivative that changes the value by less than this share over the first step counts as zero.
    real(wp), parameter :: smallest_change = 1.0e-7_wp
 
 contains
 
-   !> The derivative of f at a point from values beside it.
+   !> Derivative of a function f at a point from its values at the point and at steps to both sides.
    pure function differentiate(step, value, above, below) result(derivative)
-      !> First of the steps h, each half of the one before
+      !> First step h; each further step is half of the preceding one
       real(wp), intent(in) :: step
       !> f at the point
       real(wp), intent(in) :: value
-      !> f at the point plus and minus each step, [steps]; NaN: not known
+      !> f at the point plus and minus each step, [steps]; NaN: unknown
       real(wp), intent(in) :: above(:)
       real(wp), intent(in) :: below(:)
       type(derivative_t) :: derivative
@@ -67,7 +67,7 @@ contains
       call extrapolate(one_sided(h, above), 1, derivative%above, derivative%above_error)
       call extrapolate(-one_sided(h, below), 1, derivative%below, derivative%below_error)
       call extrapolate((above - below)/(2.0_wp*h), 2, central, central_error)
-      ! rounding errors of the values, of which a coincidence may hide the effect
+      ! rounding errors of the values; differences of estimates may be smaller by coincidence
       associate (rounding => 4.0_wp*epsilon(1.0_wp)*abs(value)/step)
          derivative%above_error = derivative%above_error + rounding
          derivative%below_error = derivative%below_error + rounding
@@ -97,12 +97,12 @@ contains
       end if
    end function differentiate
 
-   !> Differences between neighbouring steps of one side. The value at the point itself is not among them, so a jump
-   !> there does not matter.
+   !> Slopes between neighbouring steps of one side. The value at the point itself is not used, so that a jump at the
+   !> point does not matter.
    pure function one_sided(h, values) result(slopes)
       !> Steps, descending
       real(wp), intent(in) :: h(:)
-      !> f at them
+      !> f at the steps
       real(wp), intent(in) :: values(:)
       real(wp) :: slopes(size(h) - 1)
 
@@ -111,7 +111,7 @@ contains
       end associate
    end function one_sided
 
-   !> Is the error of an extrapolated value small, or too small to count?
+   !> Is the error of an extrapolated value relatively small, or negligible?
    elemental function is_settled(value, error, negligible)
       real(wp), intent(in) :: value
       real(wp), intent(in) :: error
@@ -121,7 +121,7 @@ contains
       is_settled = error <= max(largest_error*abs(value), negligible)
    end function is_settled
 
-   !> Do two numbers with errors agree, or differ by too little to count?
+   !> Do two numbers agree within their errors, or is their difference negligible?
    pure function agree(first, first_error, second, second_error, negligible)
       real(wp), intent(in) :: first
       real(wp), intent(in) :: first_error
@@ -134,14 +134,14 @@ contains
          max(share_apart*max(abs(first), abs(second)), negligible)
    end function agree
 
-   !> The limit of estimates whose errors are powers of a step that is halved each time: of all entries of Richardson's
-   !> table the one that differs least from its two neighbours; twice that difference is its error.
+   !> Extrapolate estimates at steps that are halved each time to step zero. Of all entries of Richardson's table the
+   !> one that differs least from its two neighbours is the limit, and twice that difference is its error.
    pure subroutine extrapolate(estimates, power, limit, error)
-      !> NaN: not known
+      !> Estimates, the one with the largest step first; NaN: unknown
       real(wp), intent(in) :: estimates(:)
-      !> Errors are of the powers `power`, 2 `power`, ... of the step
+      !> The error of an estimate is a series in the powers `power`, 2 `power`, ... of the step
       integer, intent(in) :: power
-      !> NaN: no two neighbouring estimates are known
+      !> Limit, NaN if no two neighbouring estimates are known; and its error
       real(wp), intent(out) :: limit
       real(wp), intent(out) :: error
 

@@ -1,4 +1,4 @@
-!> Samples of distributions from samples of equal shares of probability.
+!> Probabilities and quantiles of the normal distribution, also truncated.
 module distributions
    use kinds, only: wp
    implicit none (type, external)
@@ -7,7 +7,7 @@ module distributions
 
 contains
 
-   !> The probability that a normally distributed number of mean 0 and standard deviation 1 is less.
+   !> Probability that a number from the normal distribution with mean 0 and standard deviation 1 is less than x.
    elemental function normal_probability(x) result(probability)
       real(wp), intent(in) :: x
       real(wp) :: probability
@@ -15,7 +15,7 @@ contains
       probability = 0.5_wp*erfc(-x/sqrt(2.0_wp))
    end function normal_probability
 
-   !> What such a number exceeds with the rest of a probability, by bisection and Newton's method.
+   !> Quantile of the normal distribution with mean 0 and standard deviation 1, by bisection and Newton's method.
    elemental function normal_quantile(probability) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability
@@ -25,7 +25,7 @@ contains
       real(wp) :: before, high, low, share, slope
       integer :: i
 
-      ! of the lower half, where small probabilities have all their digits
+      ! compute in the lower half, where small probabilities have all their digits
       share = min(probability, 1.0_wp - probability)
       low = -widest
       high = 0.0_wp
@@ -45,7 +45,7 @@ contains
       if (probability > 0.5_wp) x = -x
    end function normal_quantile
 
-   !> The quantile of a normally distributed number of which only what is between two limits counts.
+   !> Quantile of a normal distribution that is truncated at two limits.
    elemental function quantile_within(probability, mean, deviation, minimum, maximum) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability

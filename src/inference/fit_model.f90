@@ -1,5 +1,5 @@
-!> A signal as a run of a scene gives it, as a function of parameters: those of a sweep between their limits, and on
-!> request zero, scale and delay of the signal.
+!> Model of a measured signal for &fit: the signal of a run as a function of fitted parameters. These are the parameters
+!> of &sweep within their ranges and, if requested, offset, scale and delay of the signal.
 module fit_model
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use analyses, only: analysed_t, of_run
@@ -24,22 +24,24 @@ module fit_model
 
    integer, parameter :: largest_name = 48
 
+   !> Model of a signal as a function for the least-squares method.
    type, extends(residuals_t) :: fit_model_t
-      !> Whoever runs the cases, and what runs among several stops share
+      !> Runner of the cases, and sets of closed contacts that its runs share
       type(runner_t), pointer :: runner => null()
       type(set_store_t), pointer :: sets => null()
       type(fit_settings_t) :: fit
-      !> Least and greatest value of each parameter, those of the sweep first, and whether its logarithm is varied
+      !> Minimum and maximum of each fitted parameter (those of the sweep first), and whether its logarithm is varied,
+      !> [fitted parameters]
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
       logical, allocatable :: is_logarithmic(:)
-      !> Residuals are summed up over time: a signal that jumps makes smooth ones then
+      !> Residuals are integrated over time, because those of a signal with jumps do not depend smoothly on parameters
       logical :: integrates = .false.
-      !> Standard deviation of the signal
+      !> Standard deviation of the measured signal
       real(wp) :: spread = 1.0_wp
-      !> Residuals are divided by this: the noise, or where it is not known the spread
+      !> Divisor of residuals: standard deviation of the noise or, if unknown, of the signal
       real(wp) :: weight = 1.0_wp
-      !> Why the last run failed; unallocated: it did not
+      !> Reason why the last run failed; unallocated: it did not fail
       character(:), allocatable :: reason
    contains
       procedure :: evaluate => evaluate_residuals
@@ -50,16 +52,16 @@ module fit_model
 
 contains
 
-   !> Number of what is found: parameters of the sweep, and of the signal.
+   !> Number of fitted parameters: those of the sweep, and those of the signal (offset, scale, delay).
    pure integer function fit_count(scene, parameters)
       type(scene_t), intent(in) :: scene
-      !> Of the sweep
+      !> Number of parameters of the sweep
       integer, intent(in) :: parameters
 
       fit_count = parameters + count([scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])
    end function fit_count
 
-   !> The names of all that is found.
+   !> Names of the fitted parameters, [fitted parameters].
    pure function fit_names(scene, plan) result(names)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -71,15 +73,16 @@ contains
          'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])]
    end function fit_names
 
-   !> Prepare a model.
+   !> Initialise the model of a scene.
    subroutine start_model(scene, plan, runner, sets, model)
-      !> It has &fit
+      !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
       type(runner_t), target, intent(inout) :: runner
       type(set_store_t), target, intent(inout) :: sets
       type(fit_model_t), intent(out) :: model
 
+      ! maximum magnitude of the signal
       real(wp) :: room
       integer :: n
 
@@ -100,7 +103,7 @@ contains
 
    contains
 
-      !> A parameter of the signal, and its limits.
+      !> Add a parameter of the signal.
       subroutine add(minimum, maximum)
          real(wp), intent(in) :: minimum
          real(wp), intent(in) :: maximum
@@ -112,7 +115,7 @@ contains
 
    end subroutine start_model
 
-   !> Values between their limits for coordinates without limits.
+   !> Parameters within their ranges from unbounded coordinates x: minimum and maximum are at sin x = -1 and 1.
    pure function parameters_at(self, x) result(values)
       class(fit_model_t), intent(in) :: self
       real(wp), intent(in) :: x(:)
@@ -128,7 +131,8 @@ contains
       values = min(max(values, self%minimum), self%maximum)
    end function parameters_at
 
-   !> Coordinates of values.
+   !> Unbounded coordinates of parameters, the inverse of `parameters_at`. Coordinates keep away from +-pi/2, where the
+   !> derivative of the parameter vanishes.
    pure function coordinates_of(model, values) result(x)
       type(fit_model_t), intent(in) :: model
       real(wp), intent(in) :: values(:)
@@ -145,14 +149,14 @@ contains
       x = min(max(x, -0.499_wp*pi), 0.499_wp*pi)
    end function coordinates_of
 
-   !> What is left between model and signal, over the noise.
+   !> Residuals: model minus signal, divided by `weight`.
    subroutine evaluate_residuals(self, x, residual)
       class(fit_model_t), intent(inout) :: self
       real(wp), intent(in) :: x(:)
-      !> Of the first values of the signal
+      !> Residuals of the first samples of the signal, [number of samples that are fitted]
       real(wp), intent(out) :: residual(:)
 
-      !> What a run that fails leaves, in standard deviations of the signal
+      !> Residual of a run that fails, in standard deviations of the signal
       real(wp), parameter :: far_away = 100.0_wp
       real(wp) :: found(size(residual))
 
@@ -168,7 +172,7 @@ contains
       end if
    end subroutine evaluate_residuals
 
-   !> Residuals summed up over time, over the mean distance of the values.
+   !> Replace residuals by their integral over time, divided by the mean sampling interval.
    pure subroutine integrate(time, residual)
       real(wp), intent(in) :: time(:)
       real(wp), intent(inout) :: residual(:)
@@ -182,14 +186,14 @@ contains
       end do
    end subroutine integrate
 
-   !> The signal for some values.
+   !> Compute the signal of the model.
    subroutine find_signal(self, values, found, row_response)
       class(fit_model_t), intent(inout) :: self
-      !> Of the sweep's parameters, then of offset, scale and delay where they are asked for
+      !> Fitted parameters: those of the sweep, then offset, scale and delay if they are fitted
       real(wp), intent(in) :: values(:)
-      !> At the first instants of the signal
+      !> Signal at the first instants of the measured signal
       real(wp), intent(out) :: found(:)
-      !> The run, with its measures
+      !> Response of the run with its measures
       type(response_t), intent(out), optional :: row_response
 
       real(wp) :: delay, offset, scale
@@ -215,12 +219,12 @@ contains
       found = offset + scale*found
    end subroutine find_signal
 
-   !> A run, and what it has of the signal at some instants.
+   !> Run a case and evaluate the observed quantity at some instants.
    subroutine raw_signal(self, values, time, found, row_response)
       class(fit_model_t), intent(inout) :: self
-      !> Of the sweep's parameters
+      !> Parameters of the sweep
       real(wp), intent(in) :: values(:)
-      !> As results have it
+      !> Instants in the unit of time of the results
       real(wp), intent(in) :: time(:)
       real(wp), intent(out) :: found(:)
       type(response_t), intent(out), optional :: row_response
@@ -269,7 +273,7 @@ contains
             if (.not. is_of_tip(self%fit%observed)) node = lbound(response%shape_displacement, 1) - 1 + &
                minloc(abs(position - self%runner%scene%stop%position), dim=1)
          end associate
-         ! an instant at the end may fall behind it by rounding
+         ! an instant at the end of the run may exceed the last shape by rounding
          place = min(place, size(response%shape_tau))
          if (self%fit%observed == observed_acceleration_tip) then
             values_of_shape = response%shape_velocity(node, place)
@@ -325,9 +329,9 @@ contains
       end associate
    end function limits_of_cells
 
-   !> Values between samples, on straight lines.
+   !> Interpolate linearly between samples.
    pure subroutine interpolate(tau, values, instants, found)
-      !> At equal distances
+      !> Instants of the samples, equidistant
       real(wp), intent(in) :: tau(:)
       real(wp), intent(in) :: values(:)
       real(wp), intent(in) :: instants(:)

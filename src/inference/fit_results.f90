@@ -1,4 +1,4 @@
-!> What a fit found: its group of the results file, and its table on the console.
+!> Results of a fit: the group /fit of the results file, and the table on the console.
 module fit_results
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use fit_model, only: largest_name
@@ -17,38 +17,39 @@ module fit_results
    private
    public :: fit_t, write_fit, print_fit, significance
 
-   !> Residuals with a smaller probability are no noise.
+   !> Residuals with a smaller probability of whiteness are not white noise.
    real(wp), parameter :: significance = 0.01_wp
 
    type :: fit_t
       character(largest_name), allocatable :: names(:)
-      !> Units of the values; '1': none
+      !> Units of the fitted parameters; '1': dimensionless
       character(largest_name), allocatable :: units(:)
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
       type(certainty_t) :: certainty
-      !> Of the model with these values, as results have it
+      !> Signal of the model with the fitted parameters, in the units of the results, [samples]
       real(wp), allocatable :: model(:)
       real(wp) :: whiteness = 0.0_wp
-      !> By which power of e small changes of the parameters grow in a unit of time; from the horizon on noise has grown
-      !> to the signal, huge: it does not
+      !> Growth rate of small changes of the parameters: exponent per unit of time; and the time at which errors as
+      !> small as the noise have grown to the signal, huge: they do not
       real(wp) :: growth_rate = 0.0_wp
       real(wp) :: horizon = huge(1.0_wp)
-      !> What is left is no more than rounding
+      !> The residuals are rounding errors
       logical :: is_exact = .false.
-      !> Of each start: where it began and ended [values, starts], sum of squares, runs; NaN where it failed
+      !> Parameters at the start and at the end of each fit [parameters, starts], sum of squares and number of runs
+      !> [starts]; NaN if the start failed
       real(wp), allocatable :: started(:, :)
       real(wp), allocatable :: ended(:, :)
       real(wp), allocatable :: sums(:)
       real(wp), allocatable :: runs(:)
-      !> Starts that ended here
+      !> Number of starts that ended at the estimates
       integer :: agreeing = 0
    end type fit_t
 
 contains
 
-   !> The group of the results file.
+   !> Write the group of the results file.
    subroutine write_fit(group, scene, plan, fit)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
@@ -110,7 +111,7 @@ contains
       call part%add('runs', nint_or_none(fit%runs), '1', 'runs that it took', along='start')
    end subroutine write_fit
 
-   !> Whole numbers, 0 for none.
+   !> Nearest whole number, 0 for NaN.
    elemental integer function nint_or_none(number)
       real(wp), intent(in) :: number
 
@@ -118,7 +119,7 @@ contains
       if (.not. ieee_is_nan(number)) nint_or_none = nint(number)
    end function nint_or_none
 
-   !> The unit of time in results.
+   !> Unit of time of the results.
    pure function time_unit(units) result(unit)
       type(units_t), intent(in) :: units
       character(:), allocatable :: unit
@@ -127,7 +128,7 @@ contains
       if (unit == '') unit = '1'
    end function time_unit
 
-   !> The table of the console, and what is to be said of it.
+   !> Print the table of the estimates, and remarks about the quality of the fit.
    subroutine print_fit(unit, scene, plan, fit)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
@@ -174,7 +175,7 @@ contains
       end if
    end subroutine print_fit
 
-   !> How many starts failed, in words; empty: none.
+   !> Number of starts that failed, in words; empty: none.
    pure function failures(fit) result(words)
       type(fit_t), intent(in) :: fit
       character(:), allocatable :: words
@@ -183,7 +184,7 @@ contains
       if (any(ieee_is_nan(fit%sums))) words = ' '//to_text(count(ieee_is_nan(fit%sums)))//' failed'
    end function failures
 
-   !> The parameters that the signal cannot tell.
+   !> Print the parameters that the signal does not determine.
    subroutine print_told(unit, plan, fit)
       integer, intent(in) :: unit
       type(plan_t), intent(in) :: plan

@@ -1,4 +1,5 @@
-!> A fit from one start, as a case of a plan: the parameters of the case in, the values found out.
+!> A fit from one start, as a case of a sweep plan: the parameters of the case are the start, the extra values of the
+!> case are the fitted parameters.
 module fit_start
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use case_runs, only: runner_t
@@ -19,27 +20,28 @@ module fit_start
 
 contains
 
-   !> Numbers that a fit leaves: the values found, the sum of squares over the square of the weight, the runs it took.
+   !> Number of extra values of a case: the fitted parameters, the sum of squared residuals over the squared weight, and
+   !> the number of runs.
    pure integer function extras_of_fit(values)
-      !> Number of values
+      !> Number of fitted parameters
       integer, intent(in) :: values
 
       extras_of_fit = values + 2
    end function extras_of_fit
 
-   !> Fit from a start. The signal is taken by and by: its later part goes with the parameters more strongly, and has
-   !> many least sums of squares that are none of the first part. A signal that jumps at impacts has one for each
-   !> sample at which these may be, so it is summed up over time until all of it is taken.
+   !> Fit from a start. First only the beginning of the signal is fitted, then more and more of it: the later part
+   !> depends more strongly on the parameters and has many local minima. Residuals of a signal that jumps at impacts are
+   !> integrated over time until the last step, because each sample at which an impact may lie gives a local minimum.
    subroutine fit_from(runner, values, row, reason, sets, extras)
       type(runner_t), target, intent(inout) :: runner
-      !> The start, in the order of the axes
+      !> Start: parameters of the sweep, in the order of the axes
       real(wp), intent(in) :: values(:)
-      !> Measures of the run with the values found
+      !> Measures of the run with the fitted parameters
       real(wp), intent(out) :: row(:)
-      !> Why there is none; unallocated: there is
+      !> Reason of a failure; unallocated: no failure
       character(:), allocatable, intent(out) :: reason
       type(set_store_t), target, intent(inout) :: sets
-      !> As in `extras_of_fit`
+      !> Extra values as `extras_of_fit` lists them
       real(wp), intent(out) :: extras(:)
 
       real(wp), parameter :: shares(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
@@ -73,7 +75,7 @@ contains
                (.not. jumps(model%fit%observed) .and. count == all_values)), x, &
                sum_of_squares, evaluations, model%fit%evaluations - all_evaluations)
             all_evaluations = all_evaluations + evaluations
-            ! where it ended at a limit it may come back from there
+            ! a parameter at the limit of its range is moved inside, so that it can leave the limit
             if (i < size(shares)) x = coordinates_of(model, model%parameters_at(x))
          end do
       end associate
@@ -89,7 +91,7 @@ contains
       extras(n + 2) = real(all_evaluations, wp)
    end subroutine fit_from
 
-   !> The values from which a fit starts: those of the case, and the zero and the scale that fit them best.
+   !> First values of the fitted parameters: those of the case, and the offset and scale that fit best with them.
    subroutine first_values(model, values, found)
       type(fit_model_t), intent(inout) :: model
       real(wp), intent(in) :: values(:)

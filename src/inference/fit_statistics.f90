@@ -1,5 +1,5 @@
-!> How sure a fit is: covariance and 95 % intervals from the Jacobian at the least sum of squares, the parameters that
-!> the signal cannot tell, and whether what is left looks like noise.
+!> Statistics of a fit: covariance and 95 % intervals from the Jacobian at the minimum, parameters that the signal does
+!> not determine, growth of small changes with time, and a test whether the residuals are white noise.
 module fit_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use floating_point_traps, only: resume_traps, suspend_traps, traps_t
@@ -10,44 +10,46 @@ module fit_statistics
    private
    public :: certainty_t, find_certainty, growth_rate, whiteness
 
-   !> What is known of the parameters of a fit.
+   !> Errors and correlation of fitted parameters.
    type :: certainty_t
-      !> Does the signal tell a parameter? False: the signal does not depend on it, it goes together with others, or its
-      !> interval is wider than its range
+      !> The signal determines the parameter. False: the signal does not depend on it, depends only on a combination of
+      !> it with other parameters, or the interval is wider than the range
       logical, allocatable :: is_told(:)
-      !> Does the signal depend on it at all?
+      !> The signal depends on the parameter
       logical, allocatable :: matters(:)
-      !> Standard errors, half widths of the 95 % intervals; NaN where it is not told
+      !> Standard errors, and half widths of the 95 % intervals; NaN if the signal does not determine the parameter
       real(wp), allocatable :: error(:)
       real(wp), allocatable :: half_width(:)
-      !> NaN with a parameter on which the signal does not depend
+      !> Covariance and correlation of the parameters; NaN for a parameter on which the signal does not depend
       real(wp), allocatable :: covariance(:, :)
       real(wp), allocatable :: correlation(:, :)
-      !> Greatest over least singular value of the Jacobian whose columns have the length 1
+      !> Condition of the Jacobian with columns scaled to length 1
       real(wp) :: condition = 1.0_wp
       !> Standard deviation of the noise, and the degrees of freedom of the residuals
       real(wp) :: noise = 0.0_wp
       integer :: freedom = 0
    end type certainty_t
 
-   !> A signal that a parameter changes over its whole range by less than this share of itself does not depend on it.
+   !> A signal does not depend on a parameter whose whole range changes the signal by less than this share of its
+   !> standard deviation.
    real(wp), parameter :: smallest_share = 1.0e-8_wp
-   !> Beyond this condition some parameters go together within the errors of the derivatives.
+   !> Beyond this condition, within the errors of the derivatives, the signal depends only on combinations of
+   !> parameters.
    real(wp), parameter :: largest_condition = 1.0e6_wp
-   !> Parts of the least certain direction that count.
+   !> Minimum component of a parameter in the least certain direction for which the parameter counts as undetermined.
    real(wp), parameter :: smallest_part = 0.1_wp
 
 contains
 
-   !> Find all of it.
+   !> Find the errors of fitted parameters.
    subroutine find_certainty(jacobian, ranges, spread, residual, noise, certainty)
-      !> Change of the signal with each parameter, [values, parameters]
+      !> Derivatives of the signal with respect to the parameters, [samples, parameters]
       real(wp), intent(in) :: jacobian(:, :)
-      !> Greatest less least value of each parameter
+      !> Maximum minus minimum of each parameter
       real(wp), intent(in) :: ranges(:)
       !> Standard deviation of the signal
       real(wp), intent(in) :: spread
-      !> Signal less model
+      !> Signal minus model, [samples]
       real(wp), intent(in) :: residual(:)
       !> Standard deviation of the noise; 0: that of the residuals
       real(wp), intent(in) :: noise
@@ -104,13 +106,13 @@ contains
       end do
    end subroutine find_certainty
 
-   !> How fast the signal parts from that of slightly different parameters: the slope of the logarithm of its change,
-   !> block by block. A chaotic motion grows by a factor in equal times; other changes grow no faster than time itself.
+   !> Growth rate of the change of the signal by small changes of parameters: slope of the logarithm of the derivatives,
+   !> in blocks of time. The derivatives of a chaotic motion grow exponentially, others at most in proportion to time.
    pure function growth_rate(time, jacobian) result(rate)
       real(wp), intent(in) :: time(:)
-      !> Change of the signal with each parameter, [values, parameters]
+      !> Derivatives of the signal with respect to the parameters, [samples, parameters]
       real(wp), intent(in) :: jacobian(:, :)
-      !> Per unit of time; 0: too few values
+      !> Growth rate per unit of time; 0: too few samples
       real(wp) :: rate
 
       integer, parameter :: blocks = 10
@@ -139,7 +141,7 @@ contains
       end associate
    end function growth_rate
 
-   !> Singular values, descending, and right singular vectors, a column each.
+   !> Singular values, descending, and right singular vectors, one in each column.
    subroutine find_singular(matrix, singular, vectors)
       !> More rows than columns
       real(wp), intent(in) :: matrix(:, :)
@@ -164,11 +166,11 @@ contains
       singular = max(singular*(work(1)/work(2)), tiny(1.0_wp)**0.25_wp)
    end subroutine find_singular
 
-   !> The probability that residuals of noise which has no memory are as much like those before them as these (G. M.
-   !> Ljung and G. E. P. Box, Biometrika 65 (1978) 297): small where the model does not explain a signal.
+   !> Test of whiteness (G. M. Ljung and G. E. P. Box, Biometrika 65 (1978) 297): probability that white noise has
+   !> autocorrelations as large as these residuals; small if the model does not explain the signal.
    pure function whiteness(residual) result(probability)
       real(wp), intent(in) :: residual(:)
-      !> NaN: too few residuals, or all vanish
+      !> Probability; NaN: there are too few residuals, or all vanish
       real(wp) :: probability
 
       integer, parameter :: most_lags = 20
@@ -176,7 +178,7 @@ contains
       integer :: k, lags, n
 
       n = size(residual)
-      ! an even number, for which the probability is a finite sum
+      ! for an even number of degrees of freedom the probability is a finite sum
       lags = min(most_lags, 2*(n/10))
       probability = ieee_value(1.0_wp, ieee_quiet_nan)
       centred = residual - sum(residual)/real(n, wp)
@@ -187,7 +189,7 @@ contains
          statistic = statistic + (sum(centred(1 + k:)*centred(:n - k))/sum_of_squares)**2/real(n - k, wp)
       end do
       statistic = 0.5_wp*statistic*real(n, wp)*real(n + 2, wp)
-      ! chi squared with an even number of degrees of freedom exceeds twice this
+      ! probability that chi squared with an even number of degrees of freedom exceeds twice this value
       term = 1.0_wp
       probability = 1.0_wp
       do k = 1, lags/2 - 1

@@ -1,4 +1,5 @@
-!> A fit of parameters to a measured signal: from the scene to its file and table. Its starts are the cases of a sweep.
+!> The study of a scene with &fit: parameters are fitted to a measured signal from several starts, which are the cases
+!> of a sweep; then come the estimates with their errors, the results file and the table.
 module fit_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -34,12 +35,12 @@ module fit_study
 
 contains
 
-   !> Fit, write the file, print the table.
+   !> Fit the parameters, write the results file, print the table.
    subroutine run_fit(scene, job, error)
-      !> It has &fit
+      !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Why there are no results
+      !> Set if there are no results
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
@@ -67,9 +68,9 @@ contains
       if (.not. job%quiet) call print_fit(job%unit, scene, plan, fit)
    end subroutine run_fit
 
-   !> The starts: each reaches the disk by itself.
+   !> Plan the starts. Each start is a chunk of its own, so that finished starts survive an interrupted run.
    subroutine plan_starts(scene, plan)
-      !> It has &fit
+      !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(out) :: plan
 
@@ -89,14 +90,14 @@ contains
       plan%remark = 'signal, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
    end subroutine plan_starts
 
-   !> What all starts came to.
+   !> Collect the results of all starts from the chunks on disk.
    subroutine collect_starts(run, plan, fit, reason, error)
       type(plan_run_t), intent(in) :: run
       type(plan_t), intent(in) :: plan
       type(fit_t), intent(inout) :: fit
-      !> Of the first that failed
+      !> Reason of the first start that failed
       character(:), allocatable, intent(out) :: reason
-      !> Set when a part cannot be read
+      !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(chunk_rows_t) :: part
@@ -122,18 +123,19 @@ contains
       end do
    end subroutine collect_starts
 
-   !> From the best of all starts to values with errors.
+   !> Find the estimates and their errors from the best of all starts.
    subroutine conclude(scene, plan, fit)
-      !> It has &fit
+      !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Its starts in; all else out
+      !> In: results of the starts; out: all other components
       type(fit_t), intent(inout) :: fit
 
-      !> A rest of this share of the signal is rounding
+      !> Residuals below this share of the signal's standard deviation are rounding errors
       real(wp), parameter :: smallest_rest = 1.0e-8_wp
       integer, parameter :: passes = 3
-      !> Powers of e by which changes that grow with time alone do not grow over a signal
+      !> A motion counts as chaotic if small changes of parameters grow by more than this power of e over the signal;
+      !> changes that are proportional to time grow by less
       real(wp), parameter :: chaotic = 5.0_wp
       type(runner_t), allocatable, target :: runner
       type(set_store_t), target :: sets
@@ -147,7 +149,7 @@ contains
       call start_plan(scene, plan, runner)
       call start_model(scene, plan, runner, sets, model)
       best = minloc(fit%sums, dim=1, mask=.not. ieee_is_nan(fit%sums))
-      ! once more with new steps
+      ! minimise once more, because the first minimisation ends at steps that fit its start
       x = coordinates_of(model, fit%ended(:, best))
       call minimise(model, size(scene%fit%value), final_tolerance, x, sum_of_squares, evaluations, &
          scene%fit%evaluations)
@@ -166,8 +168,8 @@ contains
       step = 0.0_wp
       do i = 1, passes
          call find_jacobian(model, fit%values, fit%model, step, jacobian)
-         ! derivatives over what noise leaves unknown of a parameter by itself: events that come and go with smaller
-         ! changes do not matter then
+         ! the step of each derivative is the change of the parameter that the noise hides; events that appear or
+         ! disappear within a smaller change do not spoil the derivative then
          noise = norm2(scene%fit%value - fit%model)/sqrt(real(size(fit%model), wp))
          do k = 1, size(step)
             step(k) = noise/max(norm2(jacobian(:, k)), tiny(1.0_wp))
@@ -187,16 +189,16 @@ contains
       fit%agreeing = agreeing_starts(model, fit)
    end subroutine conclude
 
-   !> Beside the least sum of squares of a signal that jumps there are others, one for each sample at which an impact
-   !> may be: search among them without derivatives, and go down again from the best.
+   !> Search the neighbourhood of the best parameters without derivatives, and minimise again from the best point found.
+   !> A signal with jumps has many local minima of the sum of squares, one for each sample at which an impact may lie.
    subroutine search_nearby(model, values, minimum)
       type(fit_model_t), intent(inout) :: model
-      !> Of the least sum so far in; of the least out
+      !> Parameters of the minimum sum of squares so far; out: improved
       real(wp), intent(inout) :: values(:)
-      !> That sum
+      !> Minimum sum of squares
       real(wp), intent(inout) :: minimum
 
-      !> In coordinates, of which one goes through its range from -pi/2 to pi/2
+      !> Half width of the neighbourhood and precision of the search, in coordinates (a range is -pi/2 to pi/2)
       real(wp), parameter :: box = 0.04_wp, precision = 1.0e-5_wp
       integer, parameter :: rounds = 2, max_points = 600
       type(search_state_t) :: state
@@ -226,7 +228,7 @@ contains
       end do
    end subroutine search_nearby
 
-   !> Units of all values.
+   !> Units of the fitted parameters.
    subroutine name_units(scene, plan, names)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -249,15 +251,16 @@ contains
       where (names == '') names = '1'
    end subroutine name_units
 
-   !> Change of the signal with each value, by central differences, at a limit by those of one side.
+   !> Derivatives of the signal with respect to the fitted parameters, by central differences, at a limit of the range
+   !> by one-sided differences.
    subroutine find_jacobian(model, values, signal, step, jacobian)
       type(fit_model_t), intent(inout) :: model
       real(wp), intent(in) :: values(:)
-      !> With these values
+      !> Signal for these values
       real(wp), intent(in) :: signal(:)
-      !> Of each value, made neither too small nor too large
+      !> Step of each parameter; the procedure limits it to a part of the range
       real(wp), intent(in) :: step(:)
-      !> [values of the signal, values]
+      !> Derivatives, [samples, fitted parameters]
       real(wp), allocatable, intent(out) :: jacobian(:, :)
 
       real(wp), parameter :: smallest_step = 1.0e-5_wp, largest_step = 0.01_wp
@@ -285,12 +288,12 @@ contains
       end do
    end subroutine find_jacobian
 
-   !> Starts that ended at the best one, in all that the signal tells.
+   !> Number of starts that ended at the best estimates, compared in the parameters that the signal determines.
    pure integer function agreeing_starts(model, fit)
       type(fit_model_t), intent(in) :: model
       type(fit_t), intent(in) :: fit
 
-      !> In coordinates, of which one goes through its range from -pi/2 to pi/2
+      !> Tolerance in coordinates (a range is -pi/2 to pi/2)
       real(wp), parameter :: nearby = 0.02_wp
       integer :: i
 

@@ -7,28 +7,28 @@ module least_squares
    private
    public :: residuals_t, minimise, final_tolerance
 
-   !> Where residuals may vanish.
+   !> Relative tolerance of the last minimisation, so small that residuals may vanish.
    real(wp), parameter :: final_tolerance = 1.0e-14_wp
 
-   !> What is to be made small. Extensions have what the residuals are computed from.
+   !> A function of which the sum of squares is minimised; extensions have its data.
    type, abstract :: residuals_t
    contains
       procedure(evaluate_interface), deferred :: evaluate
    end type residuals_t
 
    abstract interface
-      !> The residuals at a point.
+      !> Evaluate the residuals at a point.
       subroutine evaluate_interface(self, x, residual)
          import :: residuals_t, wp
          implicit none (type, external)
          class(residuals_t), intent(inout) :: self
          real(wp), intent(in) :: x(:)
-         !> As many as there are data
+         !> Residuals, [data]
          real(wp), intent(out) :: residual(:)
       end subroutine evaluate_interface
    end interface
 
-   !> What C hands on.
+   !> User data that the C function passes to `evaluate_for_c`.
    type :: handle_t
       class(residuals_t), pointer :: residuals => null()
    end type handle_t
@@ -51,22 +51,22 @@ module least_squares
 
 contains
 
-   !> Go from a point to a least sum of squares near it.
+   !> Find a local minimum of the sum of squares from a point.
    subroutine minimise(residuals, count, tolerance, x, sum_of_squares, evaluations, most_evaluations)
       class(residuals_t), target, intent(inout) :: residuals
       !> Number of residuals, at least as many as coordinates
       integer, intent(in) :: count
-      !> It ends where the sum of squares, or the point, changes by less than this share
+      !> The search ends if the sum of squares or the point changes by less than this share
       real(wp), intent(in) :: tolerance
-      !> Start in, least sum out
+      !> In: start; out: minimum
       real(wp), contiguous, intent(inout) :: x(:)
       real(wp), intent(out) :: sum_of_squares
-      !> Used and allowed
+      !> Number of evaluations used, and maximum number
       integer, intent(out) :: evaluations
       integer, intent(in) :: most_evaluations
 
       real(c_double), parameter :: first_step = 1.0_c_double
-      !> Residuals of exact motion are known to about 1e-12
+      !> Relative error of residuals, from which lmdif chooses the steps of its differences
       real(c_double), parameter :: error_of_residuals = 1.0e-12_c_double
       type(handle_t), target :: handle
       real(c_double), allocatable :: residual(:), jacobian(:, :), work(:, :), last(:)
@@ -83,17 +83,17 @@ contains
       sum_of_squares = sum(residual**2)
    end subroutine minimise
 
-   !> What C calls.
+   !> Evaluate the residuals, called by lmdif.
    function evaluate_for_c(p, m, n, x, fvec, iflag) result(status) bind(c)
-      !> A handle
+      !> Address of a `handle_t`
       type(c_ptr), value :: p
       integer(c_int), value :: m
       integer(c_int), value :: n
       real(c_double), intent(in) :: x(n)
       real(c_double), intent(out) :: fvec(m)
-      !> Whether it is for the Jacobian
+      !> 1: residuals are evaluated at a new point, 2: for the Jacobian
       integer(c_int), value :: iflag
-      !> Negative: end
+      !> Negative: lmdif shall end
       integer(c_int) :: status
 
       type(handle_t), pointer :: handle

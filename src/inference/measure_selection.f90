@@ -1,4 +1,4 @@
-!> Which measures of a run are asked about.
+!> Selection of measures (scalar results of a run) for sensitivities and uncertainty.
 module measure_selection
    use measure_list, only: measure_count, measure_table
    use scene_types, only: scene_t
@@ -8,10 +8,11 @@ module measure_selection
 
 contains
 
-   !> The measures that are asked about: those given, or all of the scene that are no counts.
+   !> Indices of the selected measures: those that the scene names, or else all measures of the scene that are not
+   !> counts.
    pure function chosen_measures(scene, given) result(measures)
       type(scene_t), intent(in) :: scene
-      !> Unallocated: none is given
+      !> Measures that the scene names; unallocated: none
       integer, allocatable, intent(in) :: given(:)
       integer, allocatable :: measures(:)
 

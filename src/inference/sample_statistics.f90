@@ -7,36 +7,36 @@ module sample_statistics
    private
    public :: sample_t, describe
 
-   !> What is known of a sample. Errors are half widths of 95 % intervals, those of a sample of numbers that do not
-   !> depend on each other; in a Latin hypercube they are no greater in all but rare cases.
+   !> Statistics of a sample. Errors are half widths of 95 % intervals for independent numbers; errors of a Latin
+   !> hypercube are rarely larger.
    type :: sample_t
-      !> Values that are there; the others are NaN
+      !> Number of values that are not NaN
       integer :: count = 0
       real(wp) :: mean = 0.0_wp
       real(wp) :: mean_error = 0.0_wp
       real(wp) :: deviation = 0.0_wp
       real(wp) :: deviation_error = 0.0_wp
-      !> Of each probability
+      !> Quantile of each probability, and its error, [probabilities]
       real(wp), allocatable :: quantile(:)
       real(wp), allocatable :: quantile_error(:)
-      !> Upper ends of classes of equal width from the least value on, and how many values are in each
+      !> Histogram: minimum of the values, upper ends of classes of equal width, and number of values in each class
       real(wp) :: minimum = 0.0_wp
       real(wp), allocatable :: class(:)
       integer, allocatable :: in_class(:)
    end type sample_t
 
-   !> Standard deviations of a half width.
+   !> Half width of a 95 % interval in standard deviations.
    real(wp), parameter :: half_width = 1.959963984540054_wp
 
 contains
 
-   !> Describe a sample.
+   !> Find the statistics of a sample.
    subroutine describe(values, probabilities, classes, sample)
-      !> NaN: not there
+      !> Values; NaN: no value
       real(wp), intent(in) :: values(:)
-      !> Of the quantiles
+      !> Probabilities of the quantiles
       real(wp), intent(in) :: probabilities(:)
-      !> Of the histogram
+      !> Number of classes of the histogram
       integer, intent(in) :: classes
       type(sample_t), intent(out) :: sample
 
@@ -87,7 +87,7 @@ contains
       end do
    end subroutine describe
 
-   !> The value below which a share of a sorted sample is, on straight lines between the values.
+   !> Value below which a share of a sorted sample lies, interpolated linearly.
    pure function at_share(sorted, share) result(value)
       real(wp), intent(in) :: sorted(:)
       real(wp), intent(in) :: share

@@ -1,5 +1,5 @@
-!> Derivatives of measures with respect to parameters: what was found, its group of the results file and its tables on
-!> the console.
+!> Results of &sensitivity, derivatives of measures with respect to parameters: the group of the results file, and the
+!> tables on the console.
 module sensitivity_results
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use difference_derivatives, only: derivative_exists, derivative_differs, derivative_states, derivative_t, &
@@ -18,20 +18,21 @@ module sensitivity_results
 
    integer, parameter :: text_room = 60
 
-   !> A derivative for each pair of a measure and a parameter; those of one measure follow each other.
+   !> A derivative for each pair of a measure and a parameter.
    type :: sensitivity_t
-      !> Places in the table of measures, and their values at the scene's parameters, in units of results
+      !> Indices of the measures in `measure_table`, and their values with the parameters of the scene, in the units of
+      !> the results
       integer, allocatable :: measures(:)
       real(wp), allocatable :: measured(:)
-      !> [parameters, measures]
+      !> Derivatives, [parameters, measures]
       type(derivative_t), allocatable :: derivative(:, :)
-      !> Impacts of a case with a parameter at the smallest step above its value, less those below it, [parameters]
+      !> Number of impacts at the smallest step above the value of a parameter minus the number below, [parameters]
       integer, allocatable :: impacts_change(:)
    end type sensitivity_t
 
 contains
 
-   !> The group of the results file: a row for each pair, so that each dataset is a column of a table.
+   !> Write the group of the results file; each dataset is a column of a table with one row for each pair.
    subroutine write_sensitivity(group, scene, sensitivity)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
@@ -81,7 +82,7 @@ contains
       end associate
    end subroutine write_sensitivity
 
-   !> A text of one length, for lists.
+   !> A text padded to the common length of lists.
    pure function text_of(words) result(text)
       character(*), intent(in) :: words
       character(text_room) :: text
@@ -89,22 +90,22 @@ contains
       text = words
    end function text_of
 
-   !> The name of a measure as results have it.
+   !> Name of a measure in the results.
    pure function named(group, measure) result(name)
       type(quantity_group_t), intent(in) :: group
-      !> Its place in the table of measures
+      !> Index in `measure_table`
       integer, intent(in) :: measure
       character(text_room) :: name
 
       name = group%named(measure_table(measure)%name)
    end function named
 
-   !> The unit of a derivative.
+   !> Unit of a derivative.
    pure function unit_of_pair(units, measure, quantity) result(unit)
       type(units_t), intent(in) :: units
-      !> Place in the table of measures
+      !> Index in `measure_table`
       integer, intent(in) :: measure
-      !> Of the parameter; empty: a number
+      !> Quantity of the parameter; empty: dimensionless
       character(*), intent(in) :: quantity
       character(text_room) :: unit
 
@@ -117,7 +118,7 @@ contains
       if (own /= '') unit = trim(unit)//'/'//own
    end function unit_of_pair
 
-   !> Percent of a value for a percent of a parameter.
+   !> Elasticity: relative change of a measure per relative change of a parameter.
    elemental function elasticities(derivative, parameter, value) result(elasticity)
       type(derivative_t), intent(in) :: derivative
       real(wp), intent(in) :: parameter
@@ -128,7 +129,7 @@ contains
       if (abs(value) > 0.0_wp) elasticity = derivative%value*parameter/value
    end function elasticities
 
-   !> The tables of the console.
+   !> Print the tables, one for each measure.
    subroutine print_sensitivity(unit, scene, sensitivity)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
@@ -173,12 +174,12 @@ contains
       end associate
    end subroutine print_sensitivity
 
-   !> What is to be said of derivatives that are not those of both sides.
+   !> Print remarks about derivatives that exist on one side only or differ between both sides.
    subroutine print_one_sided(unit, scene, sensitivity, which)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(sensitivity_t), intent(in) :: sensitivity
-      !> Of the measures
+      !> Index among the measures
       integer, intent(in) :: which
 
       character(:), allocatable :: words

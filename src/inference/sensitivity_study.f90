@@ -1,5 +1,5 @@
-!> How measures of a run change with parameters: exact runs at steps to either side of each, as cases of a plan, from
-!> which derivatives follow.
+!> The study of a scene with &sensitivity: derivatives of measures follow from exact runs with each parameter at steps
+!> above and below its value, which are the cases of a sweep plan.
 module sensitivity_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
@@ -25,12 +25,12 @@ module sensitivity_study
 
 contains
 
-   !> Run the cases, write the file, print the tables.
+   !> Run the cases, write the results file, print the tables.
    subroutine run_sensitivity(scene, job, error)
-      !> It has &sensitivity
+      !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Why there are no results
+      !> Set if there are no results
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
@@ -60,9 +60,9 @@ contains
       if (.not. job%quiet) call print_sensitivity(job%unit, scene, sensitivity)
    end subroutine run_sensitivity
 
-   !> The cases: the scene itself, then for each parameter and step one above and one below its value.
+   !> Plan the cases: the scene itself, then for each parameter and step one case above and one below its value.
    subroutine plan_steps(scene, plan)
-      !> It has &sensitivity
+      !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(out) :: plan
 
@@ -86,7 +86,7 @@ contains
                do side = 1, 2
                   case = case + 1
                   associate (value => settings%values(k) + merge(1.0_wp, -1.0_wp, side == 1)*scale(step(k), 1 - i))
-                     ! a case beyond a limit is run as the scene itself, and not counted
+                     ! a case beyond a limit is run with the value of the scene and not used
                      if (value >= settings%minimum(k) .and. &
                         value <= settings%maximum(k)) plan%axes(k)%values(case) = value
                   end associate
@@ -98,9 +98,9 @@ contains
       end associate
    end subroutine plan_steps
 
-   !> The first step of each parameter: a share of its value, or of one unit of it where it is 0.
+   !> First step of each parameter: a share of its value or, if the value is 0, of one unit.
    pure function first_steps(scene) result(step)
-      !> It has &sensitivity
+      !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
       real(wp) :: step(size(scene%sensitivity%parameters))
 
@@ -120,15 +120,15 @@ contains
       end associate
    end function first_steps
 
-   !> The rows of all cases.
+   !> Read the measures of all cases from the chunks on disk.
    subroutine collect_rows(run, plan, rows, reason, error)
       type(plan_run_t), intent(in) :: run
       type(plan_t), intent(in) :: plan
-      !> [measure_count, cases]
+      !> Measures, [measure_count, cases]
       real(wp), intent(out) :: rows(:, :)
-      !> Why the first case failed, if it did
+      !> Reason if the first case, the scene itself, failed
       character(:), allocatable, intent(out) :: reason
-      !> Set when a part cannot be read
+      !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(chunk_rows_t) :: part
@@ -150,11 +150,11 @@ contains
       end do
    end subroutine collect_rows
 
-   !> Derivatives from the rows of all cases.
+   !> Find the derivatives from the measures of all cases.
    subroutine find_sensitivity(scene, rows, sensitivity)
-      !> It has &sensitivity
+      !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
-      !> [measure_count, cases], in the order of the plan
+      !> Measures, [measure_count, cases], in the order of the plan
       real(wp), intent(in) :: rows(:, :)
       type(sensitivity_t), intent(out) :: sensitivity
 
@@ -165,7 +165,7 @@ contains
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       step = first_steps(scene)
       sensitivity%measures = chosen_measures(scene, scene%sensitivity%measures)
-      ! of those that nobody named only what is there
+      ! of measures that the scene does not name, only those with a value
       if (.not. allocated(scene%sensitivity%measures)) sensitivity%measures = pack(sensitivity%measures, &
          .not. ieee_is_nan(rows(sensitivity%measures, 1)))
       sensitivity%measured = rows(sensitivity%measures, 1)
@@ -192,7 +192,7 @@ contains
 
    contains
 
-      !> Is a value of a parameter within its limits?
+      !> Is a value of a parameter within its range?
       elemental logical function is_within(value, parameter)
          real(wp), intent(in) :: value
          integer, intent(in) :: parameter

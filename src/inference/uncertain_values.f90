@@ -1,4 +1,5 @@
-!> Parameters of a sample with the distributions that are given, or with estimates and covariance of a fit.
+!> Distributions of uncertain parameters: uniform, normal, lognormal, or joint normal with the estimates and the
+!> covariance of a fit.
 module uncertain_values
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use distributions, only: normal_quantile, quantile_within
@@ -13,25 +14,25 @@ module uncertain_values
    private
    public :: distribute
 
-   !> Estimates of a fit.
+   !> Estimates of a fit, and their covariance.
    type :: estimate_t
       character(largest_name), allocatable :: names(:)
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: covariance(:, :)
    end type estimate_t
 
-   !> 95 % of the values are within so many standard deviations.
+   !> Half width of a 95 % interval in standard deviations.
    real(wp), parameter :: half_width = 1.959963984540054_wp
 
 contains
 
-   !> Give the parameters of a plan, which are distributed evenly over their ranges, their own distributions. Each
-   !> value keeps its share of the probability, so a Latin hypercube stays one.
+   !> Transform the parameters of a plan, which are uniformly distributed over their ranges, to their own distributions.
+   !> Each value keeps its cumulative probability, so that a Latin hypercube remains one.
    subroutine distribute(scene, plan, error)
-      !> It has &uncertainty
+      !> Scene with &uncertainty
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(inout) :: plan
-      !> Set when a fit cannot be read
+      !> Set if the results of a fit cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(estimate_t) :: estimate
@@ -61,8 +62,8 @@ contains
       end do
    end subroutine distribute
 
-   !> The share of its range at which each value is.
-   pure function surrogate_amplitudes(axis) result(share)
+   !> Share of the range below each value.
+   pure function shares_of_range(axis) result(share)
       type(axis_t), intent(in) :: axis
       real(wp) :: share(size(axis%values))
 
@@ -74,17 +75,17 @@ contains
          share = (axis%values - axis%minimum)/(axis%maximum - axis%minimum)
       end if
       share = min(max(share, nearest), 1.0_wp - nearest)
-   end function surrogate_amplitudes
+   end function shares_of_range
 
-   !> A normal distribution, or where the range is logarithmic a lognormal one, with 95 % of its values in the range;
-   !> what is further than four standard deviations away, or on the other side of 0, is left out.
+   !> Distribute a parameter normally (lognormally if its range is logarithmic) with 95 % of the values in the range.
+   !> The distribution is truncated at four standard deviations, and at 0 if the range is on one side of 0.
    subroutine distribute_normally(axis)
       type(axis_t), intent(inout) :: axis
 
       real(wp), parameter :: widest = 4.0_wp
       real(wp) :: deviation, maximum, minimum, mean
 
-      associate (share => surrogate_amplitudes(axis))
+      associate (share => shares_of_range(axis))
          if (axis%is_logarithmic) then
             mean = 0.5_wp*log(axis%minimum*axis%maximum)
             deviation = 0.5_wp*log(axis%maximum/axis%minimum)/half_width
@@ -103,10 +104,10 @@ contains
       axis%maximum = maxval(axis%values)
    end subroutine distribute_normally
 
-   !> Parameters of a fit: normal, correlated, within their ranges.
+   !> Distribute the parameters of a fit: jointly normal with their covariance, truncated at their ranges.
    subroutine distribute_jointly(plan, of_fit, estimate)
       type(plan_t), intent(inout) :: plan
-      !> Place of each parameter in the fit; 0: it is not there
+      !> Index of each parameter in the fit; 0: the fit does not have it
       integer, intent(in) :: of_fit(:)
       type(estimate_t), intent(in) :: estimate
 
@@ -119,7 +120,7 @@ contains
       if (size(axes) == 0) return
       allocate (scores(plan%cases, size(axes)))
       do k = 1, size(axes)
-         scores(:, k) = normal_quantile(surrogate_amplitudes(plan%axes(axes(k))))
+         scores(:, k) = normal_quantile(shares_of_range(plan%axes(axes(k))))
       end do
       allocate (factor(size(axes), size(axes)), source=estimate%covariance(of_fit(axes), of_fit(axes)))
       call factorise(factor)
@@ -136,9 +137,9 @@ contains
       end do
    end subroutine distribute_jointly
 
-   !> The triangular factor of a covariance (Cholesky); a variance that is none by rounding counts as 0.
+   !> Cholesky factor of a covariance; a variance that is negative by rounding counts as 0.
    pure subroutine factorise(matrix)
-      !> Symmetric in; lower triangle of the factor out
+      !> In: covariance; out: lower triangular factor
       real(wp), intent(inout) :: matrix(:, :)
 
       integer :: i, j
@@ -153,11 +154,11 @@ contains
       end do
    end subroutine factorise
 
-   !> Read what a fit found.
+   !> Read the estimates of a fit from its results file.
    subroutine read_fit(scene, estimate, error)
       type(scene_t), intent(in) :: scene
       type(estimate_t), intent(inout) :: estimate
-      !> Why it could not be read
+      !> Set if the file cannot be read or has no fit
       type(failure_t), allocatable, intent(out) :: error
 
       type(hdf5_source_t) :: file
@@ -196,7 +197,7 @@ contains
       call file%close_source()
    end subroutine read_fit
 
-   !> The beginning of a text.
+   !> First characters of a text.
    pure function beginning(text, last) result(part)
       character(*), intent(in) :: text
       integer, intent(in) :: last

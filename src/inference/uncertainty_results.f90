@@ -1,4 +1,4 @@
-!> What uncertain parameters make of measures: groups of the results file, and the table on the console.
+!> Results of &uncertainty, statistics of measures: the group of the results file, and the table on the console.
 module uncertainty_results
    use kinds, only: wp
    use measure_list, only: measure_table
@@ -16,9 +16,9 @@ module uncertainty_results
    integer, parameter :: text_room = 40
 
    type, extends(summary_t) :: uncertainty_t
-      !> Places in the table of measures
+      !> Indices of the measures in `measure_table`
       integer, allocatable :: measures(:)
-      !> Of each
+      !> Statistics of each measure
       type(sample_t), allocatable :: samples(:)
       !> Probabilities of the quantiles
       real(wp), allocatable :: probabilities(:)
@@ -28,7 +28,7 @@ module uncertainty_results
 
 contains
 
-   !> /uncertainty: a row for each measure, and parts with quantiles and histograms.
+   !> Write the group /uncertainty: a row for each measure, and subgroups with quantiles and histograms.
    subroutine write_uncertainty(self, root)
       class(uncertainty_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: root
@@ -72,10 +72,10 @@ contains
       end do
    end subroutine write_uncertainty
 
-   !> The table of the console.
+   !> Print the table.
    subroutine print_uncertainty(unit, units, uncertainty)
       integer, intent(in) :: unit
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       type(uncertainty_t), intent(in) :: uncertainty
 

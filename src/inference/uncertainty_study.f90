@@ -1,4 +1,5 @@
-!> What uncertain parameters make of the measures of a run: a sweep over a sample of them, and its statistics.
+!> The study of a scene with &uncertainty: a sweep over a sample of uncertain parameters, and statistics of its
+!> measures.
 module uncertainty_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -26,12 +27,12 @@ module uncertainty_study
 
 contains
 
-   !> Run the sample, write the file, print the tables.
+   !> Run the sample, write the results file, print the tables.
    subroutine run_uncertainty(scene, job, error)
-      !> It has &uncertainty
+      !> Scene with &uncertainty
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Why there are no results; the parts that are done stay
+      !> Set if there are no results; complete chunks remain on disk
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
@@ -45,7 +46,7 @@ contains
       call plan_sample(scene, plan, error)
       trouble = 0
       if (allocated(error)) trouble = error%status
-      ! a process that cannot read the fit must not let the others wait for it
+      ! if one process cannot read the fit, all processes end
       trouble = max_of_ranks(trouble)
       if (trouble > 0) then
          call fail(error, trouble, '')
@@ -68,12 +69,12 @@ contains
       call print_uncertainty(job%unit, units_in(scene), uncertainty)
    end subroutine run_uncertainty
 
-   !> The sample.
+   !> Plan the cases, a sample of the distributions.
    subroutine plan_sample(scene, plan, error)
-      !> It has &uncertainty
+      !> Scene with &uncertainty
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(out) :: plan
-      !> Set when a fit cannot be read
+      !> Set if the results of a fit cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       character(kind=c_char), allocatable :: bytes(:)
@@ -82,7 +83,7 @@ contains
       call make_plan(scene, plan)
       call distribute(scene, plan, error)
       if (allocated(error)) return
-      ! of values that follow from a fit the scene says only where it is
+      ! the plan depends on the values, because the scene gives only the name of the results file of a fit
       plan%remark = 'sample, checksum'
       room = plan%cases*(storage_size(1.0_wp)/8)
       allocate (bytes(room))
@@ -92,15 +93,15 @@ contains
       end do
    end subroutine plan_sample
 
-   !> Some measures of all cases.
+   !> Read the selected measures of all cases from the chunks on disk.
    subroutine collect_values(run, plan, measures, values, error)
       type(plan_run_t), intent(in) :: run
       type(plan_t), intent(in) :: plan
-      !> Places in the table of measures
+      !> Indices of the measures in `measure_table`
       integer, intent(in) :: measures(:)
-      !> [cases, measures]
+      !> Measures, [cases, measures]
       real(wp), allocatable, intent(out) :: values(:, :)
-      !> Set when a part cannot be read
+      !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
       type(chunk_rows_t) :: part
@@ -122,12 +123,13 @@ contains
       end do
    end subroutine collect_values
 
-   !> Statistics of all measures that are asked for; of those that nobody named, those that are there.
+   !> Find the statistics of the selected measures; measures that the scene does not name are left out if they have no
+   !> value.
    subroutine describe_rows(scene, values, uncertainty)
       type(scene_t), intent(in) :: scene
-      !> [cases, measures]
+      !> Measures, [cases, measures]
       real(wp), intent(in) :: values(:, :)
-      !> Its measures in
+      !> In: measures; out: statistics
       type(uncertainty_t), intent(inout) :: uncertainty
 
       integer, allocatable :: there(:)

@@ -14,7 +14,7 @@ module orbit_settings
 
    !> Settings of &orbit.
    type :: orbit_settings_t
-      !> Maximum period for which the steady loads run before the search, in periods of the load
+      !> Period of the orbit in periods of the load; 0: detected from the run
       integer :: periods = 0
       !> Periods of the load that are computed before the search
       integer :: skip = 100

@@ -184,7 +184,7 @@ module scene_types
    type :: precision_settings_t
       !> Length of the runs, tau
       real(wp) :: duration = 20.0_wp
-      !> Integration methods that are compared, `contender_` constants; all of them if the file names none
+      !> Integration methods that are compared, `integrator_` constants; all of them if the file names none
       integer, allocatable :: methods(:)
       !> Newmark's steps, d tau
       real(wp), allocatable :: steps(:)

@@ -85,7 +85,8 @@ contains
          if (.not. is_at_end(plan%axes(k), values(k))) cycle
          associate (parameter => plan%axes(k)%parameter)
             write (unit, '(2x, a)') 'the best '//trim(parameter%name)//', '//with_unit(values(k), &
-               scene_unit_of(units_in(scene), parameter%quantity))//', is at an end of its range: better cases may lie beyond'
+               scene_unit_of(units_in(scene), parameter%quantity)) &
+               //', is at an end of its range: better cases may lie beyond'
          end associate
       end do
    end subroutine print_ends
