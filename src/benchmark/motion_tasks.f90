@@ -43,7 +43,7 @@ module motion_tasks
       !> Mesh to assemble: number of elements, and ratio of the lengths of neighbouring elements
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
-      !> Number of modes, and solver
+      !> Number of modes to compute, and frequency solver, one of the `solver_` constants
       integer :: count = 0
       integer :: solver = 0
       !> Results: response of a run, and lambda of the modes
@@ -122,7 +122,7 @@ contains
    !> Settings of a run by one of the compared methods. Newmark's tolerances are those of the paper at the paper's step
    !> of 0.01 and are proportional to the square of the step, as the error of the method is.
    pure function settings_for(contender, precision, step) result(settings)
-      !> One of the `contender_` constants
+      !> Method, one of the `integrator_` constants
       integer, intent(in) :: contender
       !> Settings of the study
       type(precision_settings_t), intent(in) :: precision

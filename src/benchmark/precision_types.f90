@@ -24,7 +24,7 @@ module precision_types
 
    !> Run time and error of motion for one method with one set of settings.
    type :: motion_entry_t
-      !> Method, one of the `contender_` constants, and setting that is varied, one of the `varied_` constants
+      !> Method, one of the `integrator_` constants, and setting that is varied, one of the `varied_` constants
       integer :: contender = 0
       integer :: varied = 0
       !> Newmark's step or the interval of the compared samples of exact motion, tau; tolerances of exact motion; number
