@@ -31,7 +31,7 @@ module motion_tasks
    !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
-   !> A task with its input and its results.
+   !> A task with its input and its results. The lengths of runs are in `settings`, what they record in `output`.
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
       integer :: action = task_run
@@ -81,12 +81,14 @@ contains
       if (with_modes) call task%run(error)
    end subroutine prepare_task
 
-   !> Execute the task once.
+   !> Execute the task once. Modes, runs and frequency solvers need the model of an earlier assembly, `task_motion`
+   !> needs the modes, too.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
       !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! shapes of the lowest modes, not used
       real(wp), allocatable :: modes(:, :)
 
       associate (scene => self%scene)
