@@ -6,8 +6,8 @@
 !> and the row w of a contact gives the normal displacement w . y of its point. At a rigid contact the displacement of
 !> the point does not change. At a three-element stop the mean of the force P over the step follows from the indentation
 !> u+ at its end: slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c du/dtau
-!> at the end of the step. At the end of a step u+ = height + shift - w . y, with the components `height` and `shift` of
-!> the contact: the shift is the gap at which contact began.
+!> at the end of the step. There u+ = height + shift - w . y, with the height of the contact surface and the shift, the
+!> gap at which contact began (components of the contact).
 !>
 !> During a trial step `states(now)` is the state at the beginning, and `states(3 - now)` the state at the end.
 module newmark_steps
@@ -61,7 +61,8 @@ contains
       ! numbers of all closed contacts, and of the rigid ones among them, which come first in the list `closed`
       integer :: count_closed, count_constrained, j, k
 
-      ! the load at the end of the step, and the instant at which it is evaluated: shortly before a jump of the load
+      ! the load at the end of the step, and the instant at which it is evaluated: shortly before, if the load jumps
+      ! there
       if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
          run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
@@ -156,7 +157,7 @@ contains
 
       ! normal components of acceleration, displacement and velocity at the end of the step without contact forces
       real(wp) :: acceleration, y, v
-      ! derivatives by the acceleration at the end of the step: of displacement (h^2/4) and velocity (h/2) there, for
+      ! derivatives by the acceleration at the end of the step: of displacement (h^2/4, h: step) and velocity (h/2), for
       ! any beta and gamma, because the stepper has turned the scheme into average acceleration (`newmark_stepper`); and
       ! of the contact force with reversed sign, > 0 because the force falls as the beam moves away
       real(wp) :: displacement_factor, velocity_factor, factor
