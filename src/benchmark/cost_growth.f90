@@ -1,5 +1,6 @@
 !> Measures how the run time divides between the parts of a run, and how time and memory grow with the mesh, the length
 !> of the run, the number of events and the number of modes. Growth is a curve with the fitted exponent of a power law.
+!> A task (`task_t`) is the computation that is timed; tasks with the same scene differ in kind and settings.
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
@@ -16,8 +17,9 @@ module cost_growth
 
    !> Interval of the samples in timed runs, tau.
    real(wp), parameter :: sample_step = 0.01_wp
-   !> Maximum numbers of elements for which all modes and for which the motion in all modes are timed, because the time
-   !> of the dense eigenvalue solver grows with the third power of the number of elements.
+   !> Maximum numbers of elements for which Newmark's method and the computation of all modes are timed, and for which
+   !> the exact motion in all modes is timed, because the time of the dense eigenvalue solver grows with the third power
+   !> of the number of elements.
    integer, parameter :: max_elements_modes = 256, max_elements_motion = 128
 
 contains
@@ -30,8 +32,10 @@ contains
       !> Set if a part fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! the default output: all histories, no energies
       type(output_settings_t) :: histories
       type(task_t) :: task
+      ! times of a run without histories and with them, s
       real(wp) :: events_only, with_histories
 
       call prepare_task(scene, scene%mesh%elements, task, error)
@@ -153,6 +157,7 @@ contains
       type(task_t) :: task
       ! ordinates of the curves, named by what is timed, and abscissa `modes`
       real(wp), allocatable :: few_modes(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
+      ! time of a task, and peak memory before a mesh, in bytes
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
       ! last_dense, last_motion: indices of the last meshes for which all modes and the motion in all modes are timed
@@ -267,8 +272,8 @@ contains
       call move_alloc(extended, curves)
    end subroutine add_curve
 
-   !> Exponent of a power law: least-squares slope of the logarithms of the upper half of the points, but of at least
-   !> three points if there are three.
+   !> Exponent of a power law: least-squares slope of the logarithms of the second half of the points, but of at least
+   !> three points if there are three; 0: fewer than two points are positive.
    pure function fitted_exponent(abscissa, ordinate) result(exponent)
       !> Points of the curve, > 0, [points]
       real(wp), intent(in) :: abscissa(:)
@@ -277,6 +282,7 @@ contains
 
       integer, parameter :: min_points = 3
       real(wp), allocatable :: x(:), y(:)
+      ! the point takes part in the fit
       logical :: used(size(abscissa))
       integer :: i, points
 

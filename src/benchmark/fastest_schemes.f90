@@ -1,6 +1,6 @@
 !> Finds the fastest run within each error bound, separately for each scheme. A scheme is a method of computing motion
-!> together with a mass matrix; an entry is here a run with one set of settings; errors are differences from the motion
-!> that has converged in the mesh.
+!> together with a mass matrix; an entry is here a run with one set of settings, its `contender` is the method; errors
+!> are differences from the motion that has converged in the mesh.
 module fastest_schemes
    use kinds, only: wp
    use precision_types, only: motion_entry_t, varied_mesh

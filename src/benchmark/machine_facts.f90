@@ -77,6 +77,7 @@ contains
       integer :: status, kilobytes
 
       bytes = 0.0_wp
+      ! the peak of the resident memory, in kilobytes
       value = value_in('/proc/self/status', 'VmHWM')
       if (len(value) == 0) return
       read (value, *, iostat=status) kilobytes

@@ -84,6 +84,7 @@ contains
       !> Use every n-th sample, of which the horizon must be one; default 1
       integer, intent(in), optional :: every
 
+      ! `last`: index of the last sample up to the horizon
       integer :: i, last, stride
 
       stride = 1
@@ -120,12 +121,15 @@ contains
       integer, intent(in) :: stride
       real(wp) :: impulse
 
+      ! integral of y_c = eta + delta over time
       real(wp) :: eta_integral
+      ! number of samples that are used
       integer :: n
 
       n = (last - 1)/stride + 1
       associate (eta => response%history(eta_stop)%values(:last:stride), tau => response%tau(:last:stride))
          eta_integral = sum(0.5_wp*(eta(2:) + eta(:n - 1))*(tau(2:) - tau(:n - 1))) + balance%preload*tau(n)
+         ! shapes begin with index 0, the root, which has no degrees of freedom
          associate (y => response%shape_displacement, slope => response%shape_slope, final => size(response%shape_tau))
             impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, final)) &
                + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, final)) &
@@ -148,6 +152,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: factors
+      ! s, M s and C s
       real(wp), dimension(model%stiffness%order) :: static, momentum, damping
 
       factors = model%stiffness
@@ -161,6 +166,7 @@ contains
       ! damping in addition to 2 zeta K: each mode has its own damping rate
       call multiply(model%mass, matmul(modes%mode, rates_of_modes(settings, modes%square)* &
          matmul(momentum, modes%mode)), damping)
+      ! K s is the unit force at the stop, so 2 zeta K s has this one entry
       damping(model%stop_dof) = damping(model%stop_dof) + 2.0_wp*settings%zeta
       balance%mass = momentum
       balance%damping = damping
@@ -197,6 +203,7 @@ contains
       !> Order of the errors; default 2
       integer, intent(in), optional :: order
 
+      ! stride by which the samples of the second run are those of the first, and number of these samples
       integer :: every, samples
       ! extrapolation weight of the difference of both runs, 1/(2^order - 1)
       real(wp) :: weight

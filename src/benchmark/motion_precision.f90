@@ -1,6 +1,8 @@
 !> Run time and error of motion for every method and every setting. An entry is here one run with one set of settings.
 !> The reference is exact motion with all modes and the strictest hop tolerance (the height in eta below which a flight
-!> is a hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference.
+!> is a hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference. If the scene
+!> requests errors against the beam (`against_beam`), runs on several meshes are compared with a run on twice as many
+!> elements as the finest of these meshes: this run then represents the beam itself.
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
@@ -89,6 +91,7 @@ contains
       type(motion_entry_t), allocatable, intent(out) :: entries(:)
 
       type(motion_entry_t) :: entry
+      ! default settings, whose hop tolerance is used unless it is varied
       type(response_settings_t) :: defaults
       integer :: i, k
 
@@ -125,6 +128,7 @@ contains
                entry%mass = mass_consistent
                call add_mesh_entries(requested, entry, entries)
                entry%mass = mass_redistributed
+               ! the redistributed matrix reduces the error of impacts at rigid stops only
                if (.not. is_rigid(scene%stop)) cycle
             end if
             call add_mesh_entries(requested, entry, entries)
@@ -187,6 +191,7 @@ contains
 
       real(wp), parameter :: event_tolerance = 1.0e-13_wp
       type(impulse_balance_t) :: balance
+      ! compared quantities of the reference, of Newmark's runs with two steps, and of their extrapolation
       type(run_results_t) :: exact, runs(2), limit
       type(failure_t), allocatable :: error
       type(task_t) :: newmark
@@ -234,6 +239,8 @@ contains
       !> Set if the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! compared quantities of the run for the beam, of the run on half as many elements, and of the runs with the other
+      ! mass matrix on half as many and on as many elements
       type(run_results_t) :: results, half, other(2)
       type(failure_t), allocatable :: other_error
       ! the mass matrix that the run for the beam does not use
@@ -255,7 +262,8 @@ contains
          beam%other_failure = other_error%message
          return
       end if
-      ! with the consistent matrix the mass that is hit contains a part of an element: an error of first order
+      ! with the consistent matrix the mass that is hit contains a part of an element: an error of first order, which
+      ! extrapolation removes; `half` now holds the quantities with the other mass matrix
       if (finest%model%is_redistributed) call extrapolate(other(1), other(2), half, order=1)
       if (.not. finest%model%is_redistributed) half = other(2)
       beam%other = difference_of(half, results)
@@ -322,6 +330,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon
+      !> Task of the reference for this entry
       type(task_t), intent(inout) :: reference
       type(motion_entry_t), intent(inout) :: entry
 
@@ -329,6 +338,7 @@ contains
       type(impulse_balance_t) :: balance
       type(run_results_t) :: results, exact
       type(task_t) :: task
+      ! strides of the samples of the entry and of the reference, so that both have the same instants
       integer :: every(2)
 
       if (entry%varied == varied_mesh) then
@@ -363,6 +373,7 @@ contains
          task%output = no_output()
          call measure_time(task, scene%precision, entry%whole, error)
       end if
+      ! Newmark's method computes no modes, so there is no other time
       entry%motion = entry%whole
       if (.not. allocated(error) .and. entry%contender == integrator_exact) then
          task%action = task_motion

@@ -31,7 +31,7 @@ module motion_tasks
    !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
-   !> A task with its input and its results.
+   !> A task with its input and its results. The lengths of runs are in `settings`, what they record in `output`.
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
       integer :: action = task_run
@@ -43,7 +43,7 @@ module motion_tasks
       !> Mesh to assemble: number of elements, and ratio of the lengths of neighbouring elements
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
-      !> Number of modes, and solver
+      !> Number of modes to compute, and frequency solver, one of the `solver_` constants
       integer :: count = 0
       integer :: solver = 0
       !> Results: response of a run, and lambda of the modes
@@ -81,12 +81,14 @@ contains
       if (with_modes) call task%run(error)
    end subroutine prepare_task
 
-   !> Execute the task once.
+   !> Execute the task once. Modes, runs and frequency solvers need the model of an earlier assembly, `task_motion`
+   !> needs the modes, too.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
       !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! shapes of the lowest modes, not used
       real(wp), allocatable :: modes(:, :)
 
       associate (scene => self%scene)
@@ -122,7 +124,7 @@ contains
    !> Settings of a run by one of the compared methods. Newmark's tolerances are those of the paper at the paper's step
    !> of 0.01 and are proportional to the square of the step, as the error of the method is.
    pure function settings_for(contender, precision, step) result(settings)
-      !> One of the `contender_` constants
+      !> Method, one of the `integrator_` constants
       integer, intent(in) :: contender
       !> Settings of the study
       type(precision_settings_t), intent(in) :: precision

@@ -28,6 +28,7 @@ contains
       !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
+      ! estimated size of the file
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
       type(quantity_group_t) :: root
       type(hdf5_group_t) :: group
@@ -103,7 +104,9 @@ contains
       type(precision_t), intent(in) :: study
 
       type(hdf5_group_t) :: child
+      ! indices of the entries that vary the step
       integer, allocatable :: varied(:)
+      ! contributions to their errors: of the step, of the mesh, and of both, [3, entries]
       real(wp), allocatable :: parts(:, :)
       integer :: i, k
 

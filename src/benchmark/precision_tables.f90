@@ -90,6 +90,7 @@ contains
       associate (entries => study%motion, beam => study%beam, schemes => schemes_of(study%motion))
          write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
             study%horizon, ': ms, elements, step'
+         ! one column for each scheme, by the first entry of the scheme
          write (unit, '(2x, a8, *(a36))') 'error', (trim(scheme_name(entries(schemes(k)))), k=1, size(schemes))
          do i = 1, size(error_bounds)
             write (unit, '(2x, es8.0, *(a36))') error_bounds(i), &

@@ -24,7 +24,7 @@ module precision_types
 
    !> Run time and error of motion for one method with one set of settings.
    type :: motion_entry_t
-      !> Method, one of the `contender_` constants, and setting that is varied, one of the `varied_` constants
+      !> Method, one of the `integrator_` constants, and setting that is varied, one of the `varied_` constants
       integer :: contender = 0
       integer :: varied = 0
       !> Newmark's step or the interval of the compared samples of exact motion, tau; tolerances of exact motion; number
@@ -42,6 +42,7 @@ module precision_types
       !> Errors against the reference
       type(motion_errors_t) :: errors
       integer :: event_count = 0
+      !> Number of modes in which exact motion was computed
       integer :: retained_modes = 0
       !> Number of steps, or of evaluations of modal sums
       integer(i8) :: evaluations = 0_i8
@@ -63,7 +64,7 @@ module precision_types
       character(name_length) :: unit = ''
       real(wp), allocatable :: abscissa(:)
       real(wp), allocatable :: ordinate(:)
-      !> Exponent of the fit ordinate ~ abscissa^exponent to the upper half of the points
+      !> Exponent of the fit ordinate ~ abscissa^exponent to the second half of the points
       real(wp) :: exponent = 0.0_wp
    end type curve_t
 
@@ -71,6 +72,7 @@ module precision_types
    type :: solver_entry_t
       character(name_length) :: solver = ''
       integer :: elements = 0
+      !> Ratio of the lengths of neighbouring elements
       real(wp) :: ratio = 1.0_wp
       type(timing_t) :: timing
       !> |lambda/exact - 1| of the first mode, and its maximum over all requested modes; negative: not known
@@ -91,6 +93,7 @@ module precision_types
 
    !> Run time without and with a skip, the omission of a computation that a scene does not need.
    type :: saving_t
+      !> What is skipped
       character(name_length) :: name = ''
       !> Time of the same task without the skip and with the skip
       type(timing_t) :: without
@@ -119,6 +122,7 @@ module precision_types
 
    !> All results of a study. Lists that the scene does not request are unallocated.
    type :: precision_t
+      !> Runs, and the check of the reference with which they are compared
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check
       !> Run that represents the beam; unallocated: not requested

@@ -1,5 +1,6 @@
 !> Measures the time saved by skips. A skip is the omission of a computation that a scene does not need. The same task
-!> is executed without and with each skip, and the results are compared.
+!> is executed without and with each skip, and the results are compared. Variables `without` are the task that computes
+!> everything, variables `with` the task with the skip.
 module skip_savings
    use command_line, only: argument_t
    use compliant_stop, only: impedance_t, compliant_stop_t
@@ -29,8 +30,9 @@ module skip_savings
    private
    public :: measure_savings
 
-   !> Preload delta of a stop that the beam never reaches (a negative preload is a gap), because the beam oscillates
-   !> down to eta = -0.5 at most.
+   !> Preload delta of a stop that the beam never reaches (a negative preload is a gap). The beam is released from the
+   !> static displacement 1 + delta at the stop, so its displacement there stays above -(1 + delta), which lies above
+   !> the stop's surface at delta if delta < -0.5.
    real(wp), parameter :: contact_out_of_reach = -0.6_wp
    !> Interval of the stored shapes, tau.
    real(wp), parameter :: shape_step = 0.1_wp
@@ -222,6 +224,7 @@ contains
       real(wp), intent(in) :: horizon
 
       type(saving_t) :: saving
+      ! index of the last sample that is compared
       integer :: last
 
       without%output = output_settings_t()
@@ -377,7 +380,9 @@ contains
       class(compliant_stop_t), allocatable :: stop
       type(impedance_t) :: impedance
       type(run_settings_t) :: settings
+      ! order of the modes that the oscillators need
       integer, allocatable :: order(:)
+      ! the run uses the set for the first time (not needed here)
       logical :: is_new
 
       call make_compliant_stop(self%scene%stop, stop)
@@ -390,6 +395,7 @@ contains
          beam%value = reshape(free%mode(free%stop_dof, order), [size(order), 1])
          beam%tip_value = free%mode(free%tip_dof, order)
          beam%height = [self%scene%stop%preload]
+         ! sign of the contact (below the beam) if the stop is at the tip, else 0
          beam%tip_sign = [merge(1.0_wp, 0.0_wp, free%stop_dof == free%tip_dof)]
       end associate
       call start_sets(beam, [.not. allocated(stop)], [impedance], store)

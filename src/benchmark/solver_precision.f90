@@ -22,6 +22,7 @@ contains
       !> Set if a mesh or the exact values fail; a solver that fails leaves an entry without errors and time
       type(failure_t), allocatable, intent(out) :: error
 
+      ! number of modes if the scene gives none (0)
       integer, parameter :: default_count = 6
       type(failure_t), allocatable :: solver_error
       type(task_t) :: task
@@ -52,6 +53,7 @@ contains
                   if (allocated(error)) return
                   task%action = task_solver
                   task%solver = asked%solver(j)
+                  ! a mesh has two degrees of freedom, and so two modes, for each element
                   task%count = min(count, 2*entry%elements)
                   call measure_time(task, scene%precision, entry%timing, solver_error)
                   if (.not. allocated(solver_error)) call find_errors(task%lambda, exact, entry)

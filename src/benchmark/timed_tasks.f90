@@ -57,11 +57,16 @@ contains
       !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
+      ! a task of more than this time, s, is timed this number of times at most; and maximum number of executions in a
+      ! timing
       real(wp), parameter :: long_run = 1.0_wp
       integer, parameter :: max_long_timings = 3, max_runs = 1000000
       real(wp), allocatable :: seconds(:)
+      ! time of one execution, s
       real(wp) :: once
-      integer :: i, runs, timings
+      ! numbers of executions in a timing, and of timings
+      integer :: runs, timings
+      integer :: i
 
       ! the first execution fills the caches; its time starts the search for the number of executions in a timing
       call time_runs(task, 1, once, error)

@@ -34,12 +34,14 @@ contains
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
+      ! limit of eps mu over the mass of the last element
       real(wp), parameter :: share = 0.6_wp
       type(stop_settings_t), allocatable :: stops(:)
       integer, allocatable :: nodes(:)
 
       ! without a tip mass, redistribution leaves a massless node, which only exact motion with one rigid contact can
       ! treat
+      ! (0: supports along the beam are not known here; `motion_run` refuses a massless node beside such supports)
       answer = has_one_contact(settings, 0) .and. is_rigid(settings%stop) .and. &
          settings%stop%impulse == impulse_nodal .and. settings%response%method == method_exact
       if (answer .or. tip_mass_ratio <= 0.0_wp) return
@@ -49,6 +51,7 @@ contains
       ! stops at the last node, which is the tip
       stops = pack(stops, nodes(:size(stops)) == mesh%elements)
       if (size(stops) == 0 .or. .not. all(is_rigid(stops))) return
+      ! area at the middle of the last element, from its distance to the tip
       associate (stop => stops(maxloc(stops%restitution, dim=1)), length => mesh%length(mesh%elements))
          answer = stop%impulse == impulse_nodal .or. &
             stop%restitution*tip_mass_ratio >= share*length*area(section, 0.5_wp*length)

@@ -1,5 +1,7 @@
 !> Changes of contact status at the present state of a Newmark run, and the events that record them: a compliant contact
 !> opens or closes by the sign of its force, a rigid contact by the complementarity of reactions and accelerations.
+!>
+!> The flags of a contact are components of `contact_progress_t` (module `newmark_run`), which explains each of them.
 module newmark_contacts
    use complementarity, only: solve_complementarity
    use compliant_stop, only: contact_force
@@ -29,15 +31,18 @@ contains
 
       associate (state => run%states(run%now), contact => run%contacts(k))
          contact%status = is_open
+         ! only a flight after a rebound may count as a capture; for such a flight the caller sets this afterwards
          contact%may_be_capture = .false.
          contact%is_stopped = .false.
          contact%shift = 0.0_wp
+         ! steps that were rejected because of the closed contact announce no event of the open one
          contact%rejected_end = no_rejection
          state%force(k) = 0.0_wp
          if (contact%is_viscous) then
             state%indentation(k) = 0.0_wp
             state%branch_force(k) = 0.0_wp
          end if
+         ! a rigid contact may close again only after the gap has grown, a compliant one at once if the gap grows now
          contact%may_close = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
          contact%is_penetrating = gap_at(run, k, state) < -run%contact_tolerance
       end associate
@@ -58,6 +63,7 @@ contains
          contact%is_penetrating = .false.
          contact%status = is_in_contact
          contact%rejected_end = no_rejection
+         ! the contact force changes within its time constant, which the first step resolves
          run%next_level = max(run%next_level, contact%contact_level)
       end associate
       call record_event(run, k, event_now(run, k, event_contact), response)
@@ -103,6 +109,7 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! reactions, and normal accelerations without reactions, of the n rigid contacts
       real(wp), dimension(size(run%contacts)) :: reaction, free_acceleration
       ! indices of the n rigid contacts in the complementarity problem
       integer :: members(size(run%contacts)), k, n
@@ -151,7 +158,8 @@ contains
    end subroutine resolve_contacts
 
 
-   !> Update the forces of compliant contacts, because the force of a spring and damper jumps if the velocity jumps.
+   !> Update the forces of compliant contacts, because the force of a spring and damper jumps if the velocity jumps;
+   !> such a contact may open or close by that.
    pure subroutine update_compliant_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events

@@ -27,6 +27,7 @@ contains
       type(response_t), intent(inout) :: response
 
       integer :: k
+      ! a contact closes or opens
       logical :: has_event
 
       has_event = .false.
@@ -41,6 +42,7 @@ contains
          case (is_unloaded)
             call check_unloaded(run, k)
          case (is_inactive)
+            ! another rigid contact lies in front, so this one never closes
             cycle
          end select
          has_event = has_event .or. run%arrives(k) .or. run%leaves(k)
@@ -87,6 +89,7 @@ contains
                step*[gap_rate_at(run, k, old), rate])))
             if (contact%peak > run%hop_height) contact%may_be_capture = .false.
          end if
+         ! captures are counted between flights above the hop height
          if (gap > run%hop_height) contact%captures = 0
          contact%is_penetrating = gap < -run%contact_tolerance
          if (gap >= run%contact_tolerance) then
@@ -134,6 +137,7 @@ contains
 
       run%leaves = run%violates .and. (run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
       run%arrives = run%violates .and. run%contacts%status == is_unloaded
+      ! if only open contacts are violated, the beam goes through a stop within the shortest step: the run fails
       if (any(run%arrives) .or. any(run%leaves)) then
          call begin_and_end_contacts(run, response)
          return
@@ -145,7 +149,7 @@ contains
    end subroutine trigger_events
 
 
-   !> Close and open contacts at one instant.
+   !> Close the contacts marked in `arrives` and open those marked in `leaves` at the present instant.
    pure subroutine begin_and_end_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
@@ -165,6 +169,7 @@ contains
       do k = 1, size(run%contacts)
          if (run%arrives(k) .and. allocated(run%contacts(k)%stop)) call begin_contact(run, k, response)
       end do
+      ! compliant contacts have closed; rigid contacts at which the beam arrives remain for the impact problem
       do k = 1, size(run%contacts)
          if (allocated(run%contacts(k)%stop)) run%arrives(k) = .false.
       end do

@@ -1,7 +1,7 @@
 !> Low flights of a Newmark run. A flight is a time span in which a contact is open after a rebound. If the beam returns
 !> to the contact without having exceeded the hop height, the flight is cancelled: the run returns to the instant at
 !> which the flight began, at which the contact then captures the beam, and overwrites the histories and shapes recorded
-!> since.
+!> since. Statistics are sums over equal blocks of the run, of which those begun since are cleared.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
@@ -59,6 +59,7 @@ contains
       associate (start => run%flight_start)
          call copy(start%state, run%states(run%now))
          run%run_progress_t = start%progress
+         ! the stored contacts may have rejected steps that end after the restored state
          run%has_event_ahead = .true.
          do k = 1, size(run%contacts)
             run%contacts(k)%contact_progress_t = start%contacts(k)
@@ -91,6 +92,7 @@ contains
             allocate (start%impacts(size(blocks%contact)), start%has_flown(size(blocks%contact)))
             allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%contact)))
          end if
+         ! before the first block that block is stored, whose sums are still empty; after the last block, the last
          associate (block => min(max(start%block, 1), size(blocks%tip%sums, 2)))
             start%sums(:, 0) = blocks%tip%sums(:, block)
             do k = 1, size(blocks%contact)
@@ -104,13 +106,16 @@ contains
       end associate
    end subroutine store_sums
 
-   !> Restore the stored sums, and clear the blocks that have begun since. No impact has been added since then.
+   !> Restore the stored sums, and clear the blocks that have begun since. No impact has been added since then, but the
+   !> data of the last one (end, impulse, force) may have changed.
    pure subroutine restore_sums(run, last)
       type(newmark_run_t), intent(inout) :: run
       !> Number of the last block that has begun
       integer, intent(in) :: last
 
-      integer :: block, first, k
+      ! number of the block that was in progress when the flight began
+      integer :: first
+      integer :: block, k
 
       associate (start => run%flight_start, blocks => run%observers%blocks)
          first = min(max(start%block, 1), size(blocks%tip%sums, 2))

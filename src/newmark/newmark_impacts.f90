@@ -1,6 +1,8 @@
 !> Impacts at rigid contacts of a finite-element beam. All contacts that are hit at one instant form one linear
 !> complementarity problem for their impulses (module `impact_problem`). A contact captures the beam, that is, brings it
-!> to rest without restitution, if its last flight stayed below the hop height.
+!> to rest without restitution, if its last flight stayed below the hop height. Roles (`rebounds`, `comes_to_rest`,
+!> `stays_closed`) and outcomes (`is_hit`, `is_arrested`, `gets_impulse`, `is_released`) of contacts are those of
+!> `impact_problem`.
 module newmark_impacts
    use complementarity, only: solve_active
    use contact_rows, only: set_row_value
@@ -71,6 +73,7 @@ contains
       logical, intent(out) :: is_nodal
 
       integer :: k, role
+      ! normal velocity; < 0: the beam approaches the contact
       real(wp) :: rate
 
       n = 0
@@ -82,6 +85,7 @@ contains
             else
                if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
                role = rebounds
+               ! a flight that begins at this instant (`begins_now`) has not been low yet
                if (is_last .or. rate >= 0.0_wp .or. &
                   (contact%may_be_capture .and. contact%flight_events /= begins_now)) then
                   role = comes_to_rest
@@ -108,7 +112,8 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      ! a contact chatters after this number of captures without a flight above the hop height in between
+      ! a contact chatters (captures the beam again and again) after this number of captures without a flight above the
+      ! hop height in between
       integer, parameter :: chatter_limit = 10
       logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
@@ -116,6 +121,7 @@ contains
       captures_beam = run%arrives .and. run%contacts%may_be_capture .and. &
          run%contacts%flight_events == response%event_count
       if (any(captures_beam)) then
+         ! the present state is now the one at the beginning of the flight
          call cancel_flight(run)
          run%arrives = .false.
          call bring_to_rest(run, captures_beam, response)
@@ -138,7 +144,9 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! indices of the n contacts with an impulse, and position in this list of the last one that captures the beam
       integer :: members(size(run%contacts)), k, last, n
+      ! impulses, and normal velocities before, of these contacts
       real(wp), dimension(size(run%contacts)) :: impulse, rate
       type(event_t) :: event
 
@@ -229,6 +237,7 @@ contains
       type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
+      ! mass and momentum of the node along the row of the contact
       real(wp) :: mass, momentum
 
       associate (beam => run%states(run%now)%beam)
@@ -278,6 +287,7 @@ contains
 
       associate (k => struck%contact, contact => run%contacts(struck%contact))
          if (struck%role /= stays_closed) contact%may_close = .true.
+         ! 0: every separating velocity counts, however small
          select case (outcome_of(struck, 0.0_wp))
          case (gets_impulse)
             call record_closed_impulse(run, k, struck%impulse, response)

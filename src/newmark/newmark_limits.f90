@@ -26,6 +26,7 @@ contains
    !> Refuse a step that is too long for a conditionally stable scheme, or divide the step if the settings allow that.
    pure subroutine divide_step(model, zeta, settings, steps_per_sample, error)
       type(beam_model_t), intent(in) :: model
+      !> Damping C = 2 zeta K
       real(wp), intent(in) :: zeta
       !> Step length and parameters of the scheme
       type(response_settings_t), intent(in) :: settings
@@ -37,6 +38,7 @@ contains
       ! length of a divided step over the longest stable step: close to the stability limit the mass matrix M* of the
       ! scheme (`newmark_stepper`) has almost no mass in the highest modes, and their velocities become large
       real(wp), parameter :: share = 0.5_wp
+      ! highest frequency of the mesh, and longest stable step
       real(wp) :: frequency, limit
       ! a step that needs more parts than this is taken for an error of the user
       real(wp), parameter :: max_parts = 1.0e6_wp
@@ -53,6 +55,7 @@ contains
       if (is_unconditionally_stable(settings%newmark_beta, settings%newmark_gamma)) return
       call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (allocated(error)) return
+      ! the frequency in omega1: the eigenvalues of the model's matrices are lambda_i^4, and lambda1^4 belongs to omega1
       limit = critical_step(settings%newmark_beta, settings%newmark_gamma, zeta, frequency/sqrt(lambda1_power4))
       if (settings%step <= limit) return
       if (settings%step >= max_parts*limit) then
@@ -75,7 +78,8 @@ contains
       !> Set if the rounding error is too large
       type(failure_t), allocatable, intent(out) :: error
 
-      ! the error must not exceed 1e-6 of the energy; in runs it was about a tenth of what `rounding_of_energy` gives
+      ! bound of `share`, the estimated rounding error of the energy over the energy; the error must not exceed 1e-6 of
+      ! the energy; in runs it was about a tenth of what `rounding_of_energy` gives
       real(wp), parameter :: bound = 1.0e-5_wp
       real(wp) :: share
 

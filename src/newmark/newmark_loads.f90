@@ -36,6 +36,7 @@ contains
       allocate (run%jumps(0))
       if (.not. has_loads(settings)) return
       call gather_loads(model, settings, run%loads)
+      ! loads on degrees of freedom that a rigid support (stiffness 0) fixes have no effect
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness <= 0.0_wp) run%loads%vector(model%supports(i)%dof, :) = 0.0_wp
       end do
@@ -108,7 +109,7 @@ contains
       distance = max(scale(stepper%step, -deepest_level), 8.0_wp*epsilon(jump)*jump)
    end function jump_tolerance
 
-   !> Minimum number of halvings of the step so that it does not pass the next jump.
+   !> Minimum number of halvings of the step so that it does not pass the next jump of a load.
    pure function level_to_jump(run, min_level) result(level)
       type(newmark_run_t), intent(in) :: run
       !> Number of halvings required for other reasons
@@ -156,7 +157,8 @@ contains
    !> supported beam are extended to the full profile.
    subroutine additional_damping(settings, model, supported, damping, error)
       type(run_settings_t), intent(in) :: settings
-      !> The beam with free rigid supports, whose modes have the damping ratios
+      !> The beam before its rigid supports are fixed; `find_free_modes` takes the supports into account, and the modes
+      !> that it finds have the damping ratios
       type(beam_model_t), intent(in) :: model
       !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile
       type(beam_model_t), intent(inout) :: supported
@@ -166,12 +168,13 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(free_modes_t) :: modes
+      ! M phi_i
       real(wp), allocatable :: force(:)
       integer :: column, i, row
 
       if (allocated(settings%mode_ratios)) then
-         ! `find_free_modes` attaches supports to the modes of the free beam, whose mass matrix includes all degrees of
-         ! freedom
+         ! `find_free_modes` needs the model before its rigid supports are fixed, because it attaches supports to the
+         ! modes of the unsupported beam, whose mass matrix includes all degrees of freedom
          call find_free_modes(model, modes, error)
          if (allocated(error)) return
          supported%stiffness = full_profile(supported%stiffness)

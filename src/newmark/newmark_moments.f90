@@ -51,6 +51,7 @@ contains
    !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
+      !> [places]
       real(wp) :: moment(size(run%place_weights%stiffness, 2))
 
       ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in

@@ -63,7 +63,9 @@ contains
       ! minimum number of samples at which the energy balance is checked, if energies are not recorded
       integer, parameter :: min_checks = 8
       type(newmark_run_t) :: run
+      ! number of samples between two checks of the energy balance, of which the last one is at the end of the run
       integer :: check_interval
+      ! the run continues from the state `carried`
       logical :: is_continued
 
       call make_run(model, settings, run, error)
@@ -333,7 +335,9 @@ contains
       ! number of halvings of the step, and its length in units of the shortest step
       integer :: level
       integer(i8) :: span
+      ! a jump of a load lies at the end of the step; the step violates no contact condition
       logical :: has_passed, is_accepted
+      ! energy and instant at the beginning of the step, moments at both ends, length of the step
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
       from = instant_of(run)
@@ -422,6 +426,7 @@ contains
       !> Set if the static equilibrium is not found
       type(failure_t), allocatable, intent(out) :: error
 
+      ! contact forces and energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
       real(wp) :: forces(size(run%contacts)), energy
       integer :: k
 
@@ -433,6 +438,7 @@ contains
       end if
       call open_measures(size(run%contacts), run%release_contact, .true., settings%output%max_peaks, &
          run%observers%measures)
+      ! index 0 serves a run without contacts
       call open_accumulator(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
          run%observers%measures%of(0)%accumulator)
       do k = 1, size(run%contacts)

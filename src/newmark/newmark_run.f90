@@ -40,13 +40,15 @@ module newmark_run
    integer, parameter :: is_in_contact = 3
    !> Status: a spring and damper is still deformed but carries no force, because the force would be tensile.
    integer, parameter :: is_unloaded = 4
-   !> Status: the contact is inactive, because another rigid contact lies in front of it.
+   !> Status: the contact is inactive, because another rigid contact at the same point and on the same side lies in
+   !> front of it. An inactive contact never closes.
    integer, parameter :: is_inactive = 5
 
-   !> Values of `flight_events` that are not numbers of events: the flight begins at this instant, or it was interrupted
-   !> and cannot be cancelled.
+   !> Values of `flight_events` that are not numbers of events: the flight begins at this instant; or the run has not
+   !> stored the state at its beginning (before the first flight, or in a flight that began in an earlier run), so that
+   !> it cannot be cancelled.
    integer, parameter :: begins_now = -1
-   integer, parameter :: is_interrupted = -2
+   integer, parameter :: no_stored_start = -2
 
    !> State of the beam, and force P = k u + P2, indentation u and branch force P2 of each contact (module
    !> `compliant_stop`).
@@ -72,17 +74,20 @@ module newmark_run
       !> The beam penetrates the surface of the open contact by more than the contact tolerance, due to relaxation of
       !> the stop or rounding; steps in which it does so are accepted
       logical :: is_penetrating = .false.
-      !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
-      integer :: flight_events = is_interrupted
-      !> Rigid contact: an impact brought the beam to rest on it
+      !> Number of events of the run when the flight began, or one of `begins_now` and `no_stored_start`
+      integer :: flight_events = no_stored_start
+      !> Rigid contact: an impact brought the beam to rest on it, and `resolve_contacts` has yet to decide by the
+      !> reaction whether it closes
       logical :: is_stopped = .false.
       !> That impact has been recorded as a capture, so that closing the contact is not recorded again
       logical :: is_captured = .false.
       !> Number of captures since the gap last exceeded the hop height, or an impact with restitution opened the contact
       integer :: captures = 0
-      !> Gap at which contact began; the indentation is measured from there
+      !> Gap at which contact began, within the contact tolerance of zero; the indentation is measured from there
       real(wp) :: shift = 0.0_wp
-      !> End of the last step that this contact rejected, as an offset; `no_rejection` after that instant has passed
+      !> End of the last step that was rejected because of this contact, in units of the shortest step since the
+      !> beginning of the whole step (as `offset`): an event of the contact lies before. `no_rejection`: that instant
+      !> has passed
       integer(i8) :: rejected_end = no_rejection
       !> Energy dissipated by the contact, impacts included
       real(wp) :: dissipated = 0.0_wp
@@ -100,7 +105,7 @@ module newmark_run
       class(compliant_stop_t), allocatable :: stop
       !> The stop is a spring and damper; its surface stays on the beam until the beam reaches the undeformed position
       logical :: is_viscous = .false.
-      !> Number of halvings of the first step of a contact
+      !> Compliant contact: minimum number of halvings of the first step after it closed
       integer :: contact_level = 0
       !> Work of the beam on the stop over the last trial step
       real(wp) :: work = 0.0_wp
@@ -147,7 +152,7 @@ module newmark_run
       real(wp), allocatable :: moments(:, :)
       !> Number of sections recorded
       integer :: sections = 0
-      !> Number of the block in progress
+      !> Number of the block of the statistics in progress (a run is divided into equal blocks); 0: none has begun
       integer :: block = 0
       !> Sums of that block, of the tip and of each contact, [sum_count, 0:contacts]
       real(wp), allocatable :: sums(:, :)
@@ -179,7 +184,7 @@ module newmark_run
       integer :: samples = 0
       !> Gap within which an approaching beam closes the contact
       real(wp) :: contact_tolerance = 0.0_wp
-      !> Force below which a closed contact opens, if a longer step has made the force tensile
+      !> Force below which a closed contact opens, if a longer step, which was rejected, made the force tensile
       real(wp) :: release_force = 0.0_wp
       !> Hop height: a flight after a rebound that never exceeds it counts as a capture
       real(wp) :: hop_height = 0.0_wp
@@ -202,7 +207,7 @@ module newmark_run
       !> the trial step
       type(run_state_t) :: states(2)
       integer :: now = 1
-      !> A flight begins that may count as a capture
+      !> A flight begins that may count as a capture, so the present state has to be stored in `flight_start`
       logical :: begins_flight = .false.
       !> State at the beginning of the last such flight
       type(flight_start_t) :: flight_start
@@ -224,13 +229,14 @@ module newmark_run
       type(skyline_t) :: mode_damping, bare_mass
       !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
-      !> Indices of the closed contacts in the equations for their forces
+      !> Indices of the closed contacts in the equations for their forces, rigid ones first, [contacts]; only as many
+      !> entries of this, of `rows` and of `right` are used as contacts are closed
       integer, allocatable :: closed(:)
       !> Matrix of these equations, [contacts, contacts]
       real(wp), allocatable :: rows(:, :)
       !> Right side of these equations, and their solution, [contacts]
       real(wp), allocatable :: right(:)
-      !> The trial step violates the contact condition
+      !> For each contact, [contacts]: the trial step violates its condition
       logical, allocatable :: violates(:)
       !> An event lies ahead, because the contact rejected a longer step
       logical, allocatable :: event_ahead(:)

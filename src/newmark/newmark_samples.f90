@@ -22,7 +22,10 @@ contains
       type(response_t), intent(inout) :: response
 
       type(sample_t) :: sample
-      integer :: k, place
+      ! index of the sample in the histories, of which the first is the start
+      integer :: place
+      integer :: k
+      ! energy of one stop
       real(wp) :: energy
 
       place = run%sample + 1
@@ -100,6 +103,7 @@ contains
             s**2*(3.0_wp - 2.0_wp*s), -step*s**2*(1.0_wp - s)]
          associate (y => response%shape_displacement(:, next), slope => response%shape_slope(:, next), &
             v => response%shape_velocity(:, next), slope_rate => response%shape_slope_velocity(:, next))
+            ! index 1 is the root: at rest, unless it is among the degrees of freedom (below)
             y(1) = -height
             y(2:) = weight(1)*old%displacement(1:order:2) + weight(2)*old%velocity(1:order:2) &
                + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - height

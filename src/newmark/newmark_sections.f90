@@ -29,12 +29,13 @@ contains
          state%is_deformed = run%contacts%status == is_unloaded
          state%indentation = now%indentation
          state%branch_force = now%branch_force
+         ! this component of a stored state holds the maximum gap of the flight so far if the method is Newmark's
          state%hop_tolerance = run%contacts%peak
          state%is_low = run%contacts%may_be_capture
       end associate
    end subroutine state_of
 
-   !> Start a run from a stored state.
+   !> Start a run from a stored state. Its contacts must be those of the run that stored the state.
    subroutine take_over(state, run)
       type(section_state_t), intent(in) :: state
       !> The run, ready to start

@@ -184,6 +184,7 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! rate of the gap of a contact
       real(wp) :: rate
       integer :: k
 
@@ -201,6 +202,8 @@ contains
                end if
                if (contact%status /= is_open .or. gap_at(run, k, state) > penetration_tolerance(contact%contact)) cycle
                rate = gap_rate_at(run, k, state)
+               ! an approaching beam hits the contact; a beam at rest on a rigid contact may close it, which its
+               ! reaction decides (`resolve_contacts`)
                run%arrives(k) = rate < 0.0_wp
                if (.not. allocated(contact%stop)) contact%is_stopped = .not. abs(rate) > 0.0_wp
             end associate

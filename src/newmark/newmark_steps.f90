@@ -6,7 +6,10 @@
 !> and the row w of a contact gives the normal displacement w . y of its point. At a rigid contact the displacement of
 !> the point does not change. At a three-element stop the mean of the force P over the step follows from the indentation
 !> u+ at its end: slope u+ + intercept, exact if u is linear in time. A spring and damper has the force k u+ + c du/dtau
-!> at the end of the step.
+!> at the end of the step. There u+ = height + shift - w . y, with the height of the contact surface and the shift, the
+!> gap at which contact began (components of the contact).
+!>
+!> During a trial step `states(now)` is the state at the beginning, and `states(3 - now)` the state at the end.
 module newmark_steps
    use compliant_stop, only: contact_force, mean_force_coefficients
    use contact_rows, only: row_value, band, set_row_value
@@ -36,6 +39,7 @@ contains
       call make_factors(run%stepper, level, run%error)
       if (allocated(run%error)) return
       associate (factors => run%factors(level), contacts => run%contacts, n => size(run%contacts))
+         ! vectors are padded with `band` zeros at both ends, the half bandwidth of the beam's matrices
          allocate (factors%columns(1 - band:run%stepper%order + band, n), factors%gains(n, n), factors%stops(n))
          do k = 1, n
             call solve_for_row(run%stepper, level, contacts(k)%row, factors%columns(:, k))
@@ -54,8 +58,11 @@ contains
       !> Number of halvings of the step
       integer, intent(in) :: level
 
+      ! numbers of all closed contacts, and of the rigid ones among them, which come first in the list `closed`
       integer :: count_closed, count_constrained, j, k
 
+      ! the load at the end of the step, and the instant at which it is evaluated: shortly before, if the load jumps
+      ! there
       if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
          run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
@@ -105,15 +112,18 @@ contains
       associate (old => run%states(run%now), new => run%states(3 - run%now))
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), u => new%indentation(k))
+               ! without force 0 = P = k u + P2, so the branch force is -k u
                select case (contact%status)
                case (is_open)
                   contact%work = 0.0_wp
                   u = 0.0_wp
                   new%branch_force(k) = 0.0_wp
                   if (old%indentation(k) <= 0.0_wp .or. contact%is_viscous) cycle
+                  ! the free surface of a three-element stop recovers exponentially
                   u = old%indentation(k)*run%factors(level)%stops(k)%recovery
                   new%branch_force(k) = -contact%stop%stiffness*u
                case (is_unloaded)
+                  ! the surface of a spring and damper stays on the beam
                   contact%work = 0.0_wp
                   u = max(indentation_at(run, k, new), 0.0_wp)
                   new%branch_force(k) = -contact%stop%stiffness*u
@@ -135,7 +145,9 @@ contains
       run%closed(count_closed) = k
    end subroutine append_closed
 
-   !> Find the forces of the closed contacts at the end of the step.
+   !> Find the forces f of the closed contacts from the linear equations sum_j rows(i, j) f_j = right(i). For a rigid
+   !> contact and for a spring and damper f is the force at the end of the step. For a three-element stop f is twice the
+   !> mean force of the step less the force at its beginning: a force that changes linearly to f has the right mean.
    pure subroutine find_forces_of_closed(run, level, count_closed)
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
@@ -145,8 +157,11 @@ contains
 
       ! normal components of acceleration, displacement and velocity at the end of the step without contact forces
       real(wp) :: acceleration, y, v
-      ! derivatives of contact force, displacement and velocity with respect to the acceleration
-      real(wp) :: factor, displacement_factor, velocity_factor
+      ! derivatives by the acceleration at the end of the step: of displacement (h^2/4, h: step) and velocity (h/2), for
+      ! any beta and gamma, because the stepper has turned the scheme into average acceleration (`newmark_stepper`); and
+      ! of the contact force with reversed sign, > 0 because the force falls as the beam moves away
+      real(wp) :: displacement_factor, velocity_factor, factor
+      ! mean force of a three-element stop = slope u+ + intercept
       real(wp) :: slope, intercept
       integer :: i, j, k
 
@@ -195,8 +210,9 @@ contains
       end associate
    end subroutine find_forces_of_closed
 
-   !> Replace the mean force of three-element stops by the force at the end of the step, and correct accelerations and
-   !> rigid reactions accordingly.
+   !> Replace the force f of three-element stops, by which the step had the right mean force (`find_forces_of_closed`),
+   !> by the force P at the end of the step. Accelerations and rigid reactions change accordingly; displacements and
+   !> velocities do not. Also set indentation, branch force and work of all closed compliant contacts.
    pure subroutine correct_compliant(run, level, count_constrained, count_closed)
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
@@ -206,7 +222,10 @@ contains
       !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      real(wp) :: change, intercept, slope
+      ! P less f
+      real(wp) :: change
+      ! mean force over the step = slope u+ + intercept
+      real(wp) :: intercept, slope
       integer :: i, j, k
 
       associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops)
@@ -231,6 +250,7 @@ contains
             end associate
          end do
          if (count_constrained > 0) then
+            ! the changes of the reactions keep the accelerations at the rigid contacts zero
             do j = 1, count_constrained
                do i = 1, count_constrained
                   run%rows(i, j) = run%mobility(run%closed(i), run%closed(j))
@@ -293,6 +313,7 @@ contains
       !> The step violates no contact condition
       logical, intent(out) :: is_accepted
 
+      ! the gap of a contact, and the minimum that is permitted, below zero by the tolerance
       real(wp) :: gap, min_gap
       integer :: k
 
@@ -305,12 +326,14 @@ contains
             select case (run%contacts(k)%status)
             case (is_open)
                gap = gap_at(run, k, new)
+               ! a penetrating contact (`is_penetrating`) is violated by a NaN only, for which every comparison is false
                run%violates(k) = .not. (gap >= min_gap .or. (run%contacts(k)%is_penetrating .and. gap >= -huge(1.0_wp)))
             case (is_constrained, is_in_contact)
                run%violates(k) = .not. new%force(k) > 0.0_wp
             case (is_unloaded)
                run%violates(k) = .not. is_force_free(run, k, new)
             case (is_inactive)
+               ! an inactive contact lies behind another rigid contact and has no condition
                run%violates(k) = .false.
             end select
             is_accepted = is_accepted .and. .not. run%violates(k)
@@ -327,6 +350,7 @@ contains
       real(wp) :: dissipated, work
       integer :: k
 
+      ! the step has been accepted, so the state at its end has become the present one
       associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%ledger)
          if (run%loads%count > 0) then
             work = 0.5_wp*dot_product(old%beam%load + new%beam%load, new%beam%displacement - old%beam%displacement)
@@ -366,8 +390,10 @@ contains
          interval%energies = energies
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
-               ! the last components: `yields`, `has_force`, `is_active`, `holds` and `flights`; `holds` is false
-               ! because the gap of a closed contact is zero only within the contact tolerance
+               ! the components after `height`: `is_closed`, `yields`, `has_force`, `is_active`, `holds` and `flights`.
+               ! `has_force` equals `yields`, because each node has mass in Newmark's method, so that only compliant
+               ! contacts have a finite maximum of the force. `holds` is false, because the gap of a closed contact is
+               ! zero only within the contact tolerance
                seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)
@@ -378,6 +404,7 @@ contains
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
          end do
+         ! k is now the number of contacts + 1, the index of the tip and of the first moment
          associate (tip => run%stepper%tip_dof)
             interval%ends(:, k) = [old%beam%displacement(tip), new%beam%displacement(tip), old%beam%velocity(tip), &
                new%beam%velocity(tip)]

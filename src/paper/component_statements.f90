@@ -1,5 +1,6 @@
 !> Judges statements 9 and 10 of the paper (Irie, Yamada and Asano 1977): contributions of high modes to displacement
-!> and velocity, and the parameters that reduce these contributions.
+!> and velocity, and the parameters that reduce these contributions. The main peak is the peak of the main rebound, the
+!> highest rebound within a period of the first mode after the first impact.
 module component_statements
    use kinds, only: wp
    use paper_cases, only: fine, variant_count
@@ -25,7 +26,9 @@ contains
       integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
       character(*), parameter :: name_of(remedy_count) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
+      ! figures that decide statements 9a, 9b and 10; 1e-12 and 1e6 keep quotients finite
       real(wp), dimension(variant_count) :: ratio, scatter, reduced
+      ! lists of the values of each remedy, and of the remedies that do not reduce all three values
       character(:), allocatable :: detail, exceptions
       integer :: variant, k, reductions
 
@@ -80,10 +83,12 @@ contains
       real(wp) :: scatter
 
       integer, parameter :: terms = 3
+      ! 1, tau, tau^2 at the peaks, made orthonormal, and log10 of the peaks less its projections on them
       real(wp) :: basis(size(outcome%peak_eta), terms), deviation(size(outcome%peak_eta))
       integer :: j, k
 
       scatter = 0.0_wp
+      ! a parabola passes through three points exactly
       if (size(outcome%peak_eta) <= terms) return
       deviation = log10(outcome%peak_eta)
       basis(:, 1) = 1.0_wp

@@ -29,15 +29,18 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: exact(:)
-      ! relative errors with 8 and 16 elements, and number of the lowest modes whose error is within 1 %, for each ratio
+      ! relative errors with 8 and 16 elements, their minimum, and number of the lowest modes whose error is within 1 %
+      ! with 8 elements, for each ratio
       real(wp) :: error_8(max_modes, size(ratios)), error_16(max_modes, size(ratios)), min_error, within_8(size(ratios))
       ! maximum errors of the first 8 and of the first 6 modes with 8 elements
       real(wp), dimension(size(ratios)) :: worst, worst_six
+      ! number of modes within 1 % with 16 elements; lambda of the third mode; frequency of the second mode in omega1
       real(wp) :: within_16(size(ratios)), lambda_3, frequency_ratio
       real(wp), allocatable :: lambda(:)
       type(beam_model_t) :: model
       integer :: i
 
+      ! taper ratio s = 1, no tip mass
       call exact_lambda(max_modes, 1.0_wp, 0.0_wp, exact, error)
       if (allocated(error)) return
       do i = 1, size(ratios)
@@ -89,7 +92,7 @@ contains
          'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
    end subroutine judge_frequencies
 
-   !> Add a statement with the same value for every variant.
+   !> Add a statement with the same deciding value (`figure`) for every variant.
    subroutine add(list, label, text, measure, figure, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
       !> Parts of the statement, as in `add_statement`
@@ -117,6 +120,7 @@ contains
 
       type(mesh_t) :: mesh
 
+      ! the stop is at the tip; heights of root and tip in L; no tip mass
       call make_mesh(elements, ratio, 1.0_wp, mesh, error)
       if (allocated(error)) return
       call make_beam_model(tapered_section(0.15_wp, 0.0_wp), mesh, 0.0_wp, model)

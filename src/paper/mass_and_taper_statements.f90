@@ -1,4 +1,6 @@
-!> Judges statements 7 and 8 of the paper (Irie, Yamada and Asano 1977): the tip mass and the taper.
+!> Judges statements 7 and 8 of the paper (Irie, Yamada and Asano 1977): the tip mass and the taper. The main peak is
+!> the peak of the main rebound, the highest rebound within a period of the first mode after the first impact. Values of
+!> a list for all variants (methods and meshes) have the dimension [variants].
 module mass_and_taper_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, variant_count
@@ -24,8 +26,11 @@ contains
       !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
       !> equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
+      ! figures that decide statements 7a to 7d; 1e-12 and 1e6 keep quotients finite
       real(wp), dimension(variant_count) :: ratio, deviation, best_mass, spread
+      ! main peaks; ends of motion on the fine mesh, in tau and in periods of the lowest frequency over 2 pi
       real(wp) :: peaks(size(mass%cases)), end_tau(printed_count), scaled_ends(printed_count)
+      ! the ends of motion differ by less than a fifth
       logical :: similar(definition_count, variant_count)
       integer :: variant, i, definition, limit_case
 
@@ -95,6 +100,7 @@ contains
       integer :: i
 
       end_tau = [(outcome(i)%end_tau(definition), i=1, size(outcome))]
+      ! the limit replaces the huge value of an end that lies beyond the run (`never`)
       spread = min(maxval(end_tau)/minval(end_tau) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
@@ -107,11 +113,15 @@ contains
 
       !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
       integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
-      ! earliest: the taper alpha whose motion ends earliest
+      ! figures that decide statements 8a to 8e; earliest: the taper alpha whose motion ends earliest
       real(wp), dimension(variant_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: end_tau(size(taper%cases))
+      ! motion with alpha = 0 and 0.15 lasts longer than with 0.075; motion with 0.075 ends earliest; or is tied with
+      ! others for the earliest end within the error
       logical, dimension(definition_count, variant_count) :: outlasts, first, tied
-      integer :: variant, i, definition, agreeing
+      integer :: variant, i, definition
+      ! number of definitions by which 0.075 ends earliest of the tapered beams
+      integer :: agreeing
 
       do variant = 1, variant_count
          end_tau = end_tau_of(taper, variant, displacement_end)

@@ -21,7 +21,8 @@ module paper_convergence
       real(wp), allocatable :: mass(:)
       !> Instant tau of the first impact, [meshes]
       real(wp), allocatable :: impact_tau(:)
-      !> Main peak in eta, [meshes, kinds of impulse]
+      !> Main peak in eta, the highest rebound within a period of the first mode after the first impact, [meshes, kinds
+      !> of impulse]
       real(wp), allocatable :: main_peak(:, :)
       !> Instant tau of the last exceedance of 2 percent by |eta_c|, [meshes, kinds of impulse]
       real(wp), allocatable :: settling_tau(:, :)

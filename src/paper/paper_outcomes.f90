@@ -59,7 +59,7 @@ module paper_outcomes
       real(wp) :: contact_length = 0.0_wp
       real(wp) :: time_to_rebound = 0.0_wp
       !> Ratio of the time in contact to the time out of contact, from the first impact to the last exceedance of 2
-      !> percent by |eta_c|
+      !> percent by eta_c
       real(wp) :: contact_ratio = 0.0_wp
       !> Energies relative to the initial energy above rest: lost at events until the peak of the main rebound, lost at
       !> impacts in the whole run, and created by replacing nodal velocities in the whole run
@@ -100,6 +100,7 @@ contains
       type(free_modes_t) :: modes
       type(response_t) :: response
       type(output_settings_t) :: output
+      ! start of the main rebound, tau
       real(wp) :: rebound_start
 
       call model_of_case(this, variant, model, error)
@@ -166,7 +167,11 @@ contains
 
       ! initial energy above rest, energy at rest on the stop, and kinetic energy at the last sample before the impact
       real(wp) :: to_dissipate, rest_energy, kinetic_before
-      integer :: i, first, last, closed_samples, main
+      ! indices of the sample after the first impact, and of the last sample above a level
+      integer :: first, last
+      ! number of samples in contact, and index of the main rebound among the peaks
+      integer :: closed_samples, main
+      integer :: i
 
       rebound_start = 0.0_wp
       allocate (outcome%peak_eta, source=measures%peak_eta)
@@ -177,6 +182,7 @@ contains
       associate (eta => response%history(eta_stop)%values, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)
             last = findloc(abs(eta) > end_levels(i), .true., dim=1, back=.true.)
+            ! at the last sample the level is still exceeded: the end lies beyond the run (`never`)
             if (last < size(tau)) outcome%end_tau(i) = tau(last)
          end do
          do i = 1, size(end_shares)
@@ -226,9 +232,12 @@ contains
       !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
 
+      ! displacements and velocities of the degrees of freedom; their products with the mass matrix; modal
+      ! displacements, velocities, energies, and amplitudes at the stop
       real(wp), dimension(2*model%mesh%elements) :: shape, velocity, product, q, v, energy, amplitude
       integer :: n
 
+      ! shapes begin with index 0, the root, which has no degrees of freedom
       n = model%mesh%elements
       ! eta + delta is the displacement from the undeformed beam
       shape(1::2) = response%shape_displacement(1:n, 1) + this%preload

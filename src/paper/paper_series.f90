@@ -122,11 +122,13 @@ contains
       integer, intent(in) :: definition
       logical :: may_be_earliest(size(series%cases))
 
+      ! case with the earliest end
       integer :: first
 
       associate (end_tau => end_tau_of(series, variant, definition), &
          compared => end_tau_of(series, comparison_variant(variant), definition))
          first = minloc(end_tau, dim=1)
+         ! the earlier of both instants of the case lies before the later one of the case `first`, or is as late
          may_be_earliest = min(end_tau, compared) < max(end_tau(first), compared(first)) + sample_step
       end associate
    end function may_end_earliest

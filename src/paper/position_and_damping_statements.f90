@@ -25,6 +25,7 @@ contains
       ! energy shares of modes, and the position whose motion ends earliest
       real(wp), dimension(variant_count) :: third_mode, second_mode, earliest
       real(wp) :: end_tau(size(position%cases))
+      ! motion with the stop at 0.875 ends earliest; or is tied with others for the earliest end within the error
       logical, dimension(definition_count, variant_count) :: first, tied
       integer :: variant, i
 
@@ -69,7 +70,11 @@ contains
       !> Indices of the cases zeta = 0.001, 0.01 and 0.05
       integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
+      ! ratio of the contributions of high modes; rank correlation of the ends of motion with zeta; time in contact over
+      ! time out of contact at zeta = 0.01 and 0.05: mean, and maximum deviation from 1/3; 1e-12 and 1e6 keep quotients
+      ! finite
       real(wp), dimension(variant_count) :: ratio, end_correlation, mean_ratio, max_deviation
+      ! the end of motion is earlier with larger zeta
       logical :: decreases(definition_count, variant_count)
       integer :: variant, i, definition
 

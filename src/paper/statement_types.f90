@@ -12,9 +12,11 @@ module statement_types
 
    !> The statement holds for exact motion on the fine mesh.
    integer, parameter :: verdict_holds = 1
-   !> The statement holds in no variant, or only with a mesh or steps too coarse to be meaningful.
+   !> None of the other verdicts applies: exact motion meets the condition on neither mesh, and the variants that
+   !> replace the nodal velocity do not explain the statement of the paper either.
    integer, parameter :: verdict_fails = 2
-   !> The statement holds only if an impact replaces one nodal velocity and changes nothing else.
+   !> The statement holds only if an impact replaces one nodal velocity and changes nothing else (the nodal reading of
+   !> the paper).
    integer, parameter :: verdict_nodal = 3
    !> The statement holds on the coarse mesh of the paper, but not on the fine mesh.
    integer, parameter :: verdict_coarse = 4
@@ -162,6 +164,7 @@ contains
       variant = fine
       if (verdict == verdict_coarse) variant = coarse
       if (verdict == verdict_nodal) variant = coarse_nodal
+      ! a single definition that differs from the others is not mentioned
       if (item%definitions_met(variant) > 1 .and. item%definitions_met(variant) < definition_count - 1) then
          words = words//' (hangs on the definition of the end)'
       end if
@@ -211,6 +214,7 @@ contains
 
       character(40) :: buffer, layout
 
+      ! `never` of `paper_outcomes` is larger
       if (value > 1.0e8_wp) then
          text = 'never'
          return

@@ -23,6 +23,7 @@ module statements_file
    private
    public :: write_statements, refuse_foreign_text
 
+   !> Length of texts in the results file.
    integer, parameter :: max_text_length = 500
    !> First characters of the text file: the number of the first statement.
    character(*), parameter :: text_start = '1a  '
@@ -38,6 +39,7 @@ contains
       !> Reason why a file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
+      ! estimated size of the file
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
       type(quantity_group_t) :: root
       type(hdf5_group_t) :: group

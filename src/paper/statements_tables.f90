@@ -12,6 +12,7 @@ module statements_tables
    private
    public :: print_statements, print_outcomes
 
+   !> Maximum number of characters in a line, without the margin.
    integer, parameter :: line_width = 116
 
 contains

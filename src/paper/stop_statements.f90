@@ -1,5 +1,6 @@
 !> Judges statements 2, 3 and 4 of the paper (Irie, Yamada and Asano 1977): the two models of the stop, the preload, the
-!> coefficient of restitution.
+!> coefficient of restitution. The main peak is the peak of the main rebound, the highest rebound within a period of the
+!> first mode after the first impact.
 module stop_statements
    use kinds, only: pi, wp
    use paper_cases, only: coarse_nodal, fine, variant_count
@@ -22,8 +23,10 @@ contains
       type(statements_t), intent(inout) :: list
 
       real(wp), parameter :: period = 2.0_wp*pi
+      ! results of `compare` for each kappa, and for kappa = 10 in each variant
       real(wp), dimension(size(soft%cases)) :: difference, indentation, share
       real(wp), dimension(variant_count) :: difference_10, indentation_10, share_10
+      ! conditions of statements 2a, 2b and 2c at kappa = 10
       logical, dimension(variant_count) :: similar, stiff, short
       character(240) :: detail(3)
       character(60) :: remark(3)
@@ -82,6 +85,7 @@ contains
       !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
+      !> Number of the case of the rigid stop to compare
       integer, intent(in) :: rigid_case
       integer, intent(in) :: variant
       !> Period of the first mode in tau, 2 pi
@@ -110,7 +114,9 @@ contains
       type(series_t), intent(in) :: preload
       type(statements_t), intent(inout) :: list
 
+      ! value that decides, in each variant, and ends of motion on the fine mesh
       real(wp) :: figure(variant_count), end_tau(size(preload%cases))
+      ! the end of motion is earlier with larger preload
       logical :: sooner(definition_count, variant_count)
       integer :: variant, definition
 
@@ -152,10 +158,14 @@ contains
       type(series_t), intent(in) :: restitution
       type(statements_t), intent(inout) :: list
 
+      ! relative reduction of the end of motion from eps = 0.6 to 0, and relative spread of the ends from 0.6 on
       real(wp), dimension(variant_count) :: reduction, spread_above
+      ! the end is earlier with eps = 0; the ends from 0.6 on are similar
       logical, dimension(definition_count, variant_count) :: sooner, similar
       real(wp) :: end_tau(size(restitution%cases)), peaks(size(restitution%cases))
-      integer :: variant, i, definition, first_high
+      integer :: variant, i, definition
+      ! index of the first case with eps of at least 0.6
+      integer :: first_high
 
       first_high = findloc(restitution%value >= 0.6_wp, .true., dim=1)
       do variant = 1, variant_count

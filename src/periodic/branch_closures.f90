@@ -58,19 +58,24 @@ contains
    !> comparison uses quantities that do not depend on the phase of the section, and includes shifts of the orbit by
    !> load periods.
    pure subroutine check_closure(start, second, last, next, units, is_away, has_returned)
-      !> First two points of the branch
+      !> First two points of the branch, which show its initial direction
       type(orbit_point_t), intent(in) :: start
       type(orbit_point_t), intent(in) :: second
+      !> Two successive points of the branch
       type(orbit_point_t), intent(in) :: last
       type(orbit_point_t), intent(in) :: next
       !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)
-      !> The second of the two points is far from the start
+      !> The point `next` is farther from the start than four times the distance of the two points
       logical, intent(out) :: is_away
+      !> The start lies between the two points
       logical, intent(out) :: has_returned
 
-      real(wp), dimension(1 + 2*next%periods) :: begin, from, move, to
+      ! section values at the start, at `last` and `next`, and their initial change (`second` less start)
+      real(wp), dimension(1 + 2*next%periods) :: begin, from, to, move
+      ! distance of the two points
       real(wp) :: length
+      ! number of load periods by which the orbit is shifted
       integer :: shift
 
       from = section_values(last, units, 0)
@@ -93,9 +98,11 @@ contains
    pure function has_half_period(point, units) result(answer)
       !> Orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: point
+      !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)
       logical :: answer
 
+      ! relative to the unit of velocities
       real(wp), parameter :: near = 1.0e-6_wp
 
       answer = norm2(half_period_change(point)) <= near*units(2)
@@ -104,8 +111,10 @@ contains
    !> Parameter and section values of an orbit, shifted by a number of load periods.
    pure function section_values(point, units, shift) result(values)
       type(orbit_point_t), intent(in) :: point
+      !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)
       integer, intent(in) :: shift
+      !> Parameter, then displacement and velocity of the tip at each section
       real(wp) :: values(1 + 2*point%periods)
 
       integer :: j

@@ -1,6 +1,8 @@
 !> Branches of periodic orbits over a parameter (amplitude or frequency of a load), by pseudo-arclength continuation,
 !> and the bifurcations and grazing points on them (docs/theory.md, section 22). The continuation runs in the space of
-!> the unknowns of `section_map` and the parameter, in units of the map.
+!> the unknowns of `section_map` and the parameter, in units of the map (`section_map_t%unit`; the parameter has the
+!> last unit, the length of its range). A step along a branch is an orbit predicted along the tangent and corrected by
+!> Newton's method.
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period
@@ -35,6 +37,7 @@ module orbit_branches
       integer, allocatable :: doubling_index(:)
       !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: parent_doublings(:)
+      !> The branch has ended
       logical :: is_over = .false.
       !> First and second point, whether the branch has moved away from its start, and whether it has closed in itself
       type(orbit_point_t) :: start, second
@@ -76,20 +79,22 @@ contains
    end subroutine trace_branches
 
    !> Switch to the branch of twice the period at a period doubling, trace it, and switch from it to further branches in
-   !> turn.
+   !> turn. Nothing is added if no orbit of twice the period is found.
    recursive subroutine switch_branch(map, options, parent, parent_point, doubling, periods, levels, branch)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
+      !> Index of the parent branch in `branch`
       integer, intent(in) :: parent
       !> Index of the point of the parent branch at which the new branch leaves
       integer, intent(in) :: parent_point
       type(initial_state_t), intent(in) :: doubling
       !> Period of the new branch in periods of the load
       integer, intent(in) :: periods
-      !> Maximum number of further period doublings in succession
+      !> Maximum number of successive period doublings that are followed, this one included
       integer, intent(in) :: levels
       type(orbit_branch_t), allocatable, intent(inout) :: branch(:)
 
+      ! orbit at the period doubling, and first orbit of the new branch
       type(solution_t) :: at_doubling, branched
       type(trace_t) :: trace
       type(orbit_branch_t) :: new_branch
@@ -138,6 +143,7 @@ contains
    pure function is_traced(map, branch, parent, value) result(answer)
       type(section_map_t), intent(in) :: map
       type(orbit_branch_t), intent(in) :: branch(:)
+      !> Index of the parent branch in `branch`
       integer, intent(in) :: parent
       !> Value of the parameter at the doubling
       real(wp), intent(in) :: value
@@ -174,6 +180,7 @@ contains
       if (allocated(trace%direction)) call continue_trace(map, options, trace)
    end subroutine trace_from
 
+   !> Prepare a trace that starts at an orbit; the caller sets its direction.
    subroutine open_trace(map, options, start, trace)
       type(section_map_t), intent(in) :: map
       type(orbit_settings_t), intent(in) :: options
@@ -183,6 +190,7 @@ contains
       trace%last = start
       trace%start = start%point
       trace%step = options%step
+      ! the limits are ratios to the scene's value of the parameter, and the unit is the range between them
       trace%limit = map%unit(size(map%unit))*[options%min_ratio, options%max_ratio] &
          /(options%max_ratio - options%min_ratio)
       allocate (trace%point(0), trace%doubling(0), trace%doubling_index(0), trace%parent_doublings(0))
@@ -225,11 +233,13 @@ contains
    end subroutine continue_trace
 
    !> Add a point, and the bifurcations between this point and the point before. If the point lies outside the range of
-   !> the parameter, the branch ends at the limit of the range.
+   !> the parameter, the branch ends at the limit of the range. If events of the new orbit lie near its section, the
+   !> section is shifted.
    subroutine add_step(map, options, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: next
+      !> Tangent of the branch at the new point, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
 
@@ -237,8 +247,10 @@ contains
       type(solution_t) :: end
       type(failure_t), allocatable :: error
       real(wp), allocatable :: along(:)
+      ! 1: the parameter increases along the branch, -1: it decreases
       real(wp) :: side
-      logical :: is_turned
+      logical :: is_shifted
+      ! index of the parameter, the last component of the tangent
       integer :: n
 
       n = size(direction)
@@ -260,11 +272,12 @@ contains
       trace%direction = direction
       ! few Newton steps: the next step along the branch may be longer
       if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, options%max_step)
-      ! near a fold the sign of the parameter change is uncertain
+      ! after a shift of the section the tangent is found anew, with the sign of the parameter's change; near a fold
+      ! this sign is uncertain, so the section is not shifted there
       if (abs(direction(n)) < 1.0e-3_wp) return
       side = sign(1.0_wp, direction(n))
-      call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_turned, error)
-      if (.not. is_turned .or. allocated(error)) return
+      call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_shifted, error)
+      if (.not. is_shifted .or. allocated(error)) return
       trace%last%initial%section_phase = map%section_phase
       call solve_orbit(map, trace%last%initial, options%tolerance, max_corrections, end)
       trace%is_over = .not. end%converged
@@ -310,6 +323,7 @@ contains
       type(section_map_t), intent(in) :: map
       real(wp) :: units(2)
 
+      ! `map%value` has a row for each mode; the unit of the first velocity follows the units of the modal displacements
       units = map%unit([size(map%unit), size(map%value, 1) + 1])
    end function units_of
 
@@ -318,11 +332,14 @@ contains
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
       type(solution_t), intent(in) :: next
+      !> Tangent of the branch at the next point, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       type(trace_t), intent(inout) :: trace
 
       type(solution_t) :: bifurcation
+      ! test function at the last point and at the next
       real(wp) :: before, after
+      ! fold, period doubling, Neimark-Sacker bifurcation
       integer :: kind
 
       do kind = mark_fold, mark_torus
@@ -347,11 +364,14 @@ contains
    end subroutine locate_bifurcations
 
    !> Test function of a bifurcation, which changes its sign there. Fold: the parameter component of the tangent. Period
-   !> doubling: the product of all multipliers + 1. Neimark-Sacker bifurcation: the product over all pairs of the
-   !> product of two multipliers - 1.
+   !> doubling: the product of (multiplier + 1) over all multipliers. Neimark-Sacker bifurcation: the product over all
+   !> pairs of (product of both multipliers - 1). Both products are real, because complex multipliers come in conjugate
+   !> pairs.
    pure function test_function(kind, point, direction) result(value)
+      !> One of `mark_fold`, `mark_doubling` and `mark_torus`
       integer, intent(in) :: kind
       type(orbit_point_t), intent(in) :: point
+      !> Tangent of the branch at the point, the parameter last
       real(wp), intent(in) :: direction(:)
       real(wp) :: value
 
@@ -395,6 +415,7 @@ contains
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
       type(trace_t), intent(in) :: trace
+      !> One of `mark_fold`, `mark_doubling` and `mark_torus`
       integer, intent(in) :: kind
       !> Test function at the last point and at the next
       real(wp), intent(in) :: values(2)
@@ -434,8 +455,10 @@ contains
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this share of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp
+      ! last orbit found with the same impacts
       type(solution_t) :: best, trial
       real(wp), allocatable :: direction(:)
+      ! bounds of the step to the end of the branch, minimum speed of an impact in all trials, and trial step
       real(wp) :: high, low, speed, trial_step
       integer :: i, round
 

@@ -15,6 +15,7 @@ module orbit_newton
    !> Initial state of an orbit, and the value of the parameter.
    type :: initial_state_t
       type(section_state_t) :: state
+      !> Value of the parameter: amplitude or frequency of a load
       real(wp) :: value = 0.0_wp
       !> Phase of the section in the load period, as a share of the period
       real(wp) :: section_phase = 0.0_wp
@@ -27,6 +28,7 @@ module orbit_newton
       type(map_result_t) :: map
       !> Minimum speed of an impact with restitution in all trial motions
       real(wp) :: min_speed = huge(1.0_wp)
+      !> The residual is within the tolerance, and the same contacts are closed at both ends
       logical :: converged = .false.
    end type solution_t
 
@@ -78,7 +80,7 @@ contains
                   trial%state, is_admissible)
                trial%value = trial%value + step_share*map%unit(n + 1)*correction(n + 1)
             end associate
-            ! the load must neither vanish nor change its sign
+            ! a load varies (`by_nothing` is 0): it must neither vanish nor change its sign
             if (map%parameter > 0) is_admissible = is_admissible .and. trial%value/guess%value > 0.1_wp
             step_share = 0.5_wp*step_share
             if (.not. is_admissible) cycle
@@ -91,6 +93,7 @@ contains
          solution%initial = trial
          solution%map = result
       end do
+      ! the motion returns, but the contacts that are closed at its end differ from those at its start: no orbit
       if (solution%map%failed) return
       solution%converged = .true.
       call fill_point(map, solution)
@@ -106,6 +109,7 @@ contains
       real(wp), intent(in) :: length
       type(initial_state_t) :: guess
 
+      ! not needed, because `solve_orbit` checks the guess again
       logical :: is_admissible
 
       guess = initial
@@ -164,6 +168,7 @@ contains
    pure function bordered(map, result, last_row) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
+      !> Coefficients of the equation of the parameter, [unknowns + 1]
       real(wp), intent(in) :: last_row(:)
       real(wp), allocatable :: matrix(:, :)
 
@@ -199,7 +204,7 @@ contains
    subroutine find_direction(map, result, along, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> The other direction, [unknowns + 1]
+      !> The other direction, in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in) :: along(:)
       !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: direction(:)
@@ -244,6 +249,7 @@ contains
       allocate (matrix(n, n), source=scaled_derivative(map, result))
       allocate (real_part(n), imaginary_part(n), work(8*n))
       call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
+      ! a huge value marks multipliers that were not found
       allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
       if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
       do i = 2, n

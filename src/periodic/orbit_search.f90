@@ -69,12 +69,14 @@ contains
       ! maximum number of attempts, each with a section away from the events of the last iterate
       integer, parameter :: max_rounds = 3
       integer :: i, round
+      ! the section has been shifted away from events
       logical :: is_shifted
 
       guess%value = value_of_parameter(map)
       call run_map(map, guess%value, real(options%skip, wp), guess%state, response, error)
       if (allocated(error)) return
       map%periods = options%periods
+      ! 0: the period is the one that the run shows; if the run shows none, that is 0 as well
       if (options%periods == 0) map%periods = response%sections%motion_period
       if (map%periods == 0) then
          call fail(error, status_run_failed, 'the motion does not repeat itself within 16 periods of the load: give ' &
@@ -83,6 +85,7 @@ contains
       end if
       call find_units(map, guess%state, (options%max_ratio - options%min_ratio)*guess%value)
       do round = 1, max_rounds
+         ! the second pass checks the shifted section
          do i = 1, 2
             call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
             if (allocated(error)) return

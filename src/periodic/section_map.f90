@@ -35,7 +35,8 @@ module section_map
       integer :: periods = 1
       !> Phase of the section in the load period, as a share of the period
       real(wp) :: section_phase = 0.0_wp
-      !> Parameter of the map besides the state, one of the `by_` constants, and the index of its load
+      !> Parameter of the map besides the state, one of the `by_` constants, and the number of its load among the
+      !> harmonic loads, forces first
       integer :: parameter = by_nothing
       integer :: load = 0
       !> Contacts with their laws, and modal values at the contacts times the signs of the contacts, [modes, contacts]
@@ -52,12 +53,15 @@ module section_map
 
    !> Value and derivative of the map at one state.
    type :: map_result_t
+      !> State at the end of the run, and the run
       type(section_state_t) :: end
       type(response_t) :: response
       !> Unknowns of the end state, and their derivatives by the unknowns of the initial state and, in the last column,
       !> by the parameter, [unknowns], [unknowns, unknowns + 1]
       real(wp), allocatable :: unknowns(:), derivative(:, :)
+      !> Number of impacts and of beginnings of compliant contact
       integer :: impacts = 0
+      !> Minimum normal speed of an impact at a rigid contact; huge: there is none
       real(wp) :: min_speed = huge(1.0_wp)
       !> The run failed, or the closed contacts at its end differ from those at its start
       logical :: failed = .false.
@@ -78,7 +82,9 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
-      integer :: k, mode_count, lowest
+      ! number of modes in the runs, and number of lowest modes among them, chosen by `choose_modes`
+      integer :: mode_count, lowest
+      integer :: k
 
       map%model = model
       map%period = period
@@ -159,6 +165,7 @@ contains
       end associate
    end function quantity_of
 
+   !> Index of the load of the parameter among all loads, forces first.
    pure function index_of_load(map) result(load_index)
       type(section_map_t), intent(in) :: map
       integer :: load_index
@@ -210,6 +217,7 @@ contains
          type(time_course_t), intent(inout) :: course
 
          if (course%kind /= course_harmonic) return
+         ! `anint`: number of periods of this harmonic in the common period, a whole number
          course%phase = course%phase + one_turn*map%section_phase*anint(map%period*course%frequency/one_turn)
          course%frequency = ratio*course%frequency
       end subroutine shift_phase
@@ -256,13 +264,17 @@ contains
    !> Evaluate the map and its derivative.
    subroutine evaluate_map(map, value, state, result)
       type(section_map_t), target, intent(inout) :: map
+      !> Value of the parameter
       real(wp), intent(in) :: value
       type(section_state_t), intent(in) :: state
       type(map_result_t), intent(out) :: result
 
       type(failure_t), allocatable :: error
+      ! length of the run, tau
       real(wp) :: length
-      integer :: i, k, modes, total
+      integer :: i, k
+      ! numbers of modes and of unknowns
+      integer :: modes, total
 
       modes = size(state%q)
       total = 2*modes + size(map%branch_contacts)
@@ -292,7 +304,8 @@ contains
          derivative(modes + 1:2*modes, :) = tangent%v
          derivative(2*modes + 1:, :) = tangent%memory(map%branch_contacts, :)
          if (map%parameter == by_frequency) then
-            ! the period changes with the frequency, too
+            ! the run ends earlier by length/value per unit of the frequency; the component `rates_at_start` holds the
+            ! rates at its end after a run
             length = result%response%sections%period*real(map%periods, wp)
             derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%rates_at_start%q, &
                tangent%rates_at_start%v, &
@@ -319,11 +332,13 @@ contains
    !> Set the unknowns of a state with the same closed contacts.
    pure subroutine set_unknowns(map, x, state, is_admissible)
       type(section_map_t), intent(in) :: map
+      !> Unknowns, as `unknowns_of` gives them
       real(wp), intent(in) :: x(:)
       type(section_state_t), intent(inout) :: state
       !> The state penetrates no contact
       logical, intent(out) :: is_admissible
 
+      ! permitted penetration, eta
       real(wp), parameter :: rounding = 1.0e-11_wp
       real(wp) :: gap
       integer :: k, n
@@ -339,6 +354,7 @@ contains
             if (state%is_closed(k) .or. state%is_deformed(k)) then
                if (.not. contact%is_rigid) state%indentation(k) = -gap
             else
+               ! without force 0 = P = k u + P2, so P2 gives the indentation u that is left of an open stop
                if (any(map%branch_contacts == k)) then
                   state%indentation(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
                   state%branch_force(k) = -contact%spring%stiffness*state%indentation(k)
@@ -376,13 +392,17 @@ contains
       type(section_state_t), intent(inout) :: state
       !> Run over the periods of the motion
       type(response_t), intent(in) :: response
+      !> The section has been shifted; false: no event lies near it
       logical, intent(out) :: is_shifted
+      !> Set if the run to the shifted section fails
       type(failure_t), allocatable, intent(out) :: error
 
       ! relative to the period
       real(wp), parameter :: near = 0.01_wp
       type(response_t) :: unused
+      ! instants of the events, and intervals between them, in load periods
       real(wp), allocatable :: instant(:), interval(:)
+      ! shift of the section, and length of the run, in load periods
       real(wp) :: shift, length
       integer :: longest, n
 
