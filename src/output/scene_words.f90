@@ -74,7 +74,7 @@ contains
 
       if (.not. allocated(scene%warnings)) return
       do i = 1, size(scene%warnings)
-         call print_line(unit, 'warning', scene%warnings(i)%text//" (silent_warnings = '" &
+         call print_line(unit, 'warning', trim(scene%warnings(i)%text)//" (silent_warnings = '" &
             //trim(warning_names(scene%warnings(i)%kind))//"')")
       end do
    end subroutine print_warnings

@@ -21,8 +21,9 @@ module warning_list
    type :: warning_t
       !> Index in `warning_names`
       integer :: kind = 0
-      !> One sentence, without the name
-      character(:), allocatable :: text
+      !> One sentence, without the name. The length is fixed, because gfortran 12 leaks texts of deferred length if
+      !> arrays of this type grow
+      character(240) :: text = ''
    end type warning_t
 
 end module warning_list
