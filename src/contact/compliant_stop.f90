@@ -17,30 +17,31 @@ module compliant_stop
       real(wp) :: stiffness = 0.0_wp
       !> beta k; 0: the branch is absent
       real(wp) :: branch_stiffness = 0.0_wp
-      !> Relaxation rate nu of the branch: beta k over its damping coefficient; 0: its damper is rigid; `huge`: the
-      !> branch bears no force
+      !> Relaxation rate nu of the branch: beta k over the damping coefficient of the branch; 0: that damper is rigid,
+      !> or the branch is absent; `huge`: the branch bears no force
       real(wp) :: relaxation_rate = 0.0_wp
-      !> Coefficient c of a damper parallel to the spring
+      !> Coefficient c of a damper parallel to the spring; 0 in every stop with a branch
       real(wp) :: viscosity = 0.0_wp
    end type impedance_t
 
    !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+ and the branch
    !> force from P2 to P2+.
    type :: stop_step_t
-      !> Mean of P over the step = mean_slope u+ + mean_indentation u + mean_branch P2
+      !> Factors in the mean of P over the step, which is mean_slope u+ + mean_indentation u + mean_branch P2
       real(wp) :: mean_slope = 0.0_wp
       real(wp) :: mean_indentation = 0.0_wp
       real(wp) :: mean_branch = 0.0_wp
-      !> P2+ = decay P2 + gain (u+ - u)
+      !> Factors in P2+ = decay P2 + gain (u+ - u)
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
-      !> Decay factor u+/u of the free surface, which bears no force
+      !> Decay factor u+/u of the free surface, which bears no force; 1: the surface does not recover by itself
       real(wp) :: recovery = 1.0_wp
    end type stop_step_t
 
    !> Contact law of a compliant stop; each extension is one law.
    type, abstract, extends(impedance_t) :: compliant_stop_t
-      !> Rate of the exponential recovery of the free surface
+      !> Rate of the exponential recovery of the free surface; 0: the surface does not recover by itself; `huge`: it
+      !> recovers instantaneously
       real(wp) :: recovery_rate = 0.0_wp
    contains
       procedure(step_interface), deferred :: step

@@ -1,8 +1,8 @@
 !> Constrained modes of the beam for a set of closed rigid contacts, which are bilateral constraints while they are
 !> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
 !> constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their values at a
-!> contact, w_j^2 the squared frequencies of the constrained modes, psi_ij constrained mode j in free mode i, and a
-!> prime on q, p or z denotes d/dtau.
+!> contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the share of
+!> free mode i in constrained mode j, and a prime on q, p or z denotes d/dtau.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -21,7 +21,7 @@ module constrained_sets
       type(oscillators_t) :: oscillators
       !> Each mode has a damping ratio of its own: the damping then couples the constrained modes
       logical :: has_modal_damping = .false.
-      !> s b_i: value of mode i at each contact times its sign s, [modes, contacts]
+      !> b_i: value of mode i at each contact times the sign s of the contact, [modes, contacts]
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
@@ -56,7 +56,8 @@ module constrained_sets
       real(wp), allocatable :: static(:), static_gap(:), static_force(:)
       real(wp) :: static_tip = 0.0_wp
       real(wp) :: static_energy = 0.0_wp
-      !> Values of the constrained modes at the contacts and at the tip, [count, contacts], [count]
+      !> Values of the constrained modes at the contacts, times the sign of the contact, and at the tip, [count,
+      !> contacts], [count]
       real(wp), allocatable :: value(:, :)
       real(wp), allocatable :: tip_value(:)
       !> Reactions of the closed rigid contacts that balance a unit force at each contact instantaneously, [closed,
@@ -80,6 +81,7 @@ contains
       !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
 
+      ! `change`: the modes with one constraint more as combinations of the modes before, [modes before, modes after]
       real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), shares_before(:), reaction(:, :)
       integer, allocatable :: order(:)
       integer :: i, k
@@ -158,6 +160,7 @@ contains
       end do
       do k = 1, size(set%closed)
          call make_modal_signal(set%oscillators, 0.0_wp, set%reaction(k, :), set%force(k))
+         ! the modes enter a force by p + 2 zeta p' instead of p
          set%force(k)%is_viscous = .true.
       end do
    end subroutine make_signals
@@ -218,7 +221,7 @@ contains
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
-            ! the flexibility of slow modes would hide that of the others
+            ! slow modes are unknowns of the equations, because their flexibility would hide that of the other modes
          else if (any(square < slow_frequency**2)) then
             no_load = (0.0_wp, 0.0_wp)
             call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &

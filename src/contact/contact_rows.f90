@@ -13,6 +13,7 @@ module contact_rows
    !> The row w, whose only entry is the sign s at the degree of freedom `dof`: s = 1 for a contact below the beam, -1
    !> for one above it.
    type :: contact_row_t
+      !> Index of the degree of freedom
       integer :: dof = 0
       real(wp) :: sign = 1.0_wp
    end type contact_row_t
@@ -29,7 +30,7 @@ contains
       value = row%sign*vector(row%dof)
    end function row_value
 
-   !> Set w . x to a value that it differs from by rounding errors only.
+   !> Set w . x to an exact value; before, it differs from this value by rounding errors only.
    pure subroutine set_row_value(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value

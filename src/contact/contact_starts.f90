@@ -49,13 +49,14 @@ contains
       logical, intent(in) :: is_active(:)
       !> Displacements under the loads without contact forces; on return with them, [coordinates]
       real(wp), intent(inout) :: displacement(:)
-      !> Force P >= 0 of each contact
+      !> Force P >= 0 of each contact; those of inactive contacts are not changed
       real(wp), intent(inout) :: forces(:)
       !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: shape(size(displacement), count(is_active)), compliance(count(is_active), count(is_active)), &
          active_forces(count(is_active))
+      ! indices of the active contacts
       integer :: place(count(is_active)), k
 
       place = pack([(k, k=1, size(is_active))], is_active)
@@ -70,7 +71,7 @@ contains
 
    !> Unilateral static forces of contacts whose springs are in series with the beam.
    pure subroutine find_static_forces(contacts, gap, compliance, forces)
-      !> Which contacts are active
+      !> The active contacts
       type(contact_t), intent(in) :: contacts(:)
       !> Gaps without contact forces
       real(wp), intent(in) :: gap(:)
@@ -100,7 +101,7 @@ contains
       real(wp), intent(in) :: forces(:)
       !> Displacements, [coordinates]
       real(wp), intent(in) :: displacement(:)
-      !> Set when there is such a contact
+      !> Set when a contact without force is penetrated
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: gap(size(contacts))
@@ -129,6 +130,7 @@ contains
 
       real(wp), dimension(size(is_active)) :: gap, noise, closing_forces
       real(wp) :: shape(size(displacement), size(is_active))
+      ! indices of the contacts whose gaps are tested
       integer, allocatable :: place(:)
       integer :: k
 

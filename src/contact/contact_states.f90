@@ -61,7 +61,7 @@ module contact_states
       real(wp), allocatable :: free(:), noise(:)
       !> Reactions, which push the beam away from the surface, >= 0, [place]
       real(wp), allocatable :: force(:)
-      !> Accelerations of the free modes under these reactions
+      !> Accelerations of the free modes under these reactions, [modes]
       real(wp), allocatable :: acceleration(:)
    end type reactions_t
 
@@ -110,7 +110,7 @@ contains
    !> Displacement and velocity of a massless node minus those that the modes give it, some time after its release by a
    !> rigid stop: an exponential recovery, instantaneous if the rate is `huge`.
    pure function node_motion_at(state, time) result(node)
-      !> State at the start of the flight or of a part of it
+      !> State at the start of the flight, or at a later instant of it
       type(contact_state_t), intent(in) :: state
       !> Time since that start
       real(wp), intent(in) :: time
@@ -165,7 +165,7 @@ contains
    !> Record those components of the contact states that change during a phase, at the start of the phase.
    subroutine record_start(states, at_start)
       type(contact_state_t), intent(in) :: states(:)
-      !> Receives the record; unallocated before the first phase
+      !> Receives the record, of which the other components keep the values of the first phase; unallocated before it
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states

@@ -3,11 +3,13 @@
 !>
 !> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
 !> impedances of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is the
-!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha s, with damping proportional to stiffness (zeta) and to
-!> mass (alpha). With N = s + nu for a stop that has a Maxwell branch of relaxation rate nu, N = 1 for a stop without a
-!> branch, and M = N Z (a rigid stop: N = 0, M = 1), the equation is det (N + M H) prod D_i = 0. One mode i is always
-!> separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix without that mode, so that
-!> nothing cancels next to its pole. All derivatives are derivatives by s.
+!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to stiffness (zeta) and to
+!> mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i W_i in its place). A stop
+!> has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k s with a branch of
+!> relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is rigid. N and M stand
+!> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is always separated:
+!> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that mode, so that nothing
+!> cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, impedance_t
    use kinds, only: wp
@@ -17,12 +19,12 @@ module coupled_equation
    private
    public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, numerators
 
-   !> Equation of the beam and the stops. The poles of `secular_t` are two for each mode, side by side, then one for
-   !> each branch and, if there is a branch, 0.
+   !> Equation of the beam and the stops. The poles of `secular_t` are the two roots of D_i for each mode, side by side,
+   !> then -nu of each branch and, if there is a branch, 0. Its `relative` is 1 + 2 zeta pole.
    type, extends(secular_t) :: coupled_equation_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
-      !> Coefficients alpha of mass-proportional damping, [modes]
+      !> alpha_i, [modes]
       real(wp), allocatable :: mass_rate(:)
       !> Impedances of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
       type(impedance_t), allocatable :: spring(:)
@@ -35,7 +37,7 @@ module coupled_equation
    type :: coupled_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
-      !> T_i^-1 M b_i, and b_i by the inverse of the transpose of T_i, [stops]
+      !> T_i^-1 M b_i, and the product of b_i and the inverse of the transpose of T_i, [stops]
       complex(wp), allocatable :: right(:), left(:)
       !> D_i + b_i' T_i^-1 M b_i, and its derivative
       complex(wp) :: value = 0.0_wp
@@ -46,8 +48,9 @@ module coupled_equation
       complex(wp) :: pole_sum = 0.0_wp
       !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp
-      !> Workspace, allocated once: N, M and their derivatives, the derivative of T_i times `right`, T_i and its
-      !> derivative, the right-hand sides and solutions, a copy of T_i for the elimination, 1/D_i and its derivative
+      !> Workspace, allocated once: N, M and their derivatives, the derivative of T_i times `right`; T_i and its
+      !> derivative, the right-hand sides and solutions, a copy of T_i for the elimination; real and imaginary part of
+      !> 1/D_i, and of minus its derivative, zero for the separated mode, [modes, 4]
       complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), slope_times_right(:)
       complex(wp), allocatable, private :: matrix(:, :), slopes(:, :), solution(:, :), elimination(:, :)
       real(wp), allocatable, private :: term(:, :)
@@ -63,7 +66,7 @@ contains
       real(wp), intent(in) :: value(:, :)
       !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
-      !> Coefficients alpha of mass-proportional damping, [modes]
+      !> alpha_i, [modes]
       real(wp), intent(in) :: mass_rate(:)
       !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
@@ -80,7 +83,7 @@ contains
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
-      ! one more where there are branches
+      ! one more entry for the pole 0, if there are branches
       associate (room => problem%poles + merge(1, 0, problem%poles > 2*size(square)))
          allocate (problem%pole(room), problem%relative(room))
       end associate
@@ -109,6 +112,7 @@ contains
             problem%product(:, pair) = value(:, j)*value(:, k)
          end do
       end do
+      ! the distance of the pole from -1/(2 zeta) is less than half of 1/(2 zeta)
       problem%is_clustered = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_coupled_equation
 
@@ -154,10 +158,11 @@ contains
       complex(wp), contiguous, intent(in) :: distance(:)
       type(coupled_vectors_t), intent(inout) :: vectors
 
+      ! `h_slope` is minus the derivative of the entry h of H
       complex(wp) :: inverse, h, h_slope
       integer :: i, j, k, pair
 
-      ! 1/D_i, and minus its derivative
+      ! columns 1, 2: 1/D_i; columns 3, 4: D_i'/D_i, which is the sum of 1/(s - pole) over the two poles of mode i
       do i = 1, problem%modes
          ! multiply two inverses, because the square of D_i would overflow on strongly graded meshes
          inverse = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
@@ -169,6 +174,7 @@ contains
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
       vectors%pole_sum = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
+      ! columns 3, 4 become D_i'/D_i^2, which is minus the derivative of 1/D_i
       do i = 1, problem%modes
          inverse = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
          vectors%term(i, 3) = real(inverse, wp)
@@ -198,7 +204,7 @@ contains
       inverse = conjg(z)*(1.0_wp/max(real(z, wp)**2 + aimag(z)**2, tiny(1.0_wp)))
    end function inverse_of
 
-   !> Entry of H and its negative derivative: sums of a column of products b_ij b_ik times 1/D_i, and times minus the
+   !> Entry of H and minus its derivative: sums of the products b_ij b_ik of two stops times 1/D_i, and times minus the
    !> derivative of 1/D_i.
    pure subroutine sum_terms(weight, term, h, h_slope)
       !> b_ij b_ik, [modes]
@@ -206,6 +212,7 @@ contains
       !> Real and imaginary parts of 1/D_i and of minus its derivative, [modes, 4]
       real(wp), contiguous, intent(in) :: term(:, :)
       complex(wp), intent(out) :: h
+      !> Minus the derivative of h
       complex(wp), intent(out) :: h_slope
 
       real(wp) :: a, b, c, d
@@ -226,7 +233,8 @@ contains
       h_slope = cmplx(c, d, wp)
    end subroutine sum_terms
 
-   !> Solve with T_i for the vectors, the value and the slope of the separated mode.
+   !> Solve with T_i for the vectors, the value and the slope of the separated mode; only for the trace if no mode is
+   !> separated.
    pure subroutine separate_mode(problem, s, distance, vectors)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
@@ -252,8 +260,8 @@ contains
          if (vectors%mode == 0) return
          right(:) = solution(:, stops + 1)
          needs_transpose = .false.
-         ! T_i is symmetric except for the factors M of its rows, whose magnitudes differ strongly between soft and
-         ! stiff stops
+         ! T_i is M times a symmetric matrix, so `left` is `right`/M. The transpose serves where M has lost digits by
+         ! cancellation.
          do j = 1, stops
             if (is_accurate(j)) then
                left(j) = right(j)/m(j)
@@ -281,7 +289,7 @@ contains
 
    contains
 
-      !> Does the cancellation of the terms of factor M cost less than six digits?
+      !> Does the factor M of stop j lose less than six digits by cancellation of its terms?
       pure function is_accurate(j) result(answer)
          integer, intent(in) :: j
          logical :: answer

@@ -108,7 +108,7 @@ contains
       call add_terms(problem, active, near, offset, s, upper, modes)
    end subroutine find_terms
 
-   !> Find the terms of all stops from those of the equivalent stops, and add the independently relaxing branch forces.
+   !> Find the terms of all stops from those of the equivalent stops, and those of the independently relaxing branches.
    pure subroutine expand_equivalents(of_equivalents, equivalent, spring, two_zeta, modes)
       type(coupled_modes_t), intent(in) :: of_equivalents
       type(equivalent_stops_t), intent(in) :: equivalent
@@ -129,7 +129,8 @@ contains
       modes%shape(:, :n) = of_equivalents%shape(:, :n)
       modes%mode_weight(:, :n) = of_equivalents%mode_weight(:, :n)
       do m = 1, n
-         ! split M u = (s + nu) P, with M = k (s + nu) + beta k s, into the factors of k and of beta k
+         ! `height_weight` is `memory_weight` times M = k (s + nu) + beta k s: split it into its factors `elastic` of k
+         ! and `branch` of beta k
          branch = of_equivalents%exponent(m)*of_equivalents%memory_weight(:, m)
          elastic = 0.0_wp
          where (equivalent%spring%stiffness > 0.0_wp) elastic = (of_equivalents%height_weight(:, m) &
@@ -214,8 +215,10 @@ contains
 
       type(coupled_vectors_t) :: vectors
       complex(wp) :: distance(problem%poles), center, direction
+      ! distance of the two roots, and of the centre from the nearest other root or pole
       real(wp) :: separation, clearance, radius, angle
       integer :: i, k, m, partner
+      ! the root is in a circle around its partner, too; the circle has a real centre
       logical :: merged(size(s)), on_axis
 
       merged = .false.
@@ -232,8 +235,8 @@ contains
             clearance = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= upper(m) .and. &
                [(i, i=1, size(s))] /= partner])
             clearance = min(clearance, minval(abs(problem%pole - center)))
-            ! inside the left half-plane, far from all other roots and poles; a circle that is not much larger than the
-            ! separation would need more points
+            ! the circle stays in the left half-plane, far from all other roots and poles; a circle that is not much
+            ! larger than the separation would need more points, so the roots are then added one by one
             radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
             if (radius >= 2.5_wp*separation) then
                merged(partner) = .true.
@@ -256,6 +259,7 @@ contains
    !> Add the term of a root.
    subroutine add_root(problem, active, s, viscous, distance, vectors, modes)
       type(coupled_equation_t), intent(in) :: problem
+      !> Indices of the modes with nonzero values at stops
       integer, intent(in) :: active(:)
       !> The root s, 1 + 2 zeta s, and the distances of the root from the poles
       complex(wp), intent(in) :: s
@@ -351,12 +355,13 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: distance(:)
-      !> Index of the term
+      !> Index of the term, and whether its exponent is a root, not a point of a circle
       integer, intent(in) :: place
       logical, intent(in) :: is_root
       integer, intent(in) :: active(:)
       type(coupled_modes_t), intent(inout) :: modes
 
+      ! `s_plus_rate` and `total` are N and M of `coupled_equation`: M u = N P
       complex(wp) :: terms(size(active)), s_plus_rate, total
       real(wp) :: max_value
       integer :: j

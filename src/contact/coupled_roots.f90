@@ -54,6 +54,7 @@ contains
 
       integer, parameter :: iteration_cap = 500
       type(search_t) :: search
+      ! the next root is the conjugate of this root and is not iterated; this root is the conjugate of the one before it
       logical :: has_conjugate(size(near)), is_conjugate(size(near))
       complex(wp) :: s
       integer :: iteration, m
@@ -64,6 +65,7 @@ contains
       allocate (search%done(size(near)), source=.false.)
       allocate (search%last_step(size(near)), source=huge(1.0_wp))
       has_conjugate = .false.
+      ! the roots near the poles of the modes come first, two for each mode, then one for each branch
       do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
          s = problem%pole(m) + search%offset(m)
          has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
@@ -121,7 +123,7 @@ contains
       ! the tolerance of convergence is raised after these numbers of iterations
       integer, parameter :: strict_iterations = 40
       integer, parameter :: normal_iterations = 200
-      complex(wp) :: repulsion, step, s
+      complex(wp) :: log_derivative, step, s
       real(wp) :: tolerance, length, magnitude
       integer :: j
 
@@ -137,10 +139,12 @@ contains
          call vectors_at(problem, s, near(m), search%distance, vectors)
          done = vectors%mode > 0 .and. abs1(vectors%value) <= tiny(1.0_wp)
          if (done) return
-         repulsion = vectors%trace + vectors%pole_sum
-         if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
+         ! derivative of the logarithm of det (N + M H) prod D_i
+         log_derivative = vectors%trace + vectors%pole_sum
+         if (vectors%mode > 0) log_derivative = log_derivative + vectors%slope/vectors%value
          call root_distances(problem%secular_t, near, offset, m, search%root_distance)
-         step = -1.0_wp/(repulsion - sum_of_inverses(search%root_distance))
+         step = -1.0_wp/(log_derivative - sum_of_inverses(search%root_distance))
+         ! leave a point at which the step is infinite or not a number
          if (.not. abs1(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
          magnitude = abs1(offset(m))
@@ -215,6 +219,7 @@ contains
 
       complex(wp) :: s(size(near))
       real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
+      ! -Re s and, of a complex root, Im s; highest frequency of the modes
       real(wp) :: damping, root, stiffness, fastest, flexibility
       integer :: j, k, last
 
@@ -258,6 +263,7 @@ contains
          if (problem%branch_pole(k) == 0) cycle
          last = last + 1
          near(last) = problem%branch_pole(k)
+         ! not the pole itself, where the equation is singular
          s(last) = 0.9_wp*problem%pole(near(last))
       end do
       offset = s - problem%pole(near)

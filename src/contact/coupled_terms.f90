@@ -14,8 +14,9 @@ module coupled_terms
    type :: coupled_modes_t
       !> Impedances of the stops
       type(impedance_t), allocatable :: spring(:)
+      !> 2 zeta of stiffness-proportional damping
       real(wp) :: two_zeta = 0.0_wp
-      !> Coefficients alpha of mass-proportional damping of the beam's modes, [modes]
+      !> alpha of mass-proportional damping, or 2 xi_i W_i of damping ratios xi_i given mode by mode, [modes]
       real(wp), allocatable :: mass_rate(:)
       !> Number of terms; of a complex conjugate pair only the term with Im s > 0 is stored
       integer :: count = 0
@@ -30,8 +31,8 @@ module coupled_terms
       complex(wp), allocatable :: shape(:, :), viscous(:)
       !> Real and imaginary parts of `shape`, [modes, count, 2]
       real(wp), allocatable :: shape_parts(:, :, :)
-      !> Weights with which the initial state enters the amplitudes: the heights and the internal variables (branch
-      !> forces) of the stops, [stops, count], and the modes, [modes, count]
+      !> Weights with which the initial state enters the amplitudes: the heights of the stops and their internal
+      !> variables P2 - beta k u (without a branch: -c u), [stops, count], and the modes, [modes, count]
       complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
       !> Real and imaginary parts of `mode_weight`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
       !> modes, 3]
@@ -64,6 +65,7 @@ contains
    !> Enlarge the arrays by a number of terms; the terms so far are copied.
    pure subroutine enlarge_terms(modes, more)
       type(coupled_modes_t), intent(inout) :: modes
+      !> Number of additional terms
       integer, intent(in) :: more
 
       type(coupled_modes_t) :: old
@@ -147,7 +149,9 @@ contains
       real(wp) :: scale, magnitude, alternative_scale, sizes(4), state(size(z), 4)
       ! sums over the modes for all terms: real part, imaginary part, magnitude, [padded count, 3, columns of `state`]
       real(wp) :: total(size(modes%decay), 3, 4)
+      ! at the start: P2 - beta k u of a stop with a branch, c u of a stop without one, and k u
       real(wp), dimension(size(height)) :: memory, viscous, elastic
+      ! the stop has no branch, so that it may have a damper parallel to the spring
       logical :: has_damper(size(height))
       integer :: j, m
 
@@ -229,6 +233,7 @@ contains
       real(wp), intent(in) :: time
       complex(wp) :: term(modes%count)
 
+      ! results of `find_terms` that are not needed
       real(wp), dimension(size(modes%decay)) :: decay_factor, imaginary_part, change_factor
 
       call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, change_factor, decay_factor)

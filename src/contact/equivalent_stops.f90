@@ -79,6 +79,7 @@ contains
    subroutine find_group_equivalents(value, spring, places, equivalent)
       !> Modal values at the stops of the group, [modes, group]
       real(wp), intent(in) :: value(:, :)
+      !> Impedances of the stops of the group, [group]
       type(impedance_t), intent(in) :: spring(:)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
@@ -93,12 +94,14 @@ contains
       call factorise(value, basis, share)
       rank = size(basis, 2)
       if (rank == n .or. spring(1)%branch_stiffness <= 0.0_wp) then
+         ! the identity matrix: each stop is its own equivalent stop
          share = reshape([(merge(1.0_wp, 0.0_wp, modulo(i, n + 1) == 1), i=1, n*n)], [n, n])
          call add_equivalents(value, spring, share, places, equivalent)
          equivalent%is_own_equivalent(places) = .true.
          return
       end if
       equivalent%is_own_equivalent(places) = .false.
+      ! K = S k S' and A = S beta k S', with the diagonal matrices of the stops' k and beta k
       elastic = matmul(share*spread(spring%stiffness, 1, rank), transpose(share))
       branch = matmul(share*spread(spring%branch_stiffness, 1, rank), transpose(share))
       call diagonalise(elastic, branch, eigenvalue)
@@ -107,7 +110,8 @@ contains
       share = matmul(transpose(branch), share)
       allocate (impedance(rank))
       do i = 1, rank
-         ! scale each row of S to unit length; the impedances change with the square of the length
+         ! scale each row of S to unit length; before, the equivalent stop has the stiffness 1 and the branch stiffness
+         ! `eigenvalue`, which change with the square of the length
          length = norm2(share(i, :))
          share(i, :) = share(i, :)/length
          basis(:, i) = basis(:, i)*length
@@ -162,15 +166,18 @@ contains
       n = size(elastic, 1)
       allocate (eigenvalue(n))
       factor = elastic
+      ! `info` is not tested, because K is positive definite
       if (n > 0) call dsygv(1, 'V', 'U', n, branch, n, factor, n, eigenvalue, work, size(work), info)
    end subroutine diagonalise
 
    !> Append equivalent stops of a group.
    pure subroutine add_equivalents(value, spring, share, places, equivalent)
+      !> Modal values at these equivalent stops, and their impedances
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
       !> Rows of S for the group, [equivalent of the group, places]
       real(wp), intent(in) :: share(:, :)
+      !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
 
@@ -190,11 +197,13 @@ contains
    !> represent: the projection 1 - A S' (S A S')^-1 S, with A the diagonal matrix of branch stiffnesses, as a sum of
    !> products of a column and a row.
    pure subroutine add_independent(share, impedance, spring, places, equivalent)
+      !> Rows of S for the group, [equivalent of the group, places]
       real(wp), intent(in) :: share(:, :)
       !> Equivalent stops, whose branch stiffnesses are S A S'
       type(impedance_t), intent(in) :: impedance(:)
       !> Stops of the group, whose branch stiffnesses are A
       type(impedance_t), intent(in) :: spring(:)
+      !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
 

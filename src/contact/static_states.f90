@@ -52,8 +52,8 @@ contains
       end do
    end subroutine find_static_start
 
-   !> Static equilibrium on the active contacts: unilateral forces, with the springs of compliant stops in series with
-   !> the beam.
+   !> Static equilibrium on the active contacts without loads: unilateral forces, with the springs of compliant stops in
+   !> series with the beam.
    pure subroutine find_static_rest(model, contacts, forces, energy, error)
       type(beam_model_t), intent(in) :: model
       !> All contacts

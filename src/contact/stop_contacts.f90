@@ -1,7 +1,7 @@
 !> Unilateral contacts of the beam. A stop below or above the beam has one contact, a stop on both sides has two.
 !>
-!> The sign s is 1 for a contact below the beam and -1 for one above: the gap of a contact at height d is s (y - d), and
-!> its force acts on the beam along s.
+!> The sign s is 1 for a contact below the beam and -1 for one above. The gap is s y - h, with h the height of the
+!> contact: s times the coordinate d of its surface. The force acts on the beam along s.
 module stop_contacts
    use kinds, only: wp
    use load_settings, only: start_release
@@ -19,7 +19,8 @@ module stop_contacts
       integer :: number = 1
       !> Sign s: 1 for a contact below the beam, -1 for one above it
       real(wp) :: sign = 1.0_wp
-      !> Height s d of the contact surface in units of displacement: the `preload` of its stop
+      !> Height h = s d of the contact surface in units of displacement: the `preload` of its stop, for both contacts of
+      !> a stop on both sides
       real(wp) :: height = 0.0_wp
       !> The beam is released from this contact
       logical :: is_release_contact = .false.
