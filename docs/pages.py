@@ -13,8 +13,8 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ORDER = ["tutorial", "using", "spectra", "sweeps", "measurements", "meshes", "reference", "checks", "published", "paper", "computing", "theory", "building",
-         "testing"]
+ORDER = ["tutorial", "spectra", "sweeps", "measurements", "meshes", "scenes", "analyses", "results", "examples", "reference", "glossary",
+         "computing", "theory", "published", "paper", "checks", "building", "testing"]
 SETTINGS = """---
 project: impactbeam
 summary: Beams that hit stops, rebound, chatter and come to rest
