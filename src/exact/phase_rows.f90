@@ -195,8 +195,8 @@ contains
                end do
             else
                associate (oscillators => set%constrained%oscillators)
-                  ! underdamped: amplitude z - i (v + decay z)/spread; overdamped: two real terms, the faster one in row
-                  ! m
+                  ! underdamped: amplitude z - i (v + decay z)/spread; overdamped: two real terms, of which term m
+                  ! decays faster
                   do i = 1, oscillators%underdamped
                      z(i, 1) = self%z(i)
                      z(i, 2) = -(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
@@ -224,7 +224,8 @@ contains
       end associate
    end subroutine start_path
 
-   !> Is a signal a combination of output rows? The gap to a recovering surface is not.
+   !> Is a signal a combination of output rows? The gap is not one while the open stop recovers from its indentation,
+   !> because its surface then moves without the beam.
    pure function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k

@@ -64,14 +64,10 @@ contains
       derivative = derivative_t(derivative_unknown, nan, nan, nan, nan, nan, nan)
       if (ieee_is_nan(value)) return
       h = [(scale(step, 1 - k), k=1, size(h))]
-      call extrapolate(one_sided(h, above), 1, derivative%above, derivative%above_error)
-      call extrapolate(-one_sided(h, below), 1, derivative%below, derivative%below_error)
-      call extrapolate((above - below)/(2.0_wp*h), 2, central, central_error)
-      ! rounding errors of the values; differences of estimates may be smaller by coincidence
-      associate (rounding => 4.0_wp*epsilon(1.0_wp)*abs(value)/step)
-         derivative%above_error = derivative%above_error + rounding
-         derivative%below_error = derivative%below_error + rounding
-         central_error = central_error + rounding
+      associate (rounding => 4.0_wp*epsilon(1.0_wp)*abs(value))
+         call extrapolate(one_sided(h, above), h(2:), 1, rounding, derivative%above, derivative%above_error)
+         call extrapolate(-one_sided(h, below), h(2:), 1, rounding, derivative%below, derivative%below_error)
+         call extrapolate((above - below)/(2.0_wp*h), h, 2, rounding, central, central_error)
       end associate
       negligible = smallest_change*abs(value)/step
       if (all(ieee_is_nan(below)) .and. .not. ieee_is_nan(derivative%above)) then
@@ -135,36 +131,53 @@ contains
    end function agree
 
    !> Extrapolate estimates at steps that are halved each time to step zero. Of all entries of Richardson's table the
-   !> one that differs least from its two neighbours is the limit, and twice that difference is its error.
-   pure subroutine extrapolate(estimates, power, limit, error)
+   !> one with the smallest error is the limit. The error of an entry is twice its difference from its two neighbours,
+   !> and the error of the values over the step; two neighbours may agree by coincidence, three steps rarely do.
+   pure subroutine extrapolate(estimates, h, power, rounding, limit, error)
       !> Estimates, the one with the largest step first; NaN: unknown
       real(wp), intent(in) :: estimates(:)
+      !> Steps, [estimates]
+      real(wp), intent(in) :: h(:)
       !> The error of an estimate is a series in the powers `power`, 2 `power`, ... of the step
       integer, intent(in) :: power
+      !> Minimum error of the values
+      real(wp), intent(in) :: rounding
       !> Limit, NaN if no two neighbouring estimates are known; and its error
       real(wp), intent(out) :: limit
       real(wp), intent(out) :: error
 
-      real(wp) :: table(size(estimates)), before(size(estimates)), change
-      integer :: j, k
+      !> The changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
+      integer, parameter :: extrapolations = 2, smallest_steps = 3
+      real(wp) :: table(size(estimates), 0:size(estimates) - 1), change, error_of_values
+      integer :: j, k, n
 
+      n = size(estimates)
+      table = ieee_value(1.0_wp, ieee_quiet_nan)
+      table(:, 0) = estimates
+      do j = 1, n - 1
+         ! table(k, j) extrapolates the estimates k - j ... k
+         associate (factor => 2.0_wp**(power*j))
+            table(j + 1:, j) = (factor*table(j + 1:, j - 1) - table(j:n - 1, j - 1))/(factor - 1.0_wp)
+         end associate
+      end do
+      error_of_values = rounding
+      associate (last => min(extrapolations, n - 1))
+         do k = max(last + 2, n - smallest_steps + 1), n
+            change = abs(table(k, last) - table(k - 1, last))*h(k)
+            if (ieee_is_finite(change)) error_of_values = max(error_of_values, change)
+         end do
+      end associate
       limit = ieee_value(1.0_wp, ieee_quiet_nan)
       error = huge(1.0_wp)
-      before = estimates
-      do j = 1, size(estimates) - 1
-         ! table(k) extrapolates the estimates k - j ... k
-         table = ieee_value(1.0_wp, ieee_quiet_nan)
-         do k = j + 1, size(estimates)
-            associate (factor => 2.0_wp**(power*j))
-               table(k) = (factor*before(k) - before(k - 1))/(factor - 1.0_wp)
-            end associate
-            if (.not. ieee_is_finite(table(k))) cycle
-            change = 2.0_wp*max(abs(table(k) - before(k)), abs(table(k) - before(k - 1)))
+      do j = 1, n - 1
+         do k = j + 1, n
+            if (.not. ieee_is_finite(table(k, j))) cycle
+            change = 2.0_wp*max(abs(table(k, j) - table(k, j - 1)), abs(table(k, j) - table(k - 1, j - 1))) + &
+               error_of_values/h(k)
             if (change >= error) cycle
             error = change
-            limit = table(k)
+            limit = table(k, j)
          end do
-         before = table
       end do
       if (ieee_is_nan(limit)) error = limit
    end subroutine extrapolate

@@ -39,8 +39,8 @@ module fit_model
       logical :: integrates = .false.
       !> Standard deviation of the measured signal
       real(wp) :: spread = 1.0_wp
-      !> Divisor of residuals: standard deviation of the noise or, if unknown, of the signal
-      real(wp) :: weight = 1.0_wp
+      !> Divisors of residuals: standard deviations of the noise or, if unknown, that of the signal, [samples]
+      real(wp), allocatable :: divisor(:)
       !> Reason why the last run failed; unallocated: it did not fail
       character(:), allocatable :: reason
    contains
@@ -91,7 +91,7 @@ contains
       model%fit = scene%fit
       n = size(model%fit%value)
       model%spread = sqrt(sum((model%fit%value - sum(model%fit%value)/real(n, wp))**2)/real(n, wp))
-      model%weight = merge(model%fit%noise, model%spread, model%fit%noise > 0.0_wp)
+      allocate (model%divisor, source=merge(model%fit%noise_of_value, model%spread, model%fit%noise_of_value > 0.0_wp))
       allocate (model%minimum(size(plan%axes)), model%maximum(size(plan%axes)), model%is_logarithmic(size(plan%axes)))
       model%minimum(:) = plan%axes%minimum
       model%maximum(:) = plan%axes%maximum
@@ -149,7 +149,7 @@ contains
       x = min(max(x, -0.499_wp*pi), 0.499_wp*pi)
    end function coordinates_of
 
-   !> Residuals: model minus signal, divided by `weight`.
+   !> Residuals: model minus signal, divided by `divisor`.
    subroutine evaluate_residuals(self, x, residual)
       class(fit_model_t), intent(inout) :: self
       real(wp), intent(in) :: x(:)
@@ -162,9 +162,9 @@ contains
 
       call self%find_signal(self%parameters_at(x), found)
       if (allocated(self%reason)) then
-         residual = far_away*self%spread/self%weight
+         residual = far_away*self%spread/self%divisor(:size(residual))
       else
-         residual = (found - self%fit%value(:size(residual)))/self%weight
+         residual = (found - self%fit%value(:size(residual)))/self%divisor(:size(residual))
          if (self%integrates) then
             call integrate(self%fit%time(:size(residual)), residual)
             if (self%fit%observed == observed_acceleration_tip) call integrate(self%fit%time(:size(residual)), residual)

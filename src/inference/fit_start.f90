@@ -20,8 +20,8 @@ module fit_start
 
 contains
 
-   !> Number of extra values of a case: the fitted parameters, the sum of squared residuals over the squared weight, and
-   !> the number of runs.
+   !> Number of extra values of a case: the fitted parameters, the sum of the squares of residuals over their divisors,
+   !> and the number of runs.
    pure integer function extras_of_fit(values)
       !> Number of fitted parameters
       integer, intent(in) :: values
@@ -87,7 +87,7 @@ contains
       end if
       row = row_in_units(units_in(runner%scene), row_of(response%measures))
       extras(:n) = found
-      extras(n + 1) = sum(((signal - model%fit%value)/model%weight)**2)
+      extras(n + 1) = sum(((signal - model%fit%value)/model%divisor)**2)
       extras(n + 2) = real(all_evaluations, wp)
    end subroutine fit_from
 

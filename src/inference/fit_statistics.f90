@@ -43,15 +43,16 @@ contains
 
    !> Find the errors of fitted parameters.
    subroutine find_certainty(jacobian, ranges, spread, residual, noise, certainty)
-      !> Derivatives of the signal with respect to the parameters, [samples, parameters]
+      !> Derivatives of the signal with respect to the parameters, over the relative noise of each value, [samples,
+      !> parameters]
       real(wp), intent(in) :: jacobian(:, :)
       !> Maximum minus minimum of each parameter
       real(wp), intent(in) :: ranges(:)
       !> Standard deviation of the signal
       real(wp), intent(in) :: spread
-      !> Signal minus model, [samples]
+      !> Signal minus model, over the relative noise of each value, [samples]
       real(wp), intent(in) :: residual(:)
-      !> Standard deviation of the noise; 0: that of the residuals
+      !> Standard deviation of the noise, RMS of all values; 0: that of the residuals
       real(wp), intent(in) :: noise
       type(certainty_t), intent(out) :: certainty
 

@@ -82,7 +82,7 @@ contains
       plan%chunks = plan%cases
       plan%extras = extras_of_fit(fit_count(scene, size(plan%axes)))
       plan%run => fit_from
-      associate (signal => [scene%fit%time, scene%fit%value])
+      associate (signal => [scene%fit%time, scene%fit%value, scene%fit%noise_of_value])
          room = size(signal)*storage_size(1.0_wp)/8
          allocate (bytes(room))
          bytes(:) = transfer(signal, bytes)
@@ -140,8 +140,9 @@ contains
       type(runner_t), allocatable, target :: runner
       type(set_store_t), target :: sets
       type(fit_model_t), allocatable :: model
-      real(wp), allocatable :: jacobian(:, :), x(:)
-      real(wp), allocatable :: step(:)
+      real(wp), allocatable :: jacobian(:, :), step(:), x(:)
+      ! relative noise of the values, with a mean square of 1; residuals over it
+      real(wp), allocatable :: relative_noise(:), residual(:)
       real(wp) :: noise, sum_of_squares
       integer :: best, evaluations, i, k
 
@@ -175,9 +176,10 @@ contains
             step(k) = noise/max(norm2(jacobian(:, k)), tiny(1.0_wp))
          end do
       end do
-      call find_certainty(jacobian, fit%maximum - fit%minimum, model%spread, scene%fit%value - fit%model, &
-         scene%fit%noise, &
-         fit%certainty)
+      allocate (relative_noise, source=model%divisor*sqrt(real(size(fit%model), wp))/norm2(model%divisor))
+      allocate (residual, source=(scene%fit%value - fit%model)/relative_noise)
+      call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
+         residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
       fit%is_exact = fit%certainty%noise < smallest_rest*model%spread
       fit%growth_rate = growth_rate(scene%fit%time, jacobian)
       noise = max(fit%certainty%noise, smallest_rest*model%spread)
@@ -185,7 +187,7 @@ contains
          if (fit%growth_rate*(time(size(time)) - time(1)) > chaotic) fit%horizon = time(1) + &
             log(max(model%spread/noise, 1.0_wp))/fit%growth_rate
       end associate
-      fit%whiteness = whiteness(scene%fit%value - fit%model)
+      fit%whiteness = whiteness(residual)
       fit%agreeing = agreeing_starts(model, fit)
    end subroutine conclude
 

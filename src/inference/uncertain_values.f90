@@ -87,10 +87,12 @@ contains
 
       associate (share => shares_of_range(axis))
          if (axis%is_logarithmic) then
+            axis%distribution = 'lognormal'
             mean = 0.5_wp*log(axis%minimum*axis%maximum)
             deviation = 0.5_wp*log(axis%maximum/axis%minimum)/half_width
             axis%values = exp(quantile_within(share, mean, deviation, mean - widest*deviation, mean + widest*deviation))
          else
+            axis%distribution = 'normal'
             mean = 0.5_wp*(axis%minimum + axis%maximum)
             deviation = 0.5_wp*(axis%maximum - axis%minimum)/half_width
             minimum = mean - widest*deviation
@@ -126,6 +128,7 @@ contains
       call factorise(factor)
       do k = 1, size(axes)
          associate (axis => plan%axes(axes(k)))
+            axis%distribution = 'normal, as fitted'
             do i = 1, plan%cases
                value = estimate%values(of_fit(axes(k)))
                do j = 1, k

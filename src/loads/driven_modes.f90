@@ -1,5 +1,5 @@
-!> A mode driven from rest by a load, in closed form: the response E of E'' + 2 a E' + W^2 E = exp(sigma t), or = t,
-!> with E = E' = 0 at the start, where primes are derivatives by the time t since the start of the phase and 2 a = 2
+!> A mode driven from rest by a load, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t for a ramp, with
+!> E = E' = 0 at the start, where primes are derivatives by the time t since the start of the phase and 2 a = 2
 !> zeta W^2 + alpha (docs/theory.md, section 18). E is a divided difference of exp(s t) over sigma and the two exponents
 !> of the mode. This form serves modes in resonance with a load and slow modes, whose steady-state response would be
 !> much larger than the motion.
@@ -199,6 +199,8 @@ contains
 
       ! the square of the time must not overflow
       real(wp), parameter :: max_time = 1.0e100_wp
+      ! bound on the load's derivative of the order k - 2; maximum of the response to a unit impulse; length of the time
+      ! span before an instant whose impulses matter at that instant, and bound from that time span
       real(wp) :: load_bound, max_response, length, decayed_bound, time
       integer :: k
 

@@ -29,7 +29,7 @@ contains
          state%is_deformed = run%contacts%status == is_unloaded
          state%indentation = now%indentation
          state%branch_force = now%branch_force
-         ! this component of a stored state holds the maximum gap of the flight so far if the method is Newmark's
+         ! of Newmark's method, `hop_tolerance` of a stored state holds the maximum gap of the flight so far
          state%hop_tolerance = run%contacts%peak
          state%is_low = run%contacts%may_be_capture
       end associate

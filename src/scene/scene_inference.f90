@@ -9,6 +9,7 @@ module scene_inference
    use name_table, only: table_t
    use name_types, only: group_t, name_t
    use number_text, only: to_text
+   use printable_text, only: excerpt
    use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
    use run_settings, only: count_samples, method_exact, name_length
    use scene_input, only: scene_input_t
@@ -83,6 +84,9 @@ contains
          observed_names)
       call table%bind(fit%time_column, name_t('time_column', 'column of the file with the time', columns))
       call table%bind(fit%value_column, name_t('value_column', 'column with the values', columns))
+      call table%bind(fit%noise_column, name_t('noise_column', &
+         'column with the standard deviation of the noise of each value, in their unit; 0: none', &
+         range_t(0.0_wp, 1000.0_wp)))
       call table%bind(fit%start, name_t('start', &
          'instant from which on the signal counts, in time as results have it', &
          range_t(0.0_wp, 1.0e9_wp)))
@@ -305,6 +309,10 @@ contains
             call input%complain(group, 'of', 'needs &stop')
          else if (fit%time_column == fit%value_column) then
             call input%complain(group, 'time_column value_column', 'must differ')
+         else if (any(fit%noise_column == [fit%time_column, fit%value_column])) then
+            call input%complain(group, 'noise_column', 'must differ from time_column and value_column')
+         else if (fit%noise > 0.0_wp .and. fit%noise_column > 0) then
+            call input%complain(group, 'noise', 'does not go with noise_column; give one of them')
          else if (fit%start >= fit%end) then
             call input%complain(group, 'start end', 'no part of the signal is between start and end')
          else if (scene%response%method /= method_exact) then
@@ -342,7 +350,8 @@ contains
 
       file = scene%fit%data
       if (file(1:1) /= '/') file = folder_of(scene%file)//file
-      call read_signal(file, [scene%fit%time_column, scene%fit%value_column], signal, problem)
+      call read_signal(file, pack([scene%fit%time_column, scene%fit%value_column, scene%fit%noise_column], &
+         [.true., .true., scene%fit%noise_column > 0]), signal, problem)
       if (.not. allocated(problem)) call convert(scene, signal, file, end, problem)
       if (allocated(problem)) then
          call input%complain(group, 'data', problem)
@@ -358,10 +367,12 @@ contains
                //to_text(minimum_count))
             return
          end if
-         if (allocated(fit%time)) deallocate (fit%time, fit%value)
-         allocate (fit%time(size(inside)), fit%value(size(inside)))
+         if (allocated(fit%time)) deallocate (fit%time, fit%value, fit%noise_of_value)
+         allocate (fit%time(size(inside)), fit%value(size(inside)), fit%noise_of_value(size(inside)))
          fit%time(:) = signal%time(inside)
          fit%value(:) = signal%value(inside)
+         fit%noise_of_value(:) = fit%noise
+         if (allocated(signal%noise)) fit%noise_of_value(:) = signal%noise(inside)
          if (maxval(fit%value) - minval(fit%value) <= 0.0_wp) call input%complain(group, 'data', &
             file//': all values are the same')
       end associate
@@ -377,16 +388,22 @@ contains
       !> What is wrong with its units; unallocated: nothing
       character(:), allocatable, intent(out) :: problem
 
+      !> What files of dimensionless numbers may have in place of units
+      character(*), parameter :: no_units(5) = [character(3) :: '', '1', '-', 'tau', 'eta']
       type(units_t) :: units
       character(:), allocatable :: quantity
       real(wp) :: ratio
+      integer :: i
 
       ! the last sample of the run
       end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
       if (scene%unit_system == 0 .or. scene%unit_system == system_none) then
-         if (any([character(32) :: signal%time_unit, signal%value_unit] /= '') .and. .not. &
-            any([character(32) :: '', '1', '-', 'tau'] == signal%time_unit)) problem = file//': has the unit '// &
-            trim(signal%time_unit)//', but the scene has none; give &scene units'
+         associate (units_of_file => [character(32) :: signal%time_unit, signal%value_unit])
+            do i = 1, size(units_of_file)
+               if (.not. any(no_units == units_of_file(i))) problem = file//': has the unit '// &
+                  excerpt(trim(units_of_file(i)))//', but the scene has none; give &scene units'
+            end do
+         end associate
          return
       end if
       units = units_of(scene%scales, scene%unit_system, .true.)
@@ -399,6 +416,7 @@ contains
       if (signal%value_unit /= '' .and. .not. allocated(problem)) then
          call unit_ratio(signal%value_unit, unit_of(quantity_named(quantity), units), ratio, problem)
          if (.not. allocated(problem)) signal%value = ratio*signal%value
+         if (allocated(signal%noise)) signal%noise = ratio*signal%noise
       end if
       if (allocated(problem)) problem = file//': '//problem
    end subroutine convert

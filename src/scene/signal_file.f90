@@ -1,6 +1,6 @@
 !> A measured signal in a text file as instruments write it: columns between semicolons, tabs, commas or blanks, a
 !> header of any length, units in a line of their own or behind the names of the columns, a point or a comma before
-!> decimals.
+!> decimals, and perhaps a column with the noise of the values.
 module signal_file
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
@@ -17,11 +17,13 @@ module signal_file
    !> Lines before the first one of numbers.
    integer, parameter :: longest_header = 200
 
-   !> Two columns of a file.
+   !> Two or three columns of a file.
    type :: signal_t
-      !> As many of both, times ascending
+      !> Times, ascending, and values, [samples]
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
+      !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not asked for
+      real(wp), allocatable :: noise(:)
       !> Units of both as the file has them; empty: it has none
       character(unit_room) :: time_unit = ''
       character(unit_room) :: value_unit = ''
@@ -36,11 +38,11 @@ module signal_file
 
 contains
 
-   !> Read two columns of a file.
+   !> Read two or three columns of a file.
    subroutine read_signal(file, columns, signal, problem)
       character(*), intent(in) :: file
-      !> Of the time and of the value
-      integer, intent(in) :: columns(2)
+      !> Columns of the time, of the value and, if asked for, of the standard deviation of its noise
+      integer, intent(in) :: columns(:)
       type(signal_t), intent(out) :: signal
       !> What is wrong, with file and line; unallocated: nothing
       character(:), allocatable, intent(out) :: problem
@@ -57,7 +59,7 @@ contains
          return
       end if
       call normalise_lines(raw, text)
-      allocate (numbers(2, 1 + count([(text(first:first) == new_line('a'), first=1, len(text))])))
+      allocate (numbers(size(columns), 1 + count([(text(first:first) == new_line('a'), first=1, len(text))])))
       first = 1
       line = 0
       rows = 0
@@ -75,6 +77,10 @@ contains
                         //to_text(numbers(1, rows + 1))//' follows '//to_text(numbers(1, rows))
                   end if
                   rows = rows + 1
+                  if (.not. allocated(reason) .and. size(columns) > 2) then
+                     if (numbers(3, rows) <= 0.0_wp) reason = 'column '//to_text(columns(3)) &
+                        //', the noise, must be greater than 0'
+                  end if
                else
                   call read_header(row, columns, signal)
                   if (line > longest_header) reason = 'no line before has numbers in columns ' &
@@ -94,19 +100,20 @@ contains
          //to_text(columns(2))
       allocate (signal%time, source=numbers(1, :rows))
       allocate (signal%value, source=numbers(2, :rows))
+      if (size(columns) > 2) allocate (signal%noise, source=numbers(3, :rows))
    end subroutine read_signal
 
-   !> The division by which a line has numbers in both columns, if there is one.
+   !> The division by which a line has numbers in all columns, if there is one.
    pure subroutine find_layout(row, columns, layout, is_found)
       character(*), intent(in) :: row
-      integer, intent(in) :: columns(2)
+      integer, intent(in) :: columns(:)
       type(layout_t), intent(out) :: layout
       logical, intent(out) :: is_found
 
       !> A comma between columns comes last but one: it may stand before decimals
       character, parameter :: delimiters(4) = [';', tab, ' ', ',']
       character(:), allocatable :: reason
-      real(wp) :: numbers(2)
+      real(wp) :: numbers(size(columns))
       integer :: i, commas
 
       is_found = .false.
@@ -129,8 +136,9 @@ contains
    pure subroutine read_row(row, layout, columns, numbers, reason)
       character(*), intent(in) :: row
       type(layout_t), intent(in) :: layout
-      integer, intent(in) :: columns(2)
-      real(wp), intent(inout) :: numbers(2)
+      integer, intent(in) :: columns(:)
+      !> Numbers in these columns
+      real(wp), intent(inout) :: numbers(:)
       !> What is wrong; unallocated: nothing
       character(:), allocatable, intent(out) :: reason
 
@@ -138,7 +146,7 @@ contains
       integer :: i, k
       logical :: is_legal
 
-      do k = 1, 2
+      do k = 1, size(columns)
          cell = cell_of(row, layout%delimiter, columns(k))
          if (cell == '') then
             reason = 'there is no column '//to_text(columns(k))
@@ -188,14 +196,17 @@ contains
       if (scan(cell(1:1), '"''') > 0 .and. cell(len(cell):) == cell(1:1)) cell = trim(adjustl(cell(2:len(cell) - 1)))
    end function cell_of
 
-   !> Units that a line of the header has: behind the name of a column in brackets, or alone.
+   !> Read the units of a line of the header. They stand in brackets or after ' / ' behind the names of the columns, or
+   !> in a line of their own; a text beside such a unit is a unit, too, even if it is not known.
    pure subroutine read_header(row, columns, signal)
       character(*), intent(in) :: row
-      integer, intent(in) :: columns(2)
+      !> Columns of the time and of the value
+      integer, intent(in) :: columns(:)
       type(signal_t), intent(inout) :: signal
 
-      character(:), allocatable :: line
+      character(:), allocatable :: line, time_cell, value_cell
       character :: delimiter
+      logical :: time_is_bare, value_is_bare
 
       line = row
       if (scan(line(:min(1, len(line))), '#!%') > 0) line = line(2:)
@@ -205,12 +216,18 @@ contains
       if (index(line, ';') > 0) delimiter = ';'
       if (delimiter == ' ' .and. scan(line, '([') > 0) then
          ! names of columns may have blanks, too
-         call take_unit(bracketed(line, columns(1)), signal%time_unit)
-         call take_unit(bracketed(line, columns(2)), signal%value_unit)
+         time_cell = bracketed(line, columns(1))
+         value_cell = bracketed(line, columns(2))
       else
-         call take_unit(cell_of(line, delimiter, columns(1)), signal%time_unit)
-         call take_unit(cell_of(line, delimiter, columns(2)), signal%value_unit)
+         time_cell = cell_of(line, delimiter, columns(1))
+         value_cell = cell_of(line, delimiter, columns(2))
       end if
+      call take_unit(time_cell, signal%time_unit, time_is_bare)
+      call take_unit(value_cell, signal%value_unit, value_is_bare)
+      if (time_is_bare .and. .not. (value_is_bare .or. is_bracketed(value_cell))) call take_word(value_cell, &
+         signal%value_unit)
+      if (value_is_bare .and. .not. (time_is_bare .or. is_bracketed(time_cell))) call take_word(time_cell, &
+         signal%time_unit)
    end subroutine read_header
 
    !> What stands in one of the pairs of brackets of a line, with the brackets; empty: there are fewer.
@@ -234,23 +251,51 @@ contains
    end function bracketed
 
    !> The unit in a cell of the header, if there is one.
-   pure subroutine take_unit(cell, unit)
+   pure subroutine take_unit(cell, unit, is_bare)
+      character(*), intent(in) :: cell
+      character(unit_room), intent(inout) :: unit
+      !> The cell has a known unit without brackets
+      logical, intent(out) :: is_bare
+
+      character(:), allocatable :: base
+      real(wp) :: factor
+
+      is_bare = .false.
+      if (is_bracketed(cell)) then
+         unit = trim(adjustl(cell(scan(cell, '([', back=.true.) + 1:scan(cell, ')]', back=.true.) - 1)))
+         return
+      end if
+      call take_apart(last_word(cell), base, factor, is_bare)
+      if (is_bare) unit = last_word(cell)
+   end subroutine take_unit
+
+   !> Take the word of a cell as its unit, unless the cell is empty.
+   pure subroutine take_word(cell, unit)
       character(*), intent(in) :: cell
       character(unit_room), intent(inout) :: unit
 
-      character(:), allocatable :: inner, base
-      real(wp) :: factor
-      integer :: first, last
-      logical :: is_bracketed, is_known
+      if (cell /= '') unit = last_word(cell)
+   end subroutine take_word
 
-      first = scan(cell, '([', back=.true.)
-      last = scan(cell, ')]', back=.true.)
-      is_bracketed = first > 0 .and. last > first + 1
-      inner = cell
-      if (is_bracketed) inner = trim(adjustl(cell(first + 1:last - 1)))
-      call take_apart(inner, base, factor, is_known)
-      if (is_bracketed .or. is_known) unit = inner
-   end subroutine take_unit
+   !> Has a cell something in brackets?
+   pure logical function is_bracketed(cell)
+      character(*), intent(in) :: cell
+
+      is_bracketed = scan(cell, '([') > 0 .and. scan(cell, ')]', back=.true.) > scan(cell, '([', back=.true.) + 1
+   end function is_bracketed
+
+   !> What stands in a cell after ' / ', or all of the cell.
+   pure function last_word(cell) result(word)
+      character(*), intent(in) :: cell
+      character(:), allocatable :: word
+
+      character(*), parameter :: divided_by = ' / '
+      integer :: place
+
+      place = index(cell, divided_by, back=.true.)
+      if (place > 0) place = place + len(divided_by) - 1
+      word = trim(adjustl(cell(place + 1:)))
+   end function last_word
 
    !> By what numbers in one unit are multiplied to be in another.
    pure subroutine unit_ratio(unit, wanted, ratio, problem)
@@ -299,7 +344,7 @@ contains
       k = 0
       do while (first <= len_trim(unit) .and. is_known)
          last = first + index(trim(unit(first:))//'/', '/') - 2
-         part = trim(adjustl(unit(first:last)))
+         part = with_caret(trim(adjustl(unit(first:last))))
          call take_prefix(part, size_of, is_known)
          k = k + 1
          if (k == 1) then
@@ -312,7 +357,26 @@ contains
          end if
          first = last + 2
       end do
+      if (base == 'm/s/s') base = 'm/s^2'
    end subroutine take_apart
+
+   !> A unit with its square as '^2', which files may also have as '2', '**2' or a raised 2 (in UTF-8 or Latin-1).
+   pure function with_caret(unit) result(part)
+      character(*), intent(in) :: unit
+      character(:), allocatable :: part
+
+      character(*), parameter :: squares(5) = [character(3) :: '^2', '**2', char(194)//char(178), char(178), '2']
+      integer :: i, last
+
+      part = unit
+      do i = 1, size(squares)
+         last = len(unit) - len_trim(squares(i))
+         if (last < 1) cycle
+         if (unit(last + 1:) /= squares(i)) cycle
+         part = unit(:last)//'^2'
+         return
+      end do
+   end function with_caret
 
    !> A single unit without its prefix.
    pure subroutine take_prefix(part, factor, is_known)
@@ -322,14 +386,16 @@ contains
       logical, intent(out) :: is_known
 
       character(*), parameter :: bases(4) = [character(4) :: 'm', 's', 'N', 's^2']
-      character(*), parameter :: prefixes(9) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
-         'm', 'c', 'k', 'M', 'd']
-      real(wp), parameter :: factors(9) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e3_wp, &
-         1.0e6_wp, 1.0e-1_wp]
+      character(*), parameter :: seconds(3) = [character(7) :: 'sec', 'second', 'seconds']
+      !> The micro of UTF-8, as a sign and as a Greek letter, and of Latin-1
+      character(*), parameter :: prefixes(10) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
+         char(181), 'm', 'c', 'k', 'M', 'd']
+      real(wp), parameter :: factors(10) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, &
+         1.0e-2_wp, 1.0e3_wp, 1.0e6_wp, 1.0e-1_wp]
       integer :: i, length
 
       factor = 1.0_wp
-      if (part == 'sec') part = 's'
+      if (any(seconds == part)) part = 's'
       is_known = any(bases == part)
       if (is_known) return
       do i = 1, size(prefixes)

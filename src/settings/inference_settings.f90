@@ -43,6 +43,8 @@ module inference_settings
       !> Columns of the file
       integer :: time_column = 1
       integer :: value_column = 2
+      !> Column with the standard deviation of the noise of each value; 0: there is none
+      integer :: noise_column = 0
       !> Part of the signal that is fitted, in time as results have it; its end: huge is the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
@@ -58,6 +60,8 @@ module inference_settings
       !> The part that is fitted, in units of results, ascending in time
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
+      !> Standard deviation of the noise of each value; 0: it follows from the residuals
+      real(wp), allocatable :: noise_of_value(:)
    end type fit_settings_t
 
    !> &uncertainty

@@ -32,6 +32,8 @@ module sweep_plan
       real(wp) :: minimum = 0.0_wp
       real(wp) :: maximum = 0.0_wp
       logical :: is_logarithmic = .false.
+      !> Distribution of the values, in words; empty: they are evenly spaced
+      character(24) :: distribution = ''
    end type axis_t
 
    !> The plan of a sweep.

@@ -46,7 +46,11 @@ contains
             words = with_unit(axis%minimum, scene_unit_of(units, axis%parameter%quantity))//' to ' &
                //with_unit(axis%maximum, scene_unit_of(units, axis%parameter%quantity))
             if (plan%is_grid) words = words//', '//to_text(size(axis%values))//' values'
-            if (axis%is_logarithmic) words = words//' evenly in the logarithm'
+            if (axis%distribution /= '') then
+               words = words//', '//trim(axis%distribution)
+            else if (axis%is_logarithmic) then
+               words = words//' evenly in the logarithm'
+            end if
             call print_line(unit, trim(axis%parameter%name), words)
          end associate
       end do
