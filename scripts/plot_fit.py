@@ -15,7 +15,7 @@ import numpy as np
 
 # Half widths of the 95 % region of two parameters in standard errors: sqrt of chi squared with two degrees of freedom
 TWO_AT_ONCE = 2.4477
-MOST_PAIRS = 6
+MOST_PAIRS = 15
 
 
 class Fit:
@@ -39,9 +39,12 @@ class Fit:
             self.ended = [group["starts"][name][()] for name in self.names]
 
     def pairs(self):
-        """Numbers of the parameters of each pair that is drawn."""
+        """Numbers of the parameters of each pair that is drawn; of many pairs, those with the closest correlation."""
         told = [number for number in range(len(self.names)) if self.is_told[number]]
-        return list(itertools.combinations(told, 2))[:MOST_PAIRS]
+        pairs = list(itertools.combinations(told, 2))
+        error = np.sqrt(np.diag(self.covariance))
+        closest = sorted(pairs, key=lambda pair: -abs(self.covariance[pair])/(error[pair[0]]*error[pair[1]]))
+        return [pair for pair in pairs if pair in closest[:MOST_PAIRS]]
 
 
 def label_of(name, unit, power=0):

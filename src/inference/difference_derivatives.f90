@@ -13,10 +13,11 @@ module difference_derivatives
    integer, parameter :: derivative_unknown = 1
    !> The derivatives from above and from below agree.
    integer, parameter :: derivative_exists = 2
-   !> The parameter is at its minimum or maximum, so that only one one-sided derivative exists.
+   !> The function is known on one side only: the parameter is at its minimum or maximum, or a measure has no value on
+   !> the other side.
    integer, parameter :: derivative_from_above = 3
    integer, parameter :: derivative_from_below = 4
-   !> The one-sided derivatives differ: a kink or a jump.
+   !> The one-sided derivatives differ or do not settle: a kink, a jump or a square root.
    integer, parameter :: derivative_differs = 5
    character(*), parameter :: derivative_states(5) = [character(10) :: 'unknown', 'exists', 'from above', &
       'from below', &
@@ -26,7 +27,7 @@ module difference_derivatives
    type :: derivative_t
       !> One of the `derivative_` constants
       integer :: state = derivative_unknown
-      !> The derivative (at a limit the one-sided derivative), and its estimated error
+      !> The derivative (if one side alone is known, the one-sided derivative), and its estimated error
       real(wp) :: value = 0.0_wp
       real(wp) :: error = 0.0_wp
       !> The derivatives from above and from below
@@ -34,6 +35,9 @@ module difference_derivatives
       real(wp) :: above_error = 0.0_wp
       real(wp) :: below = 0.0_wp
       real(wp) :: below_error = 0.0_wp
+      !> The errors from above and from below are relatively small or negligible
+      logical :: above_settles = .false.
+      logical :: below_settles = .false.
    end type derivative_t
 
    !> One-sided derivatives agree if they differ by at most this multiple of their errors plus this share of their size.
@@ -61,7 +65,7 @@ contains
       integer :: k
 
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
-      derivative = derivative_t(derivative_unknown, nan, nan, nan, nan, nan, nan)
+      derivative = derivative_t(derivative_unknown, nan, nan, nan, nan, nan, nan, .false., .false.)
       if (ieee_is_nan(value)) return
       h = [(scale(step, 1 - k), k=1, size(h))]
       associate (rounding => 4.0_wp*epsilon(1.0_wp)*abs(value))
@@ -70,18 +74,20 @@ contains
          call extrapolate((above - below)/(2.0_wp*h), h, 2, rounding, central, central_error)
       end associate
       negligible = smallest_change*abs(value)/step
-      if (all(ieee_is_nan(below)) .and. .not. ieee_is_nan(derivative%above)) then
+      derivative%above_settles = is_settled(derivative%above, derivative%above_error, negligible)
+      derivative%below_settles = is_settled(derivative%below, derivative%below_error, negligible)
+      if (all(ieee_is_nan(below)) .and. derivative%above_settles) then
          derivative%state = derivative_from_above
          derivative%value = derivative%above
          derivative%error = derivative%above_error
-      else if (all(ieee_is_nan(above)) .and. .not. ieee_is_nan(derivative%below)) then
+      else if (all(ieee_is_nan(above)) .and. derivative%below_settles) then
          derivative%state = derivative_from_below
          derivative%value = derivative%below
          derivative%error = derivative%below_error
-      else if (.not. any(ieee_is_nan([derivative%above, derivative%below, central]))) then
+      else if (.not. all(ieee_is_nan([derivative%above, derivative%below]))) then
          derivative%state = derivative_differs
-         if (all(is_settled([derivative%above, derivative%below, central], [derivative%above_error, &
-            derivative%below_error, central_error], negligible)) .and. &
+         if (derivative%above_settles .and. derivative%below_settles .and. &
+            is_settled(central, central_error, negligible) .and. &
             agree(derivative%above, derivative%above_error, derivative%below, derivative%below_error, &
             negligible) .and. &
             agree(central, central_error, 0.5_wp*(derivative%above + derivative%below), &
@@ -109,12 +115,14 @@ contains
 
    !> Is the error of an extrapolated value relatively small, or negligible?
    elemental function is_settled(value, error, negligible)
+      !> NaN: unknown, and so not settled
       real(wp), intent(in) :: value
       real(wp), intent(in) :: error
       real(wp), intent(in) :: negligible
       logical :: is_settled
 
-      is_settled = error <= max(largest_error*abs(value), negligible)
+      is_settled = .not. ieee_is_nan(value)
+      if (is_settled) is_settled = error <= max(largest_error*abs(value), negligible)
    end function is_settled
 
    !> Do two numbers agree within their errors, or is their difference negligible?

@@ -1,7 +1,7 @@
 !> Results of &sensitivity, derivatives of measures with respect to parameters: the group of the results file, and the
 !> tables on the console.
 module sensitivity_results
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use difference_derivatives, only: derivative_exists, derivative_differs, derivative_states, derivative_t, &
       derivative_unknown
    use kinds, only: wp
@@ -75,8 +75,9 @@ contains
             along=along)
          call group%add('from_below_error', derivative%below_error, unit, 'estimate of its error', along=along)
          texts(:) = [(text_of(derivative_states(derivative(i)%state)), i=1, pairs)]
-         call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the parameter is at ' &
-            //'its limit; none: the sides differ; unknown: the measure is not there', along)
+         call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the other side is ' &
+            //'beyond a limit or has no value; none: the sides differ or do not settle; unknown: the measure is not ' &
+            //'there', along)
          call group%add('impacts_change', sensitivity%impacts_change(parameter), none, &
             'impacts with the parameter at the smallest step above its value, less those below it', along=along)
       end associate
@@ -191,18 +192,49 @@ contains
             case (derivative_exists)
                cycle
             case (derivative_differs)
-               words = 'no derivative: '//with_unit(derivative%above, '')//' from above and '// &
-                  with_unit(derivative%below, '')//' from below'
+               words = 'no derivative: '//side_in_words(derivative%above, derivative%above_settles)// &
+                  ' from above and '//side_in_words(derivative%below, derivative%below_settles)//' from below'
                if (sensitivity%impacts_change(k) /= 0) words = words//', where impacts come or go'
             case (derivative_unknown)
                words = 'no derivative: the measure is not there beside this value'
             case default
                words = 'derivative '//trim(derivative_states(derivative%state)) &
                   //' alone, as the parameter is at its limit'
+               if (.not. is_at_limit(k)) words = 'derivative '//trim(derivative_states(derivative%state)) &
+                  //' alone, as the measure has no value on the other side'
             end select
             call print_line(unit, trim(parameter%name), words)
          end associate
       end do
+
+   contains
+
+      !> Is a parameter at its minimum or maximum?
+      pure logical function is_at_limit(parameter)
+         integer, intent(in) :: parameter
+
+         associate (settings => scene%sensitivity)
+            is_at_limit = settings%values(parameter) <= settings%minimum(parameter) .or. &
+               settings%values(parameter) >= settings%maximum(parameter)
+         end associate
+      end function is_at_limit
    end subroutine print_one_sided
+
+   !> A one-sided derivative in words.
+   function side_in_words(value, settles) result(words)
+      !> NaN: the measure has no value on this side
+      real(wp), intent(in) :: value
+      !> The error of the derivative is relatively small
+      logical, intent(in) :: settles
+      character(:), allocatable :: words
+
+      if (settles) then
+         words = with_unit(value, '')
+      else if (ieee_is_nan(value)) then
+         words = 'none'
+      else
+         words = 'none that settles'
+      end if
+   end function side_in_words
 
 end module sensitivity_results
