@@ -22,20 +22,21 @@ module spectrum_analysis
    private
    public :: spectrum_analysis_t
 
-   !> What is not so likely to lie outside the error bars.
+   !> Confidence of the error bars.
    real(wp), parameter :: confidence = 0.95_wp
 
-   !> All dimensionless, [frequencies, signals].
+   !> Spectra of a run; all numbers are dimensionless.
    type, extends(analysis_t) :: spectrum_analysis_t
       type(run_spectrum_t) :: run
       integer :: window = 1
-      !> Of a harmonic that the spectrum has at a frequency
+      !> Amplitude of a harmonic at each frequency, [frequencies, signals]
       real(wp), allocatable :: amplitude(:, :)
-      !> One-sided power spectral density, and half the width of its interval; NaN: there is none
+      !> One-sided power spectral density, and half width of its confidence interval (NaN: fewer than two segments),
+      !> [frequencies, signals]
       real(wp), allocatable :: density(:, :), half_width(:, :)
-      !> What sampling may have changed in an amplitude, [signals]
+      !> Maximum error of an amplitude by sampling, [signals]
       real(wp), allocatable :: sampling_error(:)
-      !> Of the harmonic loads, over omega1
+      !> Frequencies of the harmonic loads, over omega1
       real(wp), allocatable :: load(:)
    contains
       procedure :: compute
@@ -46,14 +47,14 @@ module spectrum_analysis
 
 contains
 
-   !> From the powers of the segments of a run.
+   !> Compute the spectra from the powers of the segments of a run.
    subroutine compute(self, scene, model, settings, response, error)
       class(spectrum_analysis_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(beam_model_t), intent(in) :: model
-      !> Its loads
+      !> Settings of the run, with its loads
       type(run_settings_t), intent(in) :: settings
-      !> With what its segments left
+      !> Response with the powers of the segments
       type(response_t), intent(in) :: response
       type(failure_t), allocatable, intent(out) :: error
 
@@ -69,7 +70,8 @@ contains
          allocate (self%density, source=run%power/(pi*run%window_square))
          allocate (self%half_width, mold=self%density)
          if (run%segments > 1) then
-            ! neighbours that overlap are not independent: their mean scatters more, and they less
+            ! neighbouring segments overlap and are correlated: the variance of their mean is larger, and the variance
+            ! among them smaller, than of independent segments
             associate (number => real(run%segments, wp))
                correlated = (1.0_wp + 2.0_wp*run%overlap*(number - 1.0_wp)/number)/(1.0_wp - 2.0_wp*run%overlap/number)
                spread = student_quantile(confidence, run%segments - 1)*sqrt(correlated/(number*(number - 1.0_wp)))
@@ -80,6 +82,7 @@ contains
       end associate
    end subroutine compute
 
+   !> Write the group of the results file.
    subroutine write_group(self, group)
       class(spectrum_analysis_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
@@ -120,10 +123,10 @@ contains
       end associate
    end subroutine write_group
 
-   !> The strongest lines of a signal.
+   !> Write the strongest lines of a signal.
    subroutine write_signal_lines(self, k, group)
       class(spectrum_analysis_t), intent(in) :: self
-      !> Which signal
+      !> Index of the signal
       integer, intent(in) :: k
       type(quantity_group_t), intent(in) :: group
 
@@ -137,11 +140,11 @@ contains
       call group%put('amplitude', [lines%amplitude], signal_table(self%run%of(k))%quantity, &
          'amplitude there', 'line')
       call group%put('multiple', lines%multiple, 'it is this multiple of the frequency of a harmonic load', 'line')
-      call group%put('over', lines%over, 'over this number', 'line')
+      call group%put('over', lines%divisor, 'over this number', 'line')
       call group%put('load', lines%load, 'which of load_{omega~frequency}; 0: of none', 'line')
    end subroutine write_signal_lines
 
-   !> How the integrals were taken.
+   !> How the integrals were computed, in words.
    pure function method_of(run) result(words)
       type(run_spectrum_t), intent(in) :: run
       character(:), allocatable :: words
@@ -151,11 +154,11 @@ contains
       if (run%sampled_from <= run%start) words = 'from samples'
    end function method_of
 
-   !> The strongest lines of each signal.
+   !> Print the strongest lines of each signal.
    subroutine print_lines(self, unit, units)
       class(spectrum_analysis_t), intent(in) :: self
       integer, intent(in) :: unit
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       type(line_t), allocatable :: lines(:)
@@ -196,6 +199,7 @@ contains
 
    contains
 
+      !> Factor from dimensionless numbers to the units of the results.
       pure real(wp) function factor(quantity)
          character(*), intent(in) :: quantity
 
@@ -203,7 +207,8 @@ contains
          if (units%are_of_scene) factor = units%factor(quantity_named(quantity))
       end function factor
 
-      !> Without a prefix: frequencies of a spectrum reach over decades, and densities begin with squares of units.
+      !> Unit of a quantity for a heading. It has no prefix, because frequencies of a spectrum span decades and units of
+      !> densities begin with a square.
       pure function in_unit(quantity) result(words)
          character(*), intent(in) :: quantity
          character(:), allocatable :: words
@@ -213,7 +218,8 @@ contains
       end function in_unit
    end subroutine print_lines
 
-   !> The frequency of the first signal's strongest line, and the amplitude of the first signal of each quantity.
+   !> Set the measures: the frequency of the strongest line of the first signal, and the amplitude of the strongest line
+   !> of the first signal of each quantity.
    subroutine supply_measures(self, measures)
       class(spectrum_analysis_t), intent(in) :: self
       real(wp), intent(inout) :: measures(:)

@@ -1,4 +1,4 @@
-!> Lines of a spectrum, and of what harmonic of a load each is.
+!> Lines of a spectrum (local maxima of the amplitude), and the harmonic of a load to which each line belongs.
 module spectrum_lines
    use kinds, only: pi, wp
    use load_settings, only: course_harmonic
@@ -9,21 +9,22 @@ module spectrum_lines
    private
    public :: line_t, find_lines, load_frequencies, order_in_words
 
-   !> A line: it exceeds all within the width of the window, and this share of the strongest.
-   real(wp), parameter :: least_share = 0.01_wp
-   integer, parameter :: most_lines = 12
-   !> A harmonic, a subharmonic or a superharmonic is a multiple of the frequency of a load over one of these.
-   integer, parameter :: most_parts = 4
+   !> Minimum amplitude of a line, as a share of the amplitude of the strongest line.
+   real(wp), parameter :: min_share = 0.01_wp
+   integer, parameter :: max_lines = 12
+   !> Maximum denominator n of the frequency m/n times a load frequency of a harmonic (n = 1) or subharmonic.
+   integer, parameter :: max_divisor = 4
 
+   !> A line of a spectrum.
    type :: line_t
-      !> Place among the frequencies
+      !> Index of the frequency with the maximum amplitude
       integer :: place = 0
-      !> Where it is greatest, over omega1, and there its amplitude: of the parabola through the logarithms of three
+      !> Frequency over omega1, and amplitude, of the maximum of the parabola through the logarithms of three amplitudes
       real(wp) :: frequency = 0.0_wp
       real(wp) :: amplitude = 0.0_wp
-      !> Multiple of the frequency of a load, over a whole number, and which load; 0: of none
+      !> The frequency is multiple/divisor times the frequency of this load; load 0: of no load
       integer :: multiple = 0
-      integer :: over = 1
+      integer :: divisor = 1
       integer :: load = 0
    end type line_t
 
@@ -46,14 +47,15 @@ contains
       allocate (frequency, source=pack(all, [(all(max(i - 1, 1)) < all(i) .or. i == 1, i=1, size(all))]))
    end function load_frequencies
 
-   !> The strongest lines first.
+   !> Find the lines, in descending order of their amplitudes. The amplitude of a line exceeds all others within the
+   !> width of the window.
    pure subroutine find_lines(frequency, amplitude, length, load, lines)
-      !> Over omega1
+      !> Frequencies over omega1, ascending at equal distances, and their amplitudes
       real(wp), intent(in) :: frequency(:)
       real(wp), intent(in) :: amplitude(:)
-      !> Of a segment, tau
+      !> Length of a segment, tau
       real(wp), intent(in) :: length
-      !> Frequencies of loads
+      !> Frequencies of the harmonic loads over omega1
       real(wp), intent(in) :: load(:)
       type(line_t), allocatable, intent(out) :: lines(:)
 
@@ -67,13 +69,13 @@ contains
       width = 2.0_wp*pi/length
       reach = max(1, int(min(2.0_wp*width/distance, real(size(frequency), wp))))
       do i = 1, size(frequency)
-         if (.not. amplitude(i) > 0.0_wp .or. amplitude(i) < least_share*maxval(amplitude)) cycle
+         if (.not. amplitude(i) > 0.0_wp .or. amplitude(i) < min_share*maxval(amplitude)) cycle
          if (any(amplitude(max(i - reach, 1):i - 1) >= amplitude(i))) cycle
          if (any(amplitude(i + 1:min(i + reach, size(frequency))) > amplitude(i))) cycle
          places = [places, i]
       end do
       order = ascending_order(-amplitude(places))
-      allocate (lines(min(size(places), most_lines)))
+      allocate (lines(min(size(places), max_lines)))
       do i = 1, size(lines)
          lines(i)%place = places(order(i))
          call place_line(frequency, amplitude, lines(i))
@@ -81,11 +83,12 @@ contains
       end do
    end subroutine find_lines
 
-   !> Between the frequencies a line is higher: near its top the logarithm of what a window makes of it is a parabola.
+   !> Find frequency and amplitude of a line between the frequencies of the spectrum: near its maximum the logarithm of
+   !> the transform of a window is a parabola.
    pure subroutine place_line(frequency, amplitude, line)
       real(wp), intent(in) :: frequency(:)
       real(wp), intent(in) :: amplitude(:)
-      !> Its place is there
+      !> In: `place`; out: frequency and amplitude
       type(line_t), intent(inout) :: line
 
       real(wp) :: curvature, shift, slope
@@ -104,40 +107,44 @@ contains
       end associate
    end subroutine place_line
 
-   !> Of what load a line is a harmonic, as near as the spectrum tells.
+   !> Find the load of which a line is a harmonic or a subharmonic, within the resolution of the spectrum.
    pure subroutine name_line(tolerance, load, line)
+      !> Maximum difference of frequencies that count as equal, over omega1
       real(wp), intent(in) :: tolerance
+      !> Frequencies of the harmonic loads over omega1
       real(wp), intent(in) :: load(:)
       type(line_t), intent(inout) :: line
 
-      ! with less between them any frequency would be one
-      real(wp), parameter :: least_apart = 8.0_wp
+      ! minimum distance of neighbouring harmonics over the tolerance: with a smaller distance any frequency would count
+      ! as a harmonic
+      real(wp), parameter :: min_distance = 8.0_wp
       real(wp) :: basic
-      integer :: k, over
+      integer :: k, divisor
 
-      do over = 1, most_parts
+      do divisor = 1, max_divisor
          do k = 1, size(load)
-            basic = load(k)/real(over, wp)
-            if (basic < least_apart*tolerance .or. line%frequency < 0.5_wp*basic) cycle
+            basic = load(k)/real(divisor, wp)
+            if (basic < min_distance*tolerance .or. line%frequency < 0.5_wp*basic) cycle
             if (abs(line%frequency - anint(line%frequency/basic)*basic) > tolerance) cycle
             line%multiple = nint(line%frequency/basic)
-            line%over = over
+            line%divisor = divisor
             line%load = k
             return
          end do
       end do
    end subroutine name_line
 
-   !> Such as '3' and '3/2', and of which load where there are several.
+   !> The multiple in words, such as '3' or '3/2', and the number of the load if there is more than one.
    pure function order_in_words(line, loads) result(words)
       type(line_t), intent(in) :: line
+      !> Number of loads
       integer, intent(in) :: loads
       character(:), allocatable :: words
 
       words = '-'
       if (line%load == 0) return
       words = to_text(line%multiple)
-      if (line%over > 1) words = words//'/'//to_text(line%over)
+      if (line%divisor > 1) words = words//'/'//to_text(line%divisor)
       if (loads > 1) words = words//' of '//to_text(line%load)
    end function order_in_words
 

@@ -1,4 +1,4 @@
-!> Rows of a phase of exact motion written out as sums of exponentials (docs/theory.md, sections 20 and 24).
+!> Rows of a phase of exact motion as explicit sums of exponentials (docs/theory.md, sections 20 and 24).
 module phase_sums
    use interval_sums, only: interval_sums_t, open_sums
    use kinds, only: wp
@@ -12,13 +12,14 @@ module phase_sums
 
 contains
 
-   !> Displacements at contacts away from their stops, that of the tip, forces of contacts, and moments, by their
-   !> numbers among the rows of an interval.
+   !> Find the sums of some rows of an interval. Rows are numbered: displacements at the contacts (1 to n), displacement
+   !> of the tip (n + 1), contact forces (n + 2 to 2 n + 1), bending moments (from 2 n + 2).
    subroutine find_sums(now, moments, length, rows, sums)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
-      !> Of the phase, > 0
+      !> Length of the phase, > 0
       real(wp), intent(in) :: length
+      !> Numbers of the rows
       integer, intent(in) :: rows(:)
       type(interval_sums_t), intent(out) :: sums
 
@@ -41,7 +42,7 @@ contains
       call open_sums(size(rows), last + count(now%states%is_node), sums)
       sums%exponent(:last) = signals%exponent
       do i = 1, size(rows)
-         ! in the order in which they were asked for
+         ! `find_signals` orders the signals of each kind as in `rows`
          if (rows(i) <= n) then
             place = count(rows(:i) <= n)
          else if (rows(i) == n + 1) then
@@ -60,12 +61,14 @@ contains
       call add_nodes(now, rows, last, sums)
    end subroutine find_sums
 
-   !> A node without mass before a rigid stop: on the stop it does not move, away from the stop it comes back to the
-   !> modes from where it was as the phase began; its state is already that of the end.
+   !> Add the displacement of massless nodes at rigid stops relative to the modes. A node on its stop does not move. A
+   !> node away from its stop returns to the modes exponentially from its displacement at the start of the phase,
+   !> `node_depth`, because `indentation` of its contact is already that at the end of the phase.
    pure subroutine add_nodes(now, rows, last, sums)
       type(phase_state_t), intent(in) :: now
+      !> Numbers of the rows
       integer, intent(in) :: rows(:)
-      !> Terms of the modes; for each node there is room for one
+      !> Number of terms of the modes; the term of each node follows
       integer, intent(in) :: last
       type(interval_sums_t), intent(inout) :: sums
 

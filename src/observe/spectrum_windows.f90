@@ -1,5 +1,5 @@
-!> The windows of a spectrum: its segments, the frequencies at which half segments are integrated, and the transforms of
-!> windowed segments from these (docs/theory.md, section 24).
+!> Windows of a spectrum: the segments, the frequencies at which half segments are integrated, and the transforms of
+!> windowed segments, which are sums of these integrals (docs/theory.md, section 24).
 module spectrum_windows
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: pi, wp
@@ -9,46 +9,50 @@ module spectrum_windows
    private
    public :: windows_t, open_windows, transforms_of
 
+   !> Segments of a run, and frequencies of the integrals.
    type :: windows_t
       !> One of the `window_` constants
       integer :: kind = window_hann
-      !> Length of a half segment, of which Hann's windows share each but the first and the last; of a rectangle that of
-      !> a segment. Their number; 0: nothing is left to transform
+      !> Length and number of the stretches that are integrated (number 0: the run has no segment). Hann windows: half
+      !> segments, each of which but the first and the last belongs to two segments. Rectangular windows: segments
       real(wp) :: half = 1.0_wp
       integer :: halves = 0
-      !> Frequencies of the integrals, and blocks in which they ascend at equal steps, first and last, [2, blocks]
+      !> Frequencies of the integrals, and first and last index of each block in which they ascend at equal distances,
+      !> [2, blocks]
       real(wp), allocatable :: omega(:)
       integer, allocatable :: blocks(:, :)
-      !> Where in them are the first frequency asked for and 0: less that of the window, as it is, and more
+      !> Indices in `omega` of the first frequency of the spectrum and of the frequency 0, each minus (-1), without (0)
+      !> and plus (1) the frequency of the window
       integer :: first(-1:1) = 1
       integer :: zero(-1:1) = 1
-      !> The frequencies asked for
+      !> Frequencies of the spectrum
       real(wp), allocatable :: frequency(:)
    end type windows_t
 
 contains
 
-   !> Segments and frequencies of a run.
-   pure subroutine open_windows(asked, length, windows, result)
-      type(spectrum_settings_t), intent(in) :: asked
-      !> What of the run counts, tau; less than 0: nothing
+   !> Set the segments and frequencies of a run.
+   pure subroutine open_windows(settings, length, windows, result)
+      type(spectrum_settings_t), intent(in) :: settings
+      !> Length of the part of the run that is transformed, tau; < 0: the run ends before this part
       real(wp), intent(in) :: length
       type(windows_t), intent(out) :: windows
-      !> Gets its frequencies
+      !> Out: frequencies, lengths and integrals of the window are set, powers are zero
       type(run_spectrum_t), intent(inout) :: result
 
-      real(wp) :: distance, last, turning
+      ! frequency of the window; distance of the frequencies; number of distances in the frequency of the window
+      real(wp) :: distance, window_frequency
       integer :: aligned, i, points
 
-      windows%kind = asked%window
+      windows%kind = settings%window
       distance = 1.0_wp
-      points = asked%points
+      points = settings%points
       if (length > 0.0_wp) then
-         distance = asked%distance_of(length)
-         points = nint(asked%count_of(length))
+         distance = settings%distance_of(length)
+         points = nint(settings%count_of(length))
       end if
-      allocate (result%frequency, source=[(asked%range(1) + distance*real(i, wp), i=0, points - 1)])
-      if (asked%points > 1) result%frequency(points) = asked%range(2)
+      allocate (result%frequency, source=[(settings%range(1) + distance*real(i, wp), i=0, points - 1)])
+      if (settings%points > 1) result%frequency(points) = settings%range(2)
       allocate (windows%frequency, source=result%frequency)
       allocate (result%power(points, size(result%of)), result%scatter(points, size(result%of)), source=0.0_wp)
       if (.not. length > 0.0_wp) then
@@ -56,34 +60,34 @@ contains
          result%power(:, :) = ieee_value(1.0_wp, ieee_quiet_nan)
          return
       end if
-      result%length = asked%segment_of(length)
+      result%length = settings%segment_of(length)
       result%window = result%length
       result%window_square = result%length
       windows%half = result%length
-      windows%halves = asked%segments
+      windows%halves = settings%segments
       if (windows%kind == window_hann) then
          result%window = 0.5_wp*result%length
          result%window_square = 0.375_wp*result%length
-         ! the squares of the integral of one window times the next, over that of its square
+         ! square of the integral of one window times the next, over the square of the integral of the squared window
          result%overlap = 1.0_wp/36.0_wp
          windows%half = 0.5_wp*result%length
-         windows%halves = asked%segments + 1
-         turning = 2.0_wp*pi/result%length
-         aligned = nint(min(turning/distance, real(points, wp) + 1.0_wp))
-         if (abs(real(aligned, wp)*distance - turning) > 1.0e-12_wp*turning) aligned = points + 1
+         windows%halves = settings%segments + 1
+         window_frequency = 2.0_wp*pi/result%length
+         aligned = nint(min(window_frequency/distance, real(points, wp) + 1.0_wp))
+         if (abs(real(aligned, wp)*distance - window_frequency) > 1.0e-12_wp*window_frequency) aligned = points + 1
          if (aligned <= points) then
-            ! the frequencies less and more that of the window are among them but for a few
-            windows%omega = asked%range(1) + distance*real([(i, i=-aligned, points - 1 + aligned)], wp)
+            ! the frequencies plus and minus the frequency of the window are again frequencies of the spectrum, except
+            ! for those at both ends
+            windows%omega = settings%range(1) + distance*real([(i, i=-aligned, points - 1 + aligned)], wp)
             windows%first = 1 + aligned*[0, 1, 2]
             windows%blocks = reshape([1, points + 2*aligned], [2, 1])
          else
-            windows%omega = [result%frequency - turning, result%frequency, result%frequency + turning]
+            windows%omega = [result%frequency - window_frequency, result%frequency, result%frequency + window_frequency]
             windows%first = 1 + points*[0, 1, 2]
             windows%blocks = reshape([1, points, points + 1, 2*points, 2*points + 1, 3*points], [2, 3])
          end if
          windows%zero = size(windows%omega) + [1, 2, 3]
-         last = turning
-         windows%omega = [windows%omega, -last, 0.0_wp, last]
+         windows%omega = [windows%omega, -window_frequency, 0.0_wp, window_frequency]
          windows%blocks = reshape([windows%blocks, windows%zero([-1, 1])], [2, size(windows%blocks, 2) + 1])
       else
          windows%omega = [result%frequency, 0.0_wp]
@@ -92,14 +96,14 @@ contains
       end if
    end subroutine open_windows
 
-   !> Transforms of a segment that the window weighs, at the frequencies asked for.
+   !> Transforms of a windowed segment at the frequencies of the spectrum.
    pure function transforms_of(windows, halves, number, without_mean) result(segment)
       type(windows_t), intent(in) :: windows
-      !> Integrals over its second half, and over the first, [frequencies, 2]
+      !> Integrals over the second and over the first half of the segment, [frequencies, 2]
       complex(wp), intent(in) :: halves(:, :)
-      !> Which segment, from 0
+      !> Number of the segment, from 0
       integer, intent(in) :: number
-      !> The signal less its mean, by the window too, is meant
+      !> Subtract the mean of the windowed signal
       logical, intent(in) :: without_mean
       complex(wp) :: segment(size(windows%frequency))
 
@@ -122,8 +126,9 @@ contains
 
    contains
 
-      !> Of both halves together.
+      !> Integrals over the segment.
       pure function whole(first, count) result(values)
+         !> Index of the first frequency, and number of frequencies
          integer, intent(in) :: first
          integer, intent(in) :: count
          complex(wp) :: values(count)
@@ -131,7 +136,9 @@ contains
          values = halves(first:first + count - 1, 1) + halves(first:first + count - 1, 2)
       end function whole
 
+      !> Integral over the segment at one frequency.
       pure complex(wp) function whole_at(place)
+         !> Index of the frequency
          integer, intent(in) :: place
 
          whole_at = halves(place, 1) + halves(place, 2)
@@ -141,25 +148,25 @@ contains
    !> Transform of the window of a segment.
    elemental function of_window(windows, number, omega) result(value)
       type(windows_t), intent(in) :: windows
-      !> Which segment, from 0
+      !> Number of the segment, from 0
       integer, intent(in) :: number
       real(wp), intent(in) :: omega
       complex(wp) :: value
 
-      real(wp) :: turning
+      real(wp) :: window_frequency
 
       if (windows%kind == window_hann) then
-         turning = pi/windows%half
+         window_frequency = pi/windows%half
          value = 0.5_wp*of_rectangle(2.0_wp*windows%half, windows%half*real(number, wp), omega) &
             - 0.25_wp*real(1 - 2*modulo(number, 2), wp) &
-            *(of_rectangle(2.0_wp*windows%half, windows%half*real(number, wp), omega - turning) &
-            + of_rectangle(2.0_wp*windows%half, windows%half*real(number, wp), omega + turning))
+            *(of_rectangle(2.0_wp*windows%half, windows%half*real(number, wp), omega - window_frequency) &
+            + of_rectangle(2.0_wp*windows%half, windows%half*real(number, wp), omega + window_frequency))
       else
          value = of_rectangle(windows%half, windows%half*real(number, wp), omega)
       end if
    end function of_window
 
-   !> Integral of exp(-i omega u) from an instant on.
+   !> Integral of exp(-i omega u) over a time span.
    elemental function of_rectangle(length, from, omega) result(value)
       real(wp), intent(in) :: length
       real(wp), intent(in) :: from

@@ -1,5 +1,4 @@
-!> What is asked about the parameters of a scene: the names of &sensitivity, &fit and &uncertainty,
-!> checked and completed.
+!> Names of &sensitivity, &fit and &uncertainty, and the checks and defaults of these groups.
 module scene_inference
    use inference_settings, only: fit_settings_t, is_of_tip, observed_names, quantity_observed, sensitivity_settings_t, &
       uncertainty_settings_t
@@ -24,20 +23,20 @@ module scene_inference
    private
    public :: inference_names, list_inference, resolve_inference
 
-   !> The groups, in the order of the reference and the echo.
+   !> Names of the groups, in the order of the reference and of the echo.
    character(*), parameter :: inference_names(*) = [character(name_length) :: 'sensitivity', 'fit', 'uncertainty']
 
-   !> Measures whose names differ where results are in units.
+   !> Measures that have other names in results with units.
    character(*), parameter :: names_in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
       'greatest_stress_time']
    character(*), parameter :: names_without_units(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
       'greatest_stress_tau']
-   !> What a user may choose; the status of a case is none.
+   !> Names that `measures` accepts: all measures but the status of a case.
    character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, names_in_units]
 
 contains
 
-   !> The names of one group.
+   !> List the names of one group.
    subroutine list_inference(group, table, scene)
       !> One of `inference_names`
       character(*), intent(in) :: group
@@ -102,7 +101,7 @@ contains
       call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
    end subroutine list_fit
 
-   !> The name `end`, which counts only where it is given.
+   !> List the name `end`, whose default is the end of the run.
    subroutine list_end(table, end)
       class(table_t), intent(inout) :: table
       !> Huge: not given
@@ -132,10 +131,10 @@ contains
       call table%bind(uncertainty%classes, name_t('classes', 'classes of a histogram', range_t(2, 10000)))
    end subroutine list_uncertainty
 
-   !> A list of parameters that a sweep may vary.
+   !> List a name whose values are parameters that a sweep may vary.
    subroutine list_chosen_parameters(table, name, meaning, default, parameters)
       class(table_t), intent(inout) :: table
-      !> As in `name_t`
+      !> Name, meaning and default as in `name_t`
       character(*), intent(in) :: name
       character(*), intent(in) :: meaning
       character(*), intent(in) :: default
@@ -168,10 +167,10 @@ contains
       end do
    end subroutine list_chosen_parameters
 
-   !> The name `measures`: some measures of a run.
+   !> List the name `measures`, whose values are measures of a run.
    subroutine list_chosen_measures(table, measures)
       class(table_t), intent(inout) :: table
-      !> Places in the table of measures; unallocated: none is given
+      !> Indices in `measure_table`; unallocated: the scene gives none
       integer, allocatable, intent(inout) :: measures(:)
 
       integer, allocatable :: chosen(:)
@@ -189,12 +188,12 @@ contains
       end do
    end subroutine list_chosen_measures
 
-   !> Check and complete what is asked; problems go into the input.
+   !> Check the groups and set their defaults; problems are added to the input.
    subroutine resolve_inference(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Table of the names with their values
       type(table_t), intent(in) :: table
-      !> Resolved but for these groups
+      !> Scene, of which all other groups are resolved
       type(scene_t), intent(inout) :: scene
 
       if (scene%wants_sensitivity) call resolve_sensitivity(input, table, scene)
@@ -202,10 +201,11 @@ contains
       if (scene%wants_uncertainty) call resolve_uncertainty(input, scene)
    end subroutine resolve_inference
 
-   !> Parameters with a value that a number near it may replace, measures that a run of the scene has.
+   !> Check &sensitivity: each parameter has a value that can be changed continuously, and runs of the scene have the
+   !> measures.
    subroutine resolve_sensitivity(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Table of the names with their values
       type(table_t), intent(in) :: table
       type(scene_t), intent(inout) :: scene
 
@@ -236,10 +236,11 @@ contains
       end associate
    end subroutine resolve_sensitivity
 
-   !> A parameter must count in the scene and have one value there, no whole number. Problems go into the input.
+   !> Check that a parameter applies in the scene and has one value there that is no whole number. Problems are added to
+   !> the input.
    subroutine find_value(input, table, parameter, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
+      !> Table of the names with their values
       type(table_t), intent(in) :: table
       type(parameter_t), intent(in) :: parameter
       type(scene_t), intent(in) :: scene
@@ -276,23 +277,23 @@ contains
       end if
    end subroutine find_value
 
-   !> The value that the scene gives a parameter.
+   !> Value of a parameter in the scene.
    pure function value_of(scene, parameter, table, place) result(value)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameter
-      !> Its names, read; ratios of what is in units are in
+      !> Table of the names with their values, with the ratios of quantities that the scene gives in units
       type(table_t), intent(in) :: table
-      !> Of the parameter's entry
+      !> Index of the entry of the parameter
       integer, intent(in) :: place
       real(wp) :: value
 
       value = table%entries(place)%value
       if (table%entries(place)%is_list) value = table%entries(place)%list(1)
-      ! the file may give heights instead
+      ! the scene may give heights instead of the taper
       if (parameter%name == 'taper') value = (scene%beam%height_root - scene%beam%height_tip)/scene%beam%length
    end function value_of
 
-   !> A signal, and what a sweep gives its parameters; problems go into the input.
+   !> Check &fit and read its signal; problems are added to the input.
    subroutine resolve_fit(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene
@@ -334,7 +335,8 @@ contains
       end associate
    end subroutine resolve_fit
 
-   !> The signal in units of results, its part that is fitted; problems go into the input.
+   !> Read the signal, convert it to the units of the results and select the part that is fitted. Problems are added to
+   !> the input.
    subroutine fetch_signal(input, scene, parameters)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene
@@ -378,17 +380,17 @@ contains
       end associate
    end subroutine fetch_signal
 
-   !> A signal in units of results.
+   !> Convert a signal to the units of the results.
    subroutine convert(scene, signal, file, end, problem)
       type(scene_t), intent(in) :: scene
       type(signal_t), intent(inout) :: signal
       character(*), intent(in) :: file
-      !> Of the run, in time as results have it
+      !> End of the run in the unit of time of the results
       real(wp), intent(out) :: end
-      !> What is wrong with its units; unallocated: nothing
+      !> Error message about the units; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
-      !> What files of dimensionless numbers may have in place of units
+      !> Texts that dimensionless signals may have instead of units
       character(*), parameter :: no_units(5) = [character(3) :: '', '1', '-', 'tau', 'eta']
       type(units_t) :: units
       character(:), allocatable :: quantity
@@ -421,7 +423,7 @@ contains
       if (allocated(problem)) problem = file//': '//problem
    end subroutine convert
 
-   !> A sample, and parameters that it has; problems go into the input.
+   !> Check &uncertainty; problems are added to the input.
    subroutine resolve_uncertainty(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
@@ -445,12 +447,12 @@ contains
       call check_measures(input, group, scene%uncertainty%measures, scene)
    end subroutine resolve_uncertainty
 
-   !> Measures that a run of the scene has and that are no counts; problems go into the input.
+   !> Check that runs of the scene have the measures and that none is a count; problems are added to the input.
    subroutine check_measures(input, group, measures, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Where they stand
+      !> Group that names the measures
       character(*), intent(in) :: group
-      !> Unallocated: none is given
+      !> Indices in `measure_table`; unallocated: the scene gives none
       integer, allocatable, intent(in) :: measures(:)
       type(scene_t), intent(in) :: scene
 

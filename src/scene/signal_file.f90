@@ -14,8 +14,8 @@ module signal_file
 
    integer, parameter :: unit_room = 32
    character, parameter :: tab = achar(9)
-   !> Lines before the first one of numbers.
-   integer, parameter :: longest_header = 200
+   !> Maximum number of lines before the first line of numbers.
+   integer, parameter :: max_header = 200
 
    !> Two or three columns of a file.
    type :: signal_t
@@ -24,14 +24,14 @@ module signal_file
       real(wp), allocatable :: value(:)
       !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not asked for
       real(wp), allocatable :: noise(:)
-      !> Units of both as the file has them; empty: it has none
+      !> Units of times and values as in the file; empty: the file has none
       character(unit_room) :: time_unit = ''
       character(unit_room) :: value_unit = ''
    end type signal_t
 
-   !> How the lines of a file are divided.
+   !> Layout of the lines of a file.
    type :: layout_t
-      !> Between columns; a blank: any number of blanks
+      !> Delimiter of columns; a blank: any number of blanks
       character :: delimiter = ' '
       logical :: has_decimal_comma = .false.
    end type layout_t
@@ -44,7 +44,7 @@ contains
       !> Columns of the time, of the value and, if asked for, of the standard deviation of its noise
       integer, intent(in) :: columns(:)
       type(signal_t), intent(out) :: signal
-      !> What is wrong, with file and line; unallocated: nothing
+      !> Error message with file and line; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
       character(:), allocatable :: raw, text, reason
@@ -83,7 +83,7 @@ contains
                   end if
                else
                   call read_header(row, columns, signal)
-                  if (line > longest_header) reason = 'no line before has numbers in columns ' &
+                  if (line > max_header) reason = 'no line before has numbers in columns ' &
                      //to_text(columns(1))//' and '//to_text(columns(2))
                end if
             else if (.not. has_layout) then
@@ -103,14 +103,14 @@ contains
       if (size(columns) > 2) allocate (signal%noise, source=numbers(3, :rows))
    end subroutine read_signal
 
-   !> The division by which a line has numbers in all columns, if there is one.
+   !> Find the layout with which a line has numbers in all columns, if there is one.
    pure subroutine find_layout(row, columns, layout, is_found)
       character(*), intent(in) :: row
       integer, intent(in) :: columns(:)
       type(layout_t), intent(out) :: layout
       logical, intent(out) :: is_found
 
-      !> A comma between columns comes last but one: it may stand before decimals
+      !> The comma is the last, because commas may also stand before decimals
       character, parameter :: delimiters(4) = [';', tab, ' ', ',']
       character(:), allocatable :: reason
       real(wp) :: numbers(size(columns))
@@ -123,7 +123,7 @@ contains
             layout = layout_t(delimiters(i), commas == 1)
             call read_row(row, layout, columns, numbers, reason)
             is_found = .not. allocated(reason)
-            ! a file of whole numbers and commas, such as 0,1 0,2, has decimals; points come with other files
+            ! a line without a decimal point may be the first, with whole numbers, of a file with decimal commas
             if (is_found .and. commas == 0 .and. delimiters(i) /= ',' .and. index(row, '.') == 0) then
                layout%has_decimal_comma = .true.
             end if
@@ -132,14 +132,15 @@ contains
       end do
    end subroutine find_layout
 
-   !> The numbers of one line.
+   !> Read the numbers of one line.
    pure subroutine read_row(row, layout, columns, numbers, reason)
       character(*), intent(in) :: row
       type(layout_t), intent(in) :: layout
+      !> Numbers of the columns
       integer, intent(in) :: columns(:)
       !> Numbers in these columns
       real(wp), intent(inout) :: numbers(:)
-      !> What is wrong; unallocated: nothing
+      !> Error message; unallocated: no error
       character(:), allocatable, intent(out) :: reason
 
       character(:), allocatable :: cell, shown
@@ -155,7 +156,7 @@ contains
          shown = excerpt(cell)
          if (layout%has_decimal_comma) then
             i = index(cell, ',')
-            ! one at the end stands between columns
+            ! a comma at the end separates columns
             if (i > 0 .and. i < len(cell)) cell(i:i) = '.'
          end if
          call read_real(cell, numbers(k), is_legal, reason)
@@ -166,10 +167,10 @@ contains
       end do
    end subroutine read_row
 
-   !> What stands in a column, without blanks and quotes around it; empty: nothing.
+   !> Text in a column, without surrounding blanks and quotes; empty: the line does not have the column.
    pure function cell_of(row, delimiter, column) result(cell)
       character(*), intent(in) :: row
-      !> A blank: any number of blanks and tabs
+      !> Delimiter of columns; a blank: any number of blanks and tabs
       character, intent(in) :: delimiter
       integer, intent(in) :: column
       character(:), allocatable :: cell
@@ -230,9 +231,10 @@ contains
          signal%time_unit)
    end subroutine read_header
 
-   !> What stands in one of the pairs of brackets of a line, with the brackets; empty: there are fewer.
+   !> Text in a pair of brackets of a line, with the brackets; empty: the line has fewer pairs.
    pure function bracketed(row, which) result(part)
       character(*), intent(in) :: row
+      !> Number of the pair
       integer, intent(in) :: which
       character(:), allocatable :: part
 
@@ -250,7 +252,7 @@ contains
       part = row(first:last)
    end function bracketed
 
-   !> The unit in a cell of the header, if there is one.
+   !> Take the unit from a cell of the header, if the cell has one.
    pure subroutine take_unit(cell, unit, is_bare)
       character(*), intent(in) :: cell
       character(unit_room), intent(inout) :: unit
@@ -265,7 +267,7 @@ contains
          unit = trim(adjustl(cell(scan(cell, '([', back=.true.) + 1:scan(cell, ')]', back=.true.) - 1)))
          return
       end if
-      call take_apart(last_word(cell), base, factor, is_bare)
+      call split_unit(last_word(cell), base, factor, is_bare)
       if (is_bare) unit = last_word(cell)
    end subroutine take_unit
 
@@ -277,14 +279,14 @@ contains
       if (cell /= '') unit = last_word(cell)
    end subroutine take_word
 
-   !> Has a cell something in brackets?
+   !> Does a cell have a text in brackets?
    pure logical function is_bracketed(cell)
       character(*), intent(in) :: cell
 
       is_bracketed = scan(cell, '([') > 0 .and. scan(cell, ')]', back=.true.) > scan(cell, '([', back=.true.) + 1
    end function is_bracketed
 
-   !> What stands in a cell after ' / ', or all of the cell.
+   !> Text after ' / ' in a cell, or the whole text.
    pure function last_word(cell) result(word)
       character(*), intent(in) :: cell
       character(:), allocatable :: word
@@ -297,21 +299,21 @@ contains
       word = trim(adjustl(cell(place + 1:)))
    end function last_word
 
-   !> By what numbers in one unit are multiplied to be in another.
+   !> Find the factor that converts numbers from one unit to another.
    pure subroutine unit_ratio(unit, wanted, ratio, problem)
-      !> Of the numbers, and the other; such as 'mm/s' and 'm/s'
+      !> Unit of the numbers, and the other unit, such as 'mm/s' and 'm/s'
       character(*), intent(in) :: unit
       character(*), intent(in) :: wanted
       real(wp), intent(out) :: ratio
-      !> They are of different kinds, or one is not known; unallocated: they are not
+      !> Error message if the units have different dimensions or one of them is not known; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
       character(:), allocatable :: base, other
       real(wp) :: first, second
       logical :: is_known, other_known
 
-      call take_apart(unit, base, first, is_known)
-      call take_apart(wanted, other, second, other_known)
+      call split_unit(unit, base, first, is_known)
+      call split_unit(wanted, other, second, other_known)
       ratio = first/second
       if (.not. (is_known .and. other_known)) then
          problem = 'unit '//excerpt(trim(unit))//' is not known; it must be '//trim(wanted)//', or that with a prefix'
@@ -320,8 +322,8 @@ contains
       end if
    end subroutine unit_ratio
 
-   !> A unit as a power of ten and units without prefixes: 'mm/s' as 0.001 and 'm/s'.
-   pure subroutine take_apart(unit, base, factor, is_known)
+   !> Split a unit into a factor and a unit without prefixes: 'mm/s' into 0.001 and 'm/s'.
+   pure subroutine split_unit(unit, base, factor, is_known)
       character(*), intent(in) :: unit
       character(:), allocatable, intent(out) :: base
       real(wp), intent(out) :: factor
@@ -345,7 +347,7 @@ contains
       do while (first <= len_trim(unit) .and. is_known)
          last = first + index(trim(unit(first:))//'/', '/') - 2
          part = with_caret(trim(adjustl(unit(first:last))))
-         call take_prefix(part, size_of, is_known)
+         call split_prefix(part, size_of, is_known)
          k = k + 1
          if (k == 1) then
             factor = size_of
@@ -358,7 +360,7 @@ contains
          first = last + 2
       end do
       if (base == 'm/s/s') base = 'm/s^2'
-   end subroutine take_apart
+   end subroutine split_unit
 
    !> A unit with its square as '^2', which files may also have as '2', '**2' or a raised 2 (in UTF-8 or Latin-1).
    pure function with_caret(unit) result(part)
@@ -378,9 +380,9 @@ contains
       end do
    end function with_caret
 
-   !> A single unit without its prefix.
-   pure subroutine take_prefix(part, factor, is_known)
-      !> Such as 'mm' in, 'm' out
+   !> Split a unit without divisions into a factor and the unit without its prefix.
+   pure subroutine split_prefix(part, factor, is_known)
+      !> In: such as 'mm'; out: such as 'm'
       character(:), allocatable, intent(inout) :: part
       real(wp), intent(out) :: factor
       logical, intent(out) :: is_known
@@ -407,6 +409,6 @@ contains
          part = part(length + 1:)
          return
       end do
-   end subroutine take_prefix
+   end subroutine split_prefix
 
 end module signal_file

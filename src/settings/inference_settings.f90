@@ -1,5 +1,5 @@
-!> What is asked about the parameters of a scene: how measures change with them, which of them explain a measured
-!> signal, and what their uncertainty makes of measures.
+!> Settings of the analyses of parameters: sensitivities of measures, fits to a measured signal, and uncertainty of
+!> measures.
 module inference_settings
    use kinds, only: wp
    use sweep_settings, only: parameter_t
@@ -8,7 +8,7 @@ module inference_settings
    public :: sensitivity_settings_t, fit_settings_t, uncertainty_settings_t, observed_names
    public :: observed_acceleration_tip, observed_force, is_of_tip, is_velocity, jumps, quantity_observed
 
-   !> What a measured signal may be.
+   !> Quantities that a measured signal may have, `of` in &fit.
    integer, parameter :: observed_displacement_tip = 1
    integer, parameter :: observed_velocity_tip = 2
    integer, parameter :: observed_displacement_stop = 3
@@ -22,66 +22,68 @@ module inference_settings
    type :: sensitivity_settings_t
       !> Parameters; unallocated: not given
       type(parameter_t), allocatable :: parameters(:)
-      !> Their values in the scene, and what these may be
+      !> Their values in the scene, and the minimum and maximum allowed values
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
-      !> Places in the table of measures; unallocated: all that a run of the scene has
+      !> Indices in `measure_table`; unallocated: all measures that a run of the scene has
       integer, allocatable :: measures(:)
-      !> First step, as a share of the value
+      !> First step of the differences, as a share of the value
       real(wp) :: step = 0.02_wp
-      !> Number of steps, each half of the one before
+      !> Number of steps, each half of the preceding one
       integer :: steps = 12
    end type sensitivity_settings_t
 
    !> &fit
    type :: fit_settings_t
-      !> File of the signal as the scene names it
+      !> Path of the file of the signal as in the scene
       character(:), allocatable :: data
       !> One of the `observed_` constants; 0: not given
       integer :: observed = 0
-      !> Columns of the file
+      !> Columns of the times and of the values in the file
       integer :: time_column = 1
       integer :: value_column = 2
       !> Column with the standard deviation of the noise of each value; 0: there is none
       integer :: noise_column = 0
-      !> Part of the signal that is fitted, in time as results have it; its end: huge is the end of the run
+      !> Start and end of the part of the signal that is fitted, in the unit of time of the results; end huge: the end
+      !> of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Standard deviation of the noise, in units of results; 0: it follows from the residuals
+      !> Standard deviation of the noise, in the unit of the results; 0: that of the residuals
       real(wp) :: noise = 0.0_wp
-      !> The signal has an unknown zero, an unknown scale, and its time differs from that of the run by at most this; 0:
-      !> not at all
+      !> The signal has an unknown offset; the signal has an unknown scale; maximum delay or advance of the signal
+      !> relative to the run, 0: none
       logical :: has_offset = .false.
       logical :: has_scale = .false.
       real(wp) :: time_shift = 0.0_wp
-      !> Most runs from one start
+      !> Maximum number of runs from one start
       integer :: evaluations = 2000
-      !> The part that is fitted, in units of results, ascending in time
+      !> Times, ascending, and values of the part that is fitted, in the units of the results, [samples]
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
-      !> Standard deviation of the noise of each value; 0: it follows from the residuals
+      !> Standard deviation of the noise of each value, 0: that of the residuals; [samples]
       real(wp), allocatable :: noise_of_value(:)
    end type fit_settings_t
 
    !> &uncertainty
    type :: uncertainty_settings_t
-      !> Parameters of the sweep that are distributed normally, or where a range is logarithmic lognormally, with 95 %
-      !> of the values in their range; unallocated: none
+      !> Parameters of the sweep with a normal distribution (lognormal if the range is logarithmic) that has 95 % of its
+      !> values in the range; unallocated: none
       type(parameter_t), allocatable :: normal(:)
-      !> Results file of a fit whose estimates and covariance count, as the scene names it; unallocated: none
+      !> Path, as in the scene, of the results file of a fit whose estimates and covariance are the distribution of its
+      !> parameters; unallocated: none
       character(:), allocatable :: fit
-      !> Places in the table of measures; unallocated: all that a run of the scene has
+      !> Indices in `measure_table`; unallocated: all measures that a run of the scene has
       integer, allocatable :: measures(:)
       !> Probabilities of the quantiles
       real(wp), allocatable :: quantiles(:)
-      !> Classes of a histogram
+      !> Number of classes of a histogram
       integer :: classes = 40
    end type uncertainty_settings_t
 
 contains
 
-   !> Is a signal of the tip, not of the stop point?
+   !> Does a signal belong to the tip instead of the stop point?
    elemental function is_of_tip(observed) result(is)
       !> One of the `observed_` constants
       integer, intent(in) :: observed

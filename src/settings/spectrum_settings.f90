@@ -1,4 +1,4 @@
-!> What is asked about the frequencies in a motion.
+!> Settings of &spectrum, and the table of signals of which a spectrum can be computed.
 module spectrum_settings
    use kinds, only: pi, wp
    implicit none (type, external)
@@ -6,26 +6,26 @@ module spectrum_settings
    public :: spectrum_settings_t, signal_t, signal_table, signal_names, window_names, window_hann, window_rectangle
    public :: quantity_force, quantity_moment
 
-   !> What a signal is made of: a displacement, the force of a contact, a bending moment.
+   !> Quantity that a signal is, or whose derivative it is: displacement, contact force, bending moment.
    integer, parameter :: quantity_displacement = 1
    integer, parameter :: quantity_force = 2
    integer, parameter :: quantity_moment = 3
 
-   !> A signal that may be asked for.
+   !> A signal of which a spectrum can be computed.
    type :: signal_t
-      !> As a scene asks for it; its datasets end with it
+      !> Name in scenes, and last part of the names of datasets
       character(24) :: name = ''
-      !> Of {this~that} this without units, that in units
+      !> Meaning; of {this~that}, `this` is printed in dimensionless results and `that` in results with units
       character(60) :: meaning = ''
-      !> One of `quantity_table`, and that of its power spectral density
+      !> Names, in `quantity_table`, of its quantity and of the quantity of its power spectral density
       character(24) :: quantity = ''
       character(24) :: density = ''
-      !> One of the `quantity_` constants, and how often it is differentiated
+      !> One of the `quantity_` constants, and number of its derivatives by time
       integer :: base = quantity_displacement
       integer :: derivatives = 0
-      !> It is of a contact, not of the tip
+      !> The signal belongs to a contact instead of the tip
       logical :: is_of_contact = .false.
-      !> Its measure of the strongest line
+      !> Name of the measure with the amplitude of its strongest line
       character(24) :: measure = ''
    end type signal_t
 
@@ -48,7 +48,7 @@ module spectrum_settings
       'strongest_moment')]
 
    integer, private :: k
-   !> As users write them
+   !> Names of the signals in scenes
    character(*), parameter :: signal_names(*) = [(signal_table(k)%name, k=1, size(signal_table))]
 
    integer, parameter :: window_hann = 1
@@ -57,24 +57,25 @@ module spectrum_settings
 
    !> &spectrum
    type :: spectrum_settings_t
-      !> Places in `signal_table`; unallocated: the displacement of the tip
+      !> Indices of the signals in `signal_table`; unallocated: displacement of the tip
       integer, allocatable :: of(:)
-      !> Number of the contact that is meant; 0: that from which the beam is released, of forces the sum of all
+      !> Number of the contact of the signals; 0: the release contact, for forces the sum over all contacts
       integer :: contact = 0
-      !> Which of the points of &stress
+      !> Index of the point of &stress of moments
       integer :: point = 1
-      !> Least and greatest frequency, over omega1
+      !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
-      !> Frequencies in it, and their distance, over omega1; 0: half of what a segment resolves
+      !> Number of frequencies, and their distance over omega1; both 0: the distance is half the resolution of a segment
       integer :: points = 0
       real(wp) :: resolution = 0.0_wp
+      !> Number of segments
       integer :: segments = 8
       !> One of the `window_` constants
       integer :: window = window_hann
-      !> What of the run counts, tau; no end: that of the run
+      !> Start and end of the part of the run that is transformed, tau; huge: the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Terms times frequencies that are integrated in closed form; what comes after is sampled
+      !> Maximum number of integrals in closed form, terms times frequencies; after this number signals are sampled
       real(wp) :: closed_form_limit = 2.0e10_wp
    contains
       procedure :: count_of
@@ -84,41 +85,43 @@ module spectrum_settings
 
 contains
 
-   !> Frequencies of a spectrum: as many as are asked for, or as fit at their distance.
-   pure function count_of(asked, length) result(number)
-      class(spectrum_settings_t), intent(in) :: asked
-      !> What of the run counts, tau
+   !> Number of frequencies of a spectrum: the number in the scene, or the number that follows from their distance.
+   pure function count_of(settings, length) result(number)
+      class(spectrum_settings_t), intent(in) :: settings
+      !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
       real(wp) :: number
 
-      number = real(asked%points, wp)
-      if (asked%points == 0) number = aint((asked%range(2) - asked%range(1))/asked%distance_of(length) &
+      number = real(settings%points, wp)
+      if (settings%points == 0) number = aint((settings%range(2) - settings%range(1))/settings%distance_of(length) &
          *(1.0_wp + 1.0e-12_wp)) + 1.0_wp
    end function count_of
 
-   !> Distance of the frequencies: by default half of what a segment resolves, 2 pi over its length.
-   pure function distance_of(asked, length) result(distance)
-      class(spectrum_settings_t), intent(in) :: asked
+   !> Distance of the frequencies over omega1: by default half the resolution of a segment, 2 pi over its length.
+   pure function distance_of(settings, length) result(distance)
+      class(spectrum_settings_t), intent(in) :: settings
+      !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
       real(wp) :: distance
 
-      if (asked%points > 1) then
-         distance = (asked%range(2) - asked%range(1))/real(asked%points - 1, wp)
-      else if (asked%resolution > 0.0_wp) then
-         distance = asked%resolution
+      if (settings%points > 1) then
+         distance = (settings%range(2) - settings%range(1))/real(settings%points - 1, wp)
+      else if (settings%resolution > 0.0_wp) then
+         distance = settings%resolution
       else
-         distance = pi/asked%segment_of(length)
+         distance = pi/settings%segment_of(length)
       end if
    end function distance_of
 
-   !> Length of a segment.
-   pure function segment_of(asked, length) result(segment)
-      class(spectrum_settings_t), intent(in) :: asked
+   !> Length of a segment, tau; segments of Hann windows overlap by half.
+   pure function segment_of(settings, length) result(segment)
+      class(spectrum_settings_t), intent(in) :: settings
+      !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
       real(wp) :: segment
 
-      segment = length/real(asked%segments, wp)
-      if (asked%window == window_hann) segment = 2.0_wp*length/real(asked%segments + 1, wp)
+      segment = length/real(settings%segments, wp)
+      if (settings%window == window_hann) segment = 2.0_wp*length/real(settings%segments + 1, wp)
    end function segment_of
 
 end module spectrum_settings

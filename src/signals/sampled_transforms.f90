@@ -1,5 +1,5 @@
-!> Fourier sums of samples at equal steps, at frequencies at equal steps: Bluestein's way to make one convolution of
-!> them, and that by fast Fourier transforms of a power of two.
+!> Fourier sums of equidistant samples at equidistant frequencies by Bluestein's algorithm: the sums are a convolution,
+!> which is computed by fast Fourier transforms whose length is a power of two.
 module sampled_transforms
    use kinds, only: pi, wp
    implicit none (type, external)
@@ -9,13 +9,13 @@ module sampled_transforms
 contains
 
    !> Sums of x_n exp(-i omega (start + n step)), n = 0, 1, ...
-   pure function fourier_sums(samples, start, step, least, spacing, count) result(sums)
+   pure function fourier_sums(samples, start, step, min_frequency, spacing, count) result(sums)
       real(wp), intent(in) :: samples(0:)
-      !> Instant of the first, and their distance
+      !> Instant of the first sample, and sampling interval
       real(wp), intent(in) :: start
       real(wp), intent(in) :: step
-      !> The least frequency, their distance and number
-      real(wp), intent(in) :: least
+      !> Minimum frequency, distance of the frequencies, and their number
+      real(wp), intent(in) :: min_frequency
       real(wp), intent(in) :: spacing
       integer, intent(in) :: count
       complex(wp) :: sums(0:count - 1)
@@ -33,7 +33,7 @@ contains
       chirp = [(chirp_at(n), n=0, ubound(chirp, 1))]
       allocate (signal(0:room - 1), filter(0:room - 1), source=(0.0_wp, 0.0_wp))
       do n = 0, samples_count - 1
-         signal(n) = samples(n)*chirp(n)*turn(least*step*real(n, wp))
+         signal(n) = samples(n)*chirp(n)*phasor(min_frequency*step*real(n, wp))
          if (n > 0) filter(room - n) = conjg(chirp(n))
       end do
       filter(0:count - 1) = conjg(chirp(0:count - 1))
@@ -42,38 +42,39 @@ contains
       signal = signal*filter
       call transform(signal, .true.)
       do k = 0, count - 1
-         sums(k) = signal(k)*chirp(k)*turn((least + spacing*real(k, wp))*start)
+         sums(k) = signal(k)*chirp(k)*phasor((min_frequency + spacing*real(k, wp))*start)
       end do
 
    contains
 
-      !> exp(-i spacing step n^2/2): whole turns of the square are taken out before they cost digits.
+      !> exp(-i spacing step n^2/2). Whole turns are subtracted from the angle, because a large angle would lose digits.
       pure complex(wp) function chirp_at(number)
          integer, intent(in) :: number
 
          real(wp) :: turns
 
          turns = spacing*step/(4.0_wp*pi)
-         chirp_at = turn(2.0_wp*pi*modulo(modulo(turns*real(number, wp), 1.0_wp)*real(number, wp), 1.0_wp))
+         chirp_at = phasor(2.0_wp*pi*modulo(modulo(turns*real(number, wp), 1.0_wp)*real(number, wp), 1.0_wp))
       end function chirp_at
 
-      pure complex(wp) function turn(angle)
+      !> exp(-i angle).
+      pure complex(wp) function phasor(angle)
          real(wp), intent(in) :: angle
 
-         turn = cmplx(cos(angle), -sin(angle), wp)
-      end function turn
+         phasor = cmplx(cos(angle), -sin(angle), wp)
+      end function phasor
    end function fourier_sums
 
-   !> The fast transform of a power of two, in place (Cooley and Tukey 1965).
+   !> Fast Fourier transform of a power of two of values, in place (Cooley and Tukey 1965).
    pure subroutine transform(values, is_inverse)
       complex(wp), intent(inout) :: values(0:)
-      !> With the other sign, and over the number of values
+      !> Inverse transform: with the other sign of the exponent, and divided by the number of values
       logical, intent(in) :: is_inverse
 
       complex(wp), allocatable :: factor(:)
       complex(wp) :: value
       real(wp) :: sign
-      integer :: bit, first, half, i, mirrored, n
+      integer :: bit, first, half, i, reversed, n
 
       n = size(values)
       sign = merge(1.0_wp, -1.0_wp, is_inverse)
@@ -81,18 +82,18 @@ contains
       do i = 0, ubound(factor, 1)
          factor(i) = cmplx(cos(2.0_wp*pi*real(i, wp)/real(n, wp)), sign*sin(2.0_wp*pi*real(i, wp)/real(n, wp)), wp)
       end do
-      mirrored = 0
+      reversed = 0
       do i = 1, n - 1
          bit = n/2
-         do while (mirrored >= bit)
-            mirrored = mirrored - bit
+         do while (reversed >= bit)
+            reversed = reversed - bit
             bit = bit/2
          end do
-         mirrored = mirrored + bit
-         if (i >= mirrored) cycle
+         reversed = reversed + bit
+         if (i >= reversed) cycle
          value = values(i)
-         values(i) = values(mirrored)
-         values(mirrored) = value
+         values(i) = values(reversed)
+         values(reversed) = value
       end do
       half = 1
       do while (half < n)

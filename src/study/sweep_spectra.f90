@@ -1,5 +1,4 @@
-!> Spectra of the cases of a sweep: what each row keeps of them, and their group in the results file, a map over the
-!> cases.
+!> Spectra of the cases of a sweep: the amplitudes that are stored with each case, and their group in the results file.
 module sweep_spectra
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use hdf5_writing, only: hdf5_column_t
@@ -14,7 +13,7 @@ module sweep_spectra
    private
    public :: spectra_columns_t, frequencies_of, spectrum_size, record_spectra, make_spectra, write_spectra
 
-   !> The map of each signal.
+   !> Datasets of the amplitudes of each signal, [frequencies, cases].
    type :: spectra_columns_t
       type(hdf5_column_t), allocatable :: amplitude(:)
    end type spectra_columns_t
@@ -38,7 +37,7 @@ contains
       end associate
    end function frequencies_of
 
-   !> Numbers that each case keeps of its spectra.
+   !> Number of amplitudes that are stored with each case.
    pure integer function spectrum_size(scene)
       type(scene_t), intent(in) :: scene
 
@@ -46,7 +45,8 @@ contains
       if (scene%wants_spectrum) spectrum_size = size(frequencies_of(scene))*size(scene%spectrum%of)
    end function spectrum_size
 
-   !> Amplitudes of a case as results have them, signal after signal; NaN where the case has none, or others.
+   !> Amplitudes of a case in units of the results, signal after signal; NaN if the case has no spectra, or has other
+   !> frequencies.
    pure subroutine record_spectra(spectrum, units, values)
       type(run_spectrum_t), intent(in) :: spectrum
       type(units_t), intent(in) :: units
@@ -66,9 +66,9 @@ contains
       values = reshape(amplitude, [size(values)])
    end subroutine record_spectra
 
-   !> The group, with room for all cases.
+   !> Make the group of the results file, with datasets for all cases.
    subroutine make_spectra(group, scene, cases, columns)
-      !> Empty
+      !> The group, still empty
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: cases
@@ -90,12 +90,12 @@ contains
       end do
    end subroutine make_spectra
 
-   !> The spectra of some cases one after the other.
+   !> Write the amplitudes of consecutive cases.
    subroutine write_spectra(columns, first, values)
       type(spectra_columns_t), intent(in) :: columns
-      !> Number of the first
+      !> Number of the first case
       integer, intent(in) :: first
-      !> Of each as `record_spectra` has them, [numbers, cases]
+      !> Amplitudes as `record_spectra` orders them, [amplitudes, cases]
       real(wp), intent(in) :: values(:, :)
 
       integer :: k, points
