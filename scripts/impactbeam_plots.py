@@ -27,9 +27,12 @@ COLOURS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a"]
 DASHES = ["-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (9, 2)), "-"]
 MARKERS = ["o", "s", "^", "D", "v", "P"]
 CONTACT = "#d4d4d4"
+# A history with more turns than these is drawn as its range in so many parts of the time.
+MOST_TURNS, ENVELOPE_PARTS = 300, 500
 WIDTH = 6.3
 DOTS = 220
 NO_DATE = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+ENDINGS = (".png", ".pdf", ".svg")
 
 STYLE = {
     "font.family": "serif",
@@ -53,8 +56,9 @@ STYLE = {
     "legend.frameon": False,
     "legend.handlelength": 2.6,
     "savefig.dpi": DOTS,
-    # The same picture gives the same file, with text that can be searched.
-    "svg.fonttype": "none",
+    # Text as paths, because other fonts than those of this machine make labels overlap; each stands in a comment of the file.
+    # The same picture gives the same file.
+    "svg.fonttype": "path",
     "svg.hashsalt": "impactbeam",
 }
 
@@ -175,15 +179,58 @@ def title_of(file):
     return as_it_is(text_of(file.attrs.get("title", "")) or Path(file.filename).stem)
 
 
-def legend_of_titles(axes, titles, **options):
-    """A legend of the curves of a panel; matplotlib would leave out titles that begin with an underscore."""
-    legend = axes.legend(axes.get_lines()[: len(titles)], [str(number) for number in range(len(titles))], **options)
+def legend_of_titles(axes, handles, titles, **options):
+    """A legend of curves; matplotlib would leave out titles that begin with an underscore."""
+    legend = axes.legend(handles, [str(number) for number in range(len(titles))], **options)
     for shown, title in zip(legend.get_texts(), titles):
         shown.set_text(title)
 
 
+def time_of(words, unit):
+    """A time of the command line, such as 0.02 or 20ms, in the unit of a file; a number alone has that unit already."""
+    found = re.fullmatch(r"([-+.\deE]+)([m\u00b5un]?)(s?)", words)
+    try:
+        if found is None or (found[3] and unit != "s") or (found[2] and not found[3]):
+            raise ValueError
+        return float(found[1]) * PREFIXES[found[2].replace("u", "\u00b5")]
+    except ValueError:
+        raise Unplottable(f"{words}: must be a time such as 0.02" + (" (s) or 20ms" if unit == "s" else "")) from None
+
+
+def draw_history(axes, time, values, label="", **options):
+    """A history as a curve; one that turns too often to be read, as its range in each of many parts of the time."""
+    steps = numpy.diff(values)
+    steps = steps[abs(steps) > 1e-5 * numpy.ptp(values)]
+    if numpy.count_nonzero(steps[1:] * steps[:-1] < 0.0) <= MOST_TURNS:
+        return axes.plot(time, values, label=label, **options)
+    edges = numpy.linspace(0, len(values) - 1, ENVELOPE_PARTS + 1).astype(int)
+    # each part holds the first sample of the next, so that neighbours meet
+    parts = [values[first:last + 1] for first, last in zip(edges, edges[1:])]
+    return [axes.fill_between(0.5 * (time[edges[1:]] + time[edges[:-1]]), [part.min() for part in parts],
+                              [part.max() for part in parts], label=f"{label}, range".lstrip(", "), alpha=0.75,
+                              color=options.get("color", "black"), linewidth=0.3)]
+
+
+def beside(path, kind):
+    """The picture of a kind beside a results file; only that of the response has the name of the file alone."""
+    return path.with_name(f"{path.stem}_{kind}.png")
+
+
+def round_number(value):
+    """A number as it reads in a text."""
+    return f"{value:.4g}".replace("-", "\u2212")
+
+
+def quantity(value, unit):
+    """A value with its unit."""
+    return round_number(value) + ("" if unit in ("", OF_SCENE) else f"\u00a0{unit}")
+
+
 def save(figure, path, bbox_inches="tight"):
     """Write the picture, by default without blank edges, and say where it is."""
+    if path.suffix not in ENDINGS:
+        raise Unplottable(f"--out {path}: a picture ends in {', '.join(ENDINGS)}" + (
+            "; plot_scene --film makes a .gif" if path.suffix == ".gif" else ""))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, bbox_inches=bbox_inches, metadata=NO_DATE.get(path.suffix))

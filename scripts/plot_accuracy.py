@@ -35,7 +35,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+", help="results files, HDF5")
     parser.add_argument("--modes", type=int, nargs="+", default=[1, 3, 6], help="modes, one panel each")
-    parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
+    parser.add_argument("--out", type=Path, help="picture; default: beside the first file, NAME_accuracy.png")
     arguments = parser.parse_args()
 
     columns = []
@@ -49,7 +49,7 @@ def main():
     solvers = list(dict.fromkeys(solver for solver, *_ in columns))
     ratios = sorted({ratio for _, _, ratio, _ in columns})
 
-    figure, panels = plt.subplots(1, len(modes), figsize=(4.6 * len(modes), 4.6), sharey=True, squeeze=False)
+    figure, panels = plt.subplots(1, len(modes), figsize=(3.4 * len(modes) + 1.4, 3.8), sharey=True, squeeze=False)
     for panel, mode in zip(panels[0], modes):
         for number, ratio in enumerate(ratios):
             for solver in solvers:
@@ -67,17 +67,16 @@ def main():
                 )
         panel.axhline(ROUNDING, color="0.6", linewidth=0.8)
         panel.set_title(rf"$\lambda_{{{mode}}}$ = {exact[mode - 1]:.6f}")
-        panel.set_xlabel("number of elements n")
+        panel.set_xlabel("number of elements $n$")
         panel.grid(True, which="major", color="0.9")
-    panels[0][0].set_ylabel(r"error of $\lambda$, relative")
+    panels[0][0].set_ylabel(r"relative error of $\lambda$")
     left = panels[0][0].get_xlim()[0]
     panels[0][0].annotate(
         "rounding of a double", (left, ROUNDING), xytext=(4, 4), textcoords="offset points", fontsize=8, color="0.4"
     )
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=len(ratios), fontsize=8, frameon=False)
-    figure.tight_layout(rect=(0.0, 0.03 + 0.035 * len(solvers), 1.0, 1.0))
-    plots.save(figure, arguments.out or arguments.files[0].with_suffix(".png"))
+    panels[0][-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
+    figure.tight_layout()
+    plots.save(figure, arguments.out or plots.beside(arguments.files[0], "accuracy"))
 
 
 if __name__ == "__main__":

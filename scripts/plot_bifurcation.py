@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Plot a bifurcation diagram: the sections of the cases of a sweep with &poincare against the parameter that is stepped
-through, on the way there and back in two colours; below it the greatest Lyapunov exponent where the sweep has it, and the
+through, increasing and decreasing in two colours, with the level of the stop; below it the greatest Lyapunov exponent where the sweep has it, and the
 frequency response of the linear beam beside the greatest displacement in the sections where it is asked for.
 
 Plots what the results files hold and computes nothing.
@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 
-THERE, BACK, LINEAR = plots.COLOURS[2], plots.COLOURS[1], plots.COLOURS[5]
+INCREASING, DECREASING, LINEAR = plots.COLOURS[2], plots.COLOURS[1], plots.COLOURS[5]
 LABELS = {"displacement": "displacement in sections", "velocity": "velocity in sections"}
 POINTS = {"tip": "of the tip", "stop": "of the stop point"}
 
@@ -39,14 +39,16 @@ class Diagram:
             cases = slice((chain - 1)*length, chain*length)
             self.others = {other: group[other][cases][0] for other in names if other != self.parameter and count > 1}
             self.values = group[self.parameter][cases]
-            self.unit = plots.text_of(group[self.parameter].attrs["units"])
+            self.unit = plots.unit_of(group, self.parameter)
             self.sections = group[name][cases]
-            self.section_unit = plots.text_of(group[name].attrs["units"])
+            self.section_unit = plots.unit_of(group, name)
+            is_fixed = quantity == "displacement" and not any(word in each for each in names for word in ("preload", "height", "clearance"))
+            self.levels = self.read_levels(file, point) if is_fixed else []
             self.is_back = group["direction"][cases] < 0 if "direction" in group else np.zeros(length, bool)
             self.exponent, self.exponent_unit = None, ""
             if "lyapunov_exponent" in group:
                 self.exponent = group["lyapunov_exponent"][cases]
-                self.exponent_unit = plots.text_of(group["lyapunov_exponent"].attrs["units"])
+                self.exponent_unit = plots.unit_of(group, "lyapunov_exponent")
             self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
             self.greatest = None
             if self.linear is not None:
@@ -54,6 +56,22 @@ class Diagram:
                 if all(extreme in group for extreme in extremes):
                     least, most = (group[extreme][cases] for extreme in extremes)
                     self.greatest = 0.5*(most - least)
+
+    @staticmethod
+    def read_levels(file, point):
+        """Displacements at which the beam touches stops at the point shown."""
+        scene = file["scene"]
+        unit = float(scene["scales"].attrs["displacement"]) if "units" in file.attrs else 1.0
+        stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
+        release = next((stop for stop in stops if "pulled" in stop), max(stops, key=lambda stop: stop["position"], default=None))
+        place, levels = 1.0 if point == "tip" or release is None else float(release["position"]), []
+        for stop in stops:
+            side = plots.text_of(stop["side"])
+            if abs(float(stop["position"]) - place) < 1e-9:
+                heights = [-stop["clearance_ratio"], stop["clearance_ratio"]] if side == "both" else \
+                    [float(stop["preload"])*(-1.0 if side == "above" else 1.0)]
+                levels += [unit*float(height) for height in heights]
+        return levels
 
     @staticmethod
     def read_linear(file, point):
@@ -67,13 +85,7 @@ class Diagram:
 
     def prefix(self, values):
         """A factor and the unit with a prefix in which values are written."""
-        if self.section_unit not in ("m", "m/s") or not np.any(np.isfinite(values)):
-            return 1.0, self.section_unit
-        size = np.nanmax(np.abs(values))
-        for factor, letter in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
-            if size*factor >= 1.0:
-                break
-        return factor, letter + self.section_unit
+        return plots.reading(np.nanmax(np.abs(values)), self.section_unit) if np.any(np.isfinite(values)) else (1.0, self.section_unit)
 
     def panels(self):
         """Names of the panels, from top to bottom, and their heights."""
@@ -88,31 +100,36 @@ class Diagram:
 def draw_sections(axes, diagram, quantity, point):
     """A point for each section kept."""
     factor, unit = diagram.prefix(diagram.sections)
+    for level in diagram.levels:
+        axes.axhline(factor*level, color="#000000", linewidth=0.8, linestyle=(0, (6, 2)), label="surface of the stop" if level ==
+                     diagram.levels[0] else None, zorder=0)
     for label, colour, chosen in ways(diagram):
         there = np.repeat(diagram.values[chosen], diagram.sections.shape[1])
-        axes.plot(there, factor*diagram.sections[chosen].ravel(), ".", color=colour, markersize=2.2 if chosen[0] else 1.4,
+        axes.plot(there, factor*diagram.sections[chosen].ravel(), ".", color=colour, markersize=6.0 if chosen[0] else 3.5,
                   markeredgewidth=0, label=label, rasterized=True)
-    axes.set_ylabel(f"{LABELS[quantity]}\n{POINTS[point]}" + in_brackets(unit))
-    if diagram.is_back.any():
-        axes.legend(markerscale=4, loc="best")
+    axes.set_ylabel(plots.with_unit(f"{LABELS[quantity]}\n{POINTS[point]}", unit))
+    if diagram.is_back.any() or diagram.levels:
+        axes.legend(loc="best")
 
 
 def ways(diagram):
-    """Label, colour and cases of the way there, and of the way back if there is one."""
-    yield "there", THERE, ~diagram.is_back
+    """Label, colour and cases of the increasing parameter, and of the decreasing one if there is one."""
+    forth, back = ("increasing", "decreasing") if diagram.values[0] <= diagram.values[~diagram.is_back][-1] else \
+        ("decreasing", "increasing")
+    yield forth, INCREASING, ~diagram.is_back
     if diagram.is_back.any():
-        yield "and back", BACK, diagram.is_back
+        yield back, DECREASING, diagram.is_back
 
 
 def draw_amplitude(axes, diagram):
     """The linear beam's amplitude, and half the range of the motion where the sweep has it."""
     factor, unit = diagram.prefix(diagram.linear[1])
-    axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label="stops open")
+    axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label="linear, stops open")
     if diagram.greatest is not None:
         for label, colour, chosen in ways(diagram):
             axes.plot(diagram.values[chosen], factor*diagram.greatest[chosen], color=colour, label=label)
     axes.set_yscale("log")
-    axes.set_ylabel("amplitude" + in_brackets(unit))
+    axes.set_ylabel(plots.with_unit("amplitude", unit))
     axes.legend(loc="best")
 
 
@@ -121,12 +138,7 @@ def draw_exponent(axes, diagram):
     for _, colour, chosen in ways(diagram):
         axes.plot(diagram.values[chosen], diagram.exponent[chosen], ".-", color=colour, markersize=2.5, linewidth=0.7)
     axes.axhline(0.0, color="#000000", linewidth=0.6)
-    axes.set_ylabel("Lyapunov\nexponent" + in_brackets(diagram.exponent_unit))
-
-
-def in_brackets(unit):
-    """A unit behind a label; none where there is none."""
-    return f", {unit}" if unit not in ("", "1", "eta", "eta/tau") else ""
+    axes.set_ylabel(plots.with_unit("Lyapunov\nexponent", diagram.exponent_unit))
 
 
 def draw(diagram, quantity, point):
@@ -144,7 +156,7 @@ def draw(diagram, quantity, point):
             draw_exponent(axes, diagram)
     given = ", ".join(f"{name} = {value:g}" for name, value in diagram.others.items())
     rows[0, 0].set_title(diagram.title + (f"; {given}" if given else ""))
-    rows[-1, 0].set_xlabel(diagram.parameter.replace("_", " ") + in_brackets(diagram.unit))
+    rows[-1, 0].set_xlabel(plots.with_unit(diagram.parameter.replace("_", " "), diagram.unit))
     rows[-1, 0].set_xlim(diagram.values.min(), diagram.values.max())
     return figure
 
@@ -156,13 +168,12 @@ def main():
     parser.add_argument("--quantity", choices=list(LABELS), default="displacement")
     parser.add_argument("--point", choices=list(POINTS), default="tip")
     parser.add_argument("--chain", type=int, default=1, help="which chain of several (default 1)")
-    parser.add_argument("--out", type=Path, help="picture; default: beside each file, .png")
+    parser.add_argument("--out", type=Path, help="picture; default: beside each file, NAME_bifurcation.png")
     arguments = parser.parse_args()
-    plt.rcParams.update(plots.STYLE)
     for path in arguments.files:
         figure = draw(Diagram(path, arguments.quantity, arguments.point, arguments.chain), arguments.quantity,
                       arguments.point)
-        plots.save(figure, arguments.out or path.with_suffix(".png"))
+        plots.save(figure, arguments.out or plots.beside(path, "bifurcation"))
 
 
 if __name__ == "__main__":

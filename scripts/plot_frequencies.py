@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Plot tables of frequencies: errors of lambda in percent against the mode, a curve for each mesh and solver.
+"""Plot frequencies: natural frequencies against the mode, mode shapes if the file has them (&frequencies shapes), and the
+errors of lambda if it has exact values, a curve for each mesh and solver.
 
-Plots what the results files hold and computes nothing.
+Plots what the results files hold and computes nothing; between nodes a shape is the cubic of its elements.
 """
 
 import argparse
@@ -10,7 +11,7 @@ from pathlib import Path
 import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
-
+import plot_scene
 
 
 def column_labels(group):
@@ -23,32 +24,76 @@ def column_labels(group):
     return labels
 
 
-def draw(path):
-    """The picture of one file."""
-    with plots.open_results(path) as file:
-        group = plots.group_of(file, "frequencies", "&frequencies")
-        if "error" not in group:
-            raise plots.Unplottable(f"{path}: has no errors: &frequencies reference was not 'exact'")
-        title = plots.title_of(file)
-        labels = column_labels(group)
-        mode = group["mode"][()]
-        errors = abs(group["error"][()])
+class Table:
+    """What a picture shows of one file."""
 
-    figure, axes = plt.subplots(figsize=(plots.WIDTH, 3.9))
-    for number, label in enumerate(labels):
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "frequencies", "&frequencies")
+            self.title = plots.title_of(file)
+            self.labels = column_labels(group)
+            self.mode = group["mode"][()]
+            name = plots.named(group, "omega")
+            self.frequency, self.unit = group[name][()], plots.unit_of(group, name)
+            self.error = abs(group["error"][()]) if "error" in group else None
+            self.shape = None
+            if "shapes" in group:
+                node, value, slope = (plots.values_of(group["shapes"], name, "dimensionless") for name in ("x", "displacement", "slope"))
+                self.x = plot_scene.within_elements(node)
+                self.shape = plot_scene.cubics(node, self.x, value, slope)
+                factor, self.x_unit = plots.reading(group["shapes/x"][-1], plots.unit_of(group["shapes"], "x"))
+                self.x = factor * group["shapes/x"][-1] * self.x
+
+
+def draw_columns(axes, table, values):
+    """A curve for each mesh and solver over the modes."""
+    for number, label in enumerate(table.labels):
         colour = plots.COLOURS[number % len(plots.COLOURS)]
-        axes.plot(mode, errors[:, number], label=label, color=colour, linewidth=0.9, markersize=4.5,
+        axes.plot(table.mode, values[:, number], label=label, color=colour, linewidth=0.9, markersize=4.5,
                   marker=plots.MARKERS[number % len(plots.MARKERS)], markerfacecolor="white", markeredgecolor=colour,
                   linestyle=plots.DASHES[number % len(plots.DASHES)])
     axes.set_yscale("log")
-    axes.set_title(title)
     axes.set_xlabel("mode $i$")
-    axes.set_ylabel(r"error of $\lambda_i$ (percent)")
-    axes.set_xlim(mode[0] - 0.4, mode[-1] + 0.4)
-    axes.xaxis.set_major_locator(ticker.MultipleLocator(1))
+    axes.set_xlim(table.mode[0] - 0.4, table.mode[-1] + 0.4)
+    axes.xaxis.set_major_locator(ticker.MaxNLocator(10, integer=True))
     axes.xaxis.set_minor_locator(ticker.NullLocator())
     axes.grid(axis="y", which="major", color="#e0e0e0", linewidth=0.6)
-    axes.legend(loc="lower right", ncol=1 + (len(labels) > 8))
+
+
+def draw_shapes(axes, table):
+    """The shapes of the modes of the first mesh, one over the other, each named by its frequency."""
+    for number, shape in enumerate(table.shape):
+        axes.plot(table.x, 0.42 * shape / abs(shape).max() - number, color="black", linewidth=0.9)
+        axes.axhline(-number, color="#c0c0c0", linewidth=0.5, zorder=0)
+        factor, unit = plots.reading(table.frequency[number, 0], table.unit)
+        words = plots.quantity(factor * table.frequency[number, 0], unit)
+        axes.annotate(words, (1.0, -number), xytext=(4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                      va="center", fontsize=8.5)
+    axes.set_yticks(range(0, -len(table.shape), -1), [str(mode) for mode in table.mode[:len(table.shape)]])
+    axes.tick_params(axis="y", which="both", length=0)
+    axes.yaxis.set_minor_locator(ticker.NullLocator())
+    axes.set_xlim(0.0, table.x[-1])
+    axes.set_xlabel(plots.with_unit("$x$" if table.x_unit else "$x/L$", table.x_unit))
+    axes.set_ylabel("mode shape")
+
+
+def draw(path):
+    """The picture of one file: shapes or frequencies, and errors beside them."""
+    table = Table(path)
+    count = 2 if table.error is not None else 1
+    figure, panels = plt.subplots(1, count, figsize=(plots.WIDTH * (1.0 if count == 1 else 1.3), 3.9), layout="constrained", squeeze=False)
+    first, last = panels[0][0], panels[0][-1]
+    if table.shape is not None:
+        draw_shapes(first, table)
+    else:
+        draw_columns(first, table, table.frequency)
+        first.set_ylabel(plots.with_unit("natural frequency", table.unit) if table.unit else r"natural frequency $\omega_i/\omega_1$")
+    if table.error is not None:
+        draw_columns(last, table, table.error)
+        last.set_ylabel(r"error of $\lambda_i$ (percent)")
+    first.set_title(table.title)
+    if len(table.labels) > 1 or table.error is not None:
+        last.legend(loc="lower right", ncol=1 + (len(table.labels) > 8), fontsize=8)
     return figure
 
 
@@ -57,12 +102,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
     parser.add_argument("--out", type=Path, metavar="PICTURE",
-                        help="file of the picture, .png, .pdf or .svg (default: beside the results, .png)")
+                        help="file of the picture, .png, .pdf or .svg (default: beside the results, NAME_frequencies.png)")
     arguments = parser.parse_args()
     if arguments.out and len(arguments.files) > 1:
         parser.error("--out names one picture: give one file")
     for path in arguments.files:
-        plots.save(draw(path), arguments.out or path.with_suffix(".png"))
+        plots.save(draw(path), arguments.out or plots.beside(path, "frequencies"))
 
 
 if __name__ == "__main__":

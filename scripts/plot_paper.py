@@ -223,9 +223,9 @@ def draw_verdicts(verdicts):
                 axes.text(way, row, f"{verdicts.definitions[way][row]}/{verdicts.definition_count}", ha="center",
                           va="center_baseline", fontsize=6.5, color="white" if holds else "black")
         axes.text(-0.75, row, f"{verdicts.labels[row]}  {clipped(verdicts.texts[row], 84)}", ha="right",
-                  va="center_baseline", fontsize=8)
+                  va="center_baseline", fontsize=9)
         axes.text(len(verdicts.ways) - 0.35, row, clipped(verdicts.verdicts[row].split(" (")[0], 76), ha="left",
-                  va="center_baseline", fontsize=8)
+                  va="center_baseline", fontsize=9)
     for way, name in enumerate(verdicts.ways):
         axes.text(way - 0.1, -0.75, name, rotation=50, ha="left", va="bottom", fontsize=8)
     axes.set(xlim=(-0.5, len(verdicts.ways) - 0.5), ylim=(rows - 0.4, -0.6))
@@ -242,26 +242,28 @@ def clipped(text, length):
 
 
 def draw_sheet(pictures):
-    """All pictures on one page, each made small once."""
+    """All pictures on one page, each made small once; a wide one, such as that of the statements, has a row of its own."""
     columns, width, gap, heading = 4, 640, 40, 60
-    images = []
+    images, wide = [], []
     for picture in pictures:
         with Image.open(picture) as image:
-            small = image.convert("RGB")
-        small = small.resize((width, round(width * small.height / small.width)), Image.Resampling.LANCZOS, reducing_gap=3.0)
-        images.append(small)
-    rows = [images[first:first + columns] for first in range(0, len(images), columns)]
-    heights = [heading + max(image.height for image in row) for row in rows]
+            is_wide = image.width > 1.5 * plots.DOTS * plots.WIDTH
+            shown = min(image.width, columns * (width + gap) - gap) if is_wide else width
+            small = image.convert("RGB").resize((shown, round(shown * image.height / image.width)), Image.Resampling.LANCZOS,
+                                                reducing_gap=3.0)
+        (wide if is_wide else images).append((picture, small))
+    rows = [images[first:first + columns] for first in range(0, len(images), columns)] + [[image] for image in wide]
+    heights = [heading + max(image.height for _, image in row) for row in rows]
     size = columns * (width + gap) + gap, sum(heights) + gap
     figure = plt.figure(figsize=(size[0] / plots.DOTS, size[1] / plots.DOTS), dpi=plots.DOTS)
-    names = iter(pictures)
     top = size[1]
     for row, height in zip(rows, heights):
-        for column, image in enumerate(row):
-            left = gap + column * (width + gap)
+        left = gap
+        for picture, image in row:
             figure.figimage(numpy.asarray(image), left, top - heading - image.height)
-            figure.text((left + width / 2) / size[0], (top - heading + 12) / size[1], plots.as_it_is(next(names).stem),
+            figure.text((left + image.width / 2) / size[0], (top - heading + 12) / size[1], plots.as_it_is(picture.stem),
                         ha="center", fontsize=9)
+            left += image.width + gap
         top -= height
     return figure
 

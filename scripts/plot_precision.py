@@ -13,9 +13,9 @@ from matplotlib.ticker import NullFormatter
 
 NAMES = {
     "exact": "exact motion",
-    "average_acceleration": "Newmark, 1/4",
-    "linear_acceleration": "Newmark, 1/6",
-    "explicit": "Newmark, 0",
+    "average_acceleration": "average acceleration",
+    "linear_acceleration": "linear acceleration",
+    "explicit": "central differences",
 }
 ERRORS = {
     "history": r"error of the history $\eta(\tau)$",
@@ -45,7 +45,7 @@ def draw_motion(panel, study, error, hop):
             markersize=3.5,
             label=name,
         )
-    panel.set_xlabel("time of a run, ms")
+    panel.set_xlabel("time of a run (ms)")
     panel.set_ylim(1e-17, 1.0)
     panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
 
@@ -79,7 +79,7 @@ def draw_beam(panel, study):
             )
     panel.axhspan(1e-12, float(beam.attrs["uncertainty"]), color="0.92", zorder=0)
     panel.set_ylim(1e-10, 1.0)
-    panel.set_xlabel("time of a run, ms")
+    panel.set_xlabel("time of a run (ms)")
 
 
 def whole_decades(panel):
@@ -113,8 +113,8 @@ def draw_solvers(panel, studies):
                 label=f"{solver}, r = {ratio:g}",
             )
     panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
-    panel.set_xlabel("time of a solve, ms")
-    panel.set_ylabel(r"error of $\lambda_1$, relative")
+    panel.set_xlabel("time of a solve (ms)")
+    panel.set_ylabel(r"relative error of $\lambda_1$")
     panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
 
 
@@ -145,7 +145,7 @@ def draw_growth(study, title):
         panel.yaxis.set_minor_formatter(NullFormatter())
         panel.set_xlabel({"duration": r"length of the run, $\tau$"}.get(kind, f"number of {kind}"))
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, handlelength=2.2)
-    panels[0][0].set_ylabel("time, s; fitted exponents below")
+    panels[0][0].set_ylabel("time (s); fitted exponents below")
     panels[0][0].set_title(title)
     figure.tight_layout()
     return figure
@@ -187,7 +187,7 @@ def draw_skips(files, studies):
         for place, difference in zip(places, group["difference"][:]):
             place = (1.03, place)
             panel.annotate(difference_text(difference), place, xycoords=("axes fraction", "data"), va="center", fontsize=9)
-    panels[-1, 0].set_xlabel("time without the skip (hollow) and with it (full), ms")
+    panels[-1, 0].set_xlabel("time without the skip (hollow) and with it (filled) (ms)")
     figure.tight_layout()
     return figure
 
@@ -200,7 +200,7 @@ def main():
     parser.add_argument("--growth", action="store_true", help="growth of cost, of the first file")
     parser.add_argument("--beam", action="store_true", help="the error against the beam itself")
     parser.add_argument("--skips", action="store_true", help="what each skip saves")
-    parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
+    parser.add_argument("--out", type=Path, help="picture; default: beside the first file, NAME_precision.png")
     arguments = parser.parse_args()
 
     files = [plots.open_results(path) for path in arguments.files]
@@ -233,7 +233,7 @@ def main():
         figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.9))
         draw_solvers(panel, [plots.group_of(study, "solvers", "&frequencies") for study in studies])
         panel.set_title(plots.title_of(files[0]))
-    plots.save(figure, arguments.out or arguments.files[0].with_suffix(".png"))
+    plots.save(figure, arguments.out or plots.beside(arguments.files[0], "precision"))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import impactbeam_plots as plots
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
+import numpy
 
 
 # Dataset, label without units, label in units
@@ -91,6 +92,24 @@ class Response:
         shown += [values for surface in self.surfaces for name, values in surface.histories.items() if OF_SURFACES[name] == kind]
         shown += [values for name, values in self.of_places.items() if name == kind]
         return max((float(abs(values).max()) for values in shown if len(values)), default=0.0)
+
+    def cut(self, start, end):
+        """Leave only a window of time, in the units of the file."""
+        unit = self.units["time"]
+        start = self.tau[0] if start is None else plots.time_of(start, unit)
+        end = self.tau[-1] if end is None else plots.time_of(end, unit)
+        inside = (self.tau >= start) & (self.tau <= end)
+        if inside.sum() < 2:
+            raise plots.Unplottable(f"{self.path}: has no two samples from {start:g} to {end:g}, only from {self.tau[0]:g} to "
+                                    f"{self.tau[-1]:g}")
+        self.tau = self.tau[inside]
+        self.curves = {name: curve[inside] for name, curve in self.curves.items()}
+        self.of_places = {name: values[:, inside] for name, values in self.of_places.items()}
+        self.impacts = [(tau, eta) for tau, eta in self.impacts if start <= tau <= end]
+        self.contacts = clipped(self.contacts, start, end)
+        self.surfaces = [surface._replace(contacts=clipped(surface.contacts, start, end),
+                                          histories={name: values[inside] for name, values in surface.histories.items()})
+                         for surface in self.surfaces]
 
     def multiply(self, factors, units):
         """Take other units."""
@@ -175,6 +194,11 @@ def read_alike(responses):
         response.multiply(factors, units)
 
 
+def clipped(contacts, start, end):
+    """The parts of contacts in a window of time."""
+    return [(max(first, start), min(last, end)) for first, last in contacts if first < end and last > start]
+
+
 def shade_contacts(axes, response):
     """Grey where the beam touches the stop."""
     for start, end in response.contacts:
@@ -204,15 +228,21 @@ def put_legend_above(axes, handles):
                 columnspacing=1.6, handletextpad=0.6, borderaxespad=0.0, borderpad=0.3)
 
 
+def put_small_legend_above(axes):
+    """The legend of a lower panel, in a row above its frame at the right."""
+    axes.legend(fontsize=7.5, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=1.0, handlelength=2.0,
+                borderaxespad=0.0, borderpad=0.2)
+
+
 def draw_displacement(axes, response):
     """Displacement at the stop and, where it differs, at the tip."""
     handles = []
     if "eta_tip" in response.curves and response.tip_differs():
-        handles += axes.plot(response.tau, response.curves["eta_tip"], color=plots.COLOURS[1],
-                             linestyle=plots.DASHES[1], linewidth=0.9, label="tip")
+        handles += plots.draw_history(axes, response.tau, response.curves["eta_tip"], "tip", color=plots.COLOURS[1],
+                                      linestyle=plots.DASHES[1], linewidth=0.9)
     if "eta_stop" in response.curves:
         label = "stop" if response.tip_differs() else "stop = tip"
-        handles = axes.plot(response.tau, response.curves["eta_stop"], color="black", label=label) + handles
+        handles = plots.draw_history(axes, response.tau, response.curves["eta_stop"], label, color="black") + handles
     mark_impacts(axes, response)
     return handles
 
@@ -224,8 +254,8 @@ def set_ticks(axis, count):
 
 def label_panel(axes, panel, response, words=None):
     """Axis label, line of rest, ticks."""
-    words = words or PANELS[panel][2 if response.is_in_units() else 1]
-    axes.set_ylabel(plots.with_unit(words, response.units.get(panel, "")))
+    words = plots.with_unit(words or PANELS[panel][2 if response.is_in_units() else 1], response.units.get(panel, ""))
+    axes.set_ylabel(words if panel == "displacement" else words.replace(" $", "\n$", 1).replace(", in", ",\nin"))
     axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
     set_ticks(axes.yaxis, 6 if panel == "displacement" else 4)
 
@@ -235,24 +265,29 @@ def label_time(axes, responses):
     unit = responses[0].units["time"]
     axes.set_xlabel(plots.with_unit("time $t$" if unit else r"time $\tau = \omega_1 t$", unit)
                     + (" (units of the scene)" if unit == plots.OF_SCENE else ""))
-    axes.set_xlim(0.0, max(response.tau[-1] for response in responses))
+    axes.set_xlim(min(response.tau[0] for response in responses), max(response.tau[-1] for response in responses))
     set_ticks(axes.xaxis, 10)
 
 
 def draw_point(axes, surfaces, response):
     """Displacement at one point of the beam, with the surfaces there and the contacts with them."""
-    for surface in surfaces:
-        beyond = surface.height - surface.side * 1e3 * max(abs(surface.histories["eta"]).max(), 1e-300)
-        shade_contacts(axes, surface)
-        axes.axhspan(min(surface.height, beyond), max(surface.height, beyond), facecolor="none", edgecolor="#999999",
-                     hatch="////", linewidth=0.0, zorder=0.6)
-        axes.axhline(surface.height, color="black", linewidth=0.7, zorder=1)
     y = surfaces[0].histories["eta"] + surfaces[0].height
     values = [y.min(), y.max()] + [surface.height for surface in surfaces
                                    if min(abs(y - surface.height)) <= 0.5 * (y.max() - y.min())]
-    margin = 0.12 * (max(values) - min(values))
-    axes.set_ylim(min(values) - margin, max(values) + margin)
-    axes.plot(response.tau, y, color="black", linewidth=0.8)
+    margin = 0.08 * (max(values) - min(values))
+    low, high = min(values) - margin, max(values) + margin
+    axes.set_ylim(low, high)
+    for surface in surfaces:
+        edge = low if surface.side > 0 else high
+        if (edge - surface.height) * surface.side >= 0.0:
+            continue
+        axes.add_patch(patches.Rectangle((response.tau[0], surface.height), numpy.ptp(response.tau), edge - surface.height,
+                                         facecolor="#f2f2f2", edgecolor="none", zorder=0.4))
+        axes.bar([start for start, _ in surface.contacts], edge - surface.height, bottom=surface.height, align="edge",
+                 width=[end - start for start, end in surface.contacts], facecolor="#b4b4b4", edgecolor="#b4b4b4", linewidth=0.3,
+                 zorder=0.6)
+        axes.axhline(surface.height, color="black", linewidth=0.6, zorder=1)
+    plots.draw_history(axes, response.tau, y, color="black", linewidth=0.8)
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
     stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
     axes.set_ylabel(plots.with_unit(f"$y$ at stop {stops}", response.units.get("displacement", ""))
@@ -273,24 +308,26 @@ def draw_sides(axes, response, panel):
             sign, label = surface.side, f"{surface.stop} {'below' if surface.side > 0 else 'above'}"
             if not surface.histories[name].any():
                 continue
-        axes.plot(response.tau, sign * surface.histories[name], color=plots.COLOURS[number % len(plots.COLOURS)],
-                  linestyle=plots.DASHES[number % len(plots.DASHES)], linewidth=0.8, label=label)
+        plots.draw_history(axes, response.tau, sign * surface.histories[name], label, linewidth=0.8,
+                           color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
     if axes.get_legend_handles_labels()[0]:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high + 0.4 * (high - low))
-        axes.legend(fontsize=7, loc="upper right", ncol=4, columnspacing=1.0, handlelength=2.0, frameon=True,
-                    facecolor="white", edgecolor="none", framealpha=0.8)
+        put_small_legend_above(axes)
 
 
 def draw_places(axes, response, panel):
     """Moment or stress at each place that was asked for."""
     for number, (place, values) in enumerate(zip(response.places, response.of_places[panel])):
-        axes.plot(response.tau, values, color=plots.COLOURS[number % len(plots.COLOURS)],
-                  linestyle=plots.DASHES[number % len(plots.DASHES)], linewidth=0.8, label=f"$x/L$ = {place:g}")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.3 * (high - low))
-    axes.legend(fontsize=7, loc="upper right", ncol=4, columnspacing=1.0, handlelength=2.0, frameon=True,
-                facecolor="white", edgecolor="none", framealpha=0.8)
+        plots.draw_history(axes, response.tau, values, f"$x/L$ = {place:g}", linewidth=0.8,
+                           color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
+    put_small_legend_above(axes)
+
+
+def panels_over_each_other(heights):
+    """A figure with panels of these heights in inches."""
+    figure, grid = plt.subplots(len(heights), 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, sum(heights) + 0.6),
+                                layout="constrained", gridspec_kw={"height_ratios": heights})
+    figure.get_layout_engine().set(h_pad=0.01, hspace=0.0)
+    return figure, grid
 
 
 def draw_several(response, panels):
@@ -304,14 +341,12 @@ def draw_several(response, panels):
     count = len(points) + len(others)
     if count == 0:
         raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
-    figure, grid = plt.subplots(count, 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, 1.35 * count + 0.6),
-                                gridspec_kw={"hspace": 0.09})
+    figure, grid = panels_over_each_other([1.35] * count)
     panes = list(grid[:, 0])
     for axes, surfaces in zip(panes, points.values()):
         draw_point(axes, surfaces, response)
     for axes, panel in zip(panes[len(points):], others):
         label_panel(axes, panel, response)
-        axes.set_ylabel(axes.get_ylabel().replace(" $", "\n$", 1), fontsize=9)
         if panel in OF_PLACES:
             draw_places(axes, response, panel)
         else:
@@ -325,15 +360,14 @@ def draw_several(response, panels):
 
 def draw_one(response, panels):
     """A picture of one response: panels over each other."""
-    if response.surfaces:
+    if len(response.surfaces) > 1:
         return draw_several(response, panels)
     drawn = [panel for panel in panels if response.has(panel)]
     if not drawn:
         others = " ".join(panel for panel in PANELS if response.has(panel))
         raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded; draw it with --panels {others}")
     heights = [2.6 if panel == "displacement" else 1.4 for panel in drawn]
-    figure, grid = plt.subplots(len(drawn), 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, sum(heights) + 0.5),
-                                gridspec_kw={"height_ratios": heights, "hspace": 0.09})
+    figure, grid = panels_over_each_other(heights)
     for axes, panel in zip(grid[:, 0], drawn):
         shade_contacts(axes, response)
         label_panel(axes, panel, response)
@@ -345,7 +379,7 @@ def draw_one(response, panels):
         elif panel in OF_PLACES:
             draw_places(axes, response, panel)
         else:
-            axes.plot(response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
+            plots.draw_history(axes, response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
     figure.align_ylabels(grid[:, 0])
     label_time(grid[-1, 0], [response])
     return figure
@@ -354,7 +388,7 @@ def draw_one(response, panels):
 def draw_stack(responses):
     """Displacement at the stop of several responses, a panel each."""
     figure, grid = plt.subplots(len(responses), 1, sharex=True, sharey=True, squeeze=False,
-                                figsize=(plots.WIDTH, 1.45 * len(responses) + 0.6), gridspec_kw={"hspace": 0.09})
+                                figsize=(plots.WIDTH, 1.45 * len(responses) + 0.6), gridspec_kw={"hspace": 0.06})
     for axes, response in zip(grid[:, 0], responses):
         shade_contacts(axes, response)
         label_panel(axes, "displacement", response, r"$y - d$" if response.is_in_units() else r"$\eta$")
@@ -374,14 +408,15 @@ def draw_stack(responses):
 def draw_overlay(responses):
     """Displacement at the stop of several responses in one panel."""
     figure, axes = plt.subplots(figsize=(plots.WIDTH, 3.6))
+    handles = []
     for number, response in enumerate(responses):
         if "eta_stop" not in response.curves:
             raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
-        axes.plot(response.tau, response.curves["eta_stop"],
-                  color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
+        handles += plots.draw_history(axes, response.tau, response.curves["eta_stop"], color=plots.COLOURS[number % len(plots.COLOURS)],
+                                      linestyle=plots.DASHES[number % len(plots.DASHES)])
     label_panel(axes, "displacement", responses[0])
     titles = [", ".join(filter(None, [response.title, response.shown_stop()])) for response in responses]
-    plots.legend_of_titles(axes, titles, loc="upper right")
+    plots.legend_of_titles(axes, handles, titles, loc="upper right")
     label_time(axes, responses)
     return figure
 
@@ -397,6 +432,8 @@ def main():
     parser.add_argument("--units", choices=["file", "scene", "dimensionless"], default="file",
                         help="as the file has it (default), in the units of the scene, or dimensionless")
     parser.add_argument("--scene-units", action="store_const", dest="units", const="scene", help="the same as --units scene")
+    parser.add_argument("--from", dest="start", metavar="TIME", help="beginning of the time shown, such as 0.02 or, in files in units, 20ms")
+    parser.add_argument("--to", dest="end", metavar="TIME", help="its end")
     parser.add_argument("--out", type=Path, metavar="PICTURE",
                         help="file of the picture, .png, .pdf or .svg (default: beside the results, .png)")
     arguments = parser.parse_args()
@@ -404,6 +441,9 @@ def main():
         parser.error("--out names one picture: give one file, or --layout stack or overlay")
 
     responses = [Response(path, arguments.units) for path in arguments.files]
+    if arguments.start or arguments.end:
+        for response in responses:
+            response.cut(arguments.start, arguments.end)
     if arguments.layout == "each":
         for response in responses:
             read_alike([response])

@@ -14,6 +14,7 @@ import matplotlib.colors as colors
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.spines as spines
+import matplotlib.ticker as ticker
 import numpy
 from PIL import Image
 
@@ -72,17 +73,23 @@ class Scene:
             self.length = float(scales["length"])
             # times stay without units, and are shown in them
             self.factor, self.unit_text, self.time_factor, self.time_text = 1.0, "", 1.0, ""
+            self.time_scale, self.time_unit = 1.0, ""
+            self.x_length, self.x_unit = 1.0, ""
             if "units" in file.attrs and self.is_known:
                 self.take_units(file, 1.0 / float(scales["omega1"]))
             self.read_surfaces(file)
             self.supports = [dict(scene[name].attrs) for name in scene if name.startswith("support")]
             self.read_section(scene["beam"].attrs)
             self.read_shapes(file)
+            self.read_start(scene)
 
     def take_units(self, file, time):
         """Displacements and times as they are read."""
         heights = abs(file["surfaces/height"][()]) if "surfaces" in file else numpy.zeros(1)
         self.factor, self.unit_text = plots.reading(max(self.unit, heights.max()), plots.unit_of(file["mesh"], "x"))
+        factor, self.x_unit = plots.reading(self.length, plots.unit_of(file["mesh"], "x"))
+        self.x_length = factor * self.length
+        self.time_scale, self.time_unit = time, "s" if self.unit_text != plots.OF_SCENE else plots.OF_SCENE
         factor, self.time_text = plots.reading(20.0 * time, "s" if self.unit_text != plots.OF_SCENE else plots.OF_SCENE)
         self.time_factor = time * factor
         self.unit *= self.factor
@@ -91,6 +98,25 @@ class Scene:
     def time_label(self):
         """Of an axis."""
         return plots.with_unit("$t$", self.time_text) if self.time_text else r"$\tau$"
+
+    def window(self, start, end):
+        """Leave only the shapes and histories from a time to another, both as the command line has them."""
+        low = -numpy.inf if start is None else plots.time_of(start, self.time_unit) / self.time_scale
+        high = numpy.inf if end is None else plots.time_of(end, self.time_unit) / self.time_scale
+        inside = (self.shape_tau >= low - 1e-9) & (self.shape_tau <= high + 1e-9)
+        self.shape_tau, self.shape = self.shape_tau[inside], self.shape[inside]
+
+    def label_length(self, axes):
+        """Ticks and label along the beam."""
+        ticks = ticker.MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, self.x_length)
+        ticks = ticks[(ticks >= 0.0) & (ticks <= 1.001 * self.x_length)]
+        axes.set_xticks(ticks / self.x_length, [f"{value:g}" for value in ticks])
+        axes.xaxis.set_minor_locator(ticker.AutoMinorLocator())
+        axes.set_xlabel(plots.with_unit("$x$", self.x_unit) if self.x_unit else "$x/L$")
+
+    def place(self, position):
+        """A position along the beam in words."""
+        return f"$x$ = {plots.quantity(position * self.x_length, self.x_unit)}" if self.x_unit else f"$x/L$ = {position:g}"
 
     def displacement_label(self, words="displacement $y$"):
         """Of an axis."""
@@ -149,17 +175,28 @@ class Scene:
         # the clamp is where it always was
         self.shape = self.unit * cubics(node, self.x, value - value[:, :1], plain(group, "slope"))
 
+    def read_start(self, scene):
+        """Where the beam is released, position and displacement; is it unstressed at the start instead?"""
+        kind = plots.text_of(scene["start"].attrs["kind"]) if "start" in scene else "pull"
+        self.is_unstressed, self.release = kind in ("rest", "drop"), None
+        if kind == "pull":
+            stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
+            stop = next((stop for stop in stops if "pulled" in stop), stops[0])
+            side = -1.0 if plots.text_of(stop["side"]) == "above" else 1.0
+            self.release = float(stop["position"]), side * (1.0 + float(stop["preload"])) * self.unit
+
     def start(self):
-        """The shape at the start, if it was kept."""
-        kept = len(self.shape_tau) > 0 and self.shape_tau[0] <= 0.0
-        return self.shape[0] if kept else None
+        """The shape at the start, if it was recorded or is unstressed."""
+        if len(self.shape_tau) > 0 and self.shape_tau[0] <= 0.0:
+            return self.shape[0]
+        return numpy.zeros_like(self.x) if self.is_unstressed else None
 
 
-def spring(axes, x, low, high, width, **options):
+def spring(axes, x, low, high, width):
     """A zigzag from low to high."""
     y = low + (high - low) * numpy.array([0.0, 0.18] + [0.18 + 0.64 * (k + 0.5) / 6 for k in range(6)] + [0.82, 1.0])
     side = numpy.array([0.0, 0.0] + [(-1)**k for k in range(6)] + [0.0, 0.0])
-    return axes.plot(x + width * side, y, color="black", linewidth=0.8, solid_joinstyle="miter", **options)
+    return axes.plot(x + width * side, y, color="black", linewidth=0.8, solid_joinstyle="miter", zorder=6)
 
 
 def damper(axes, x, low, high, width):
@@ -168,7 +205,7 @@ def damper(axes, x, low, high, width):
     brim = low + 0.68 * (high - low)
     for line in (([x, x], [low, cup]), ([x - width, x - width, x + width, x + width], [brim, cup, cup, brim]),
                  ([x, x], [piston, high]), ([x - 0.7 * width, x + 0.7 * width], [piston, piston])):
-        axes.plot(*line, color="black", linewidth=0.8)
+        axes.plot(*line, color="black", linewidth=0.8, zorder=6)
 
 
 class Drawing:
@@ -177,7 +214,8 @@ class Drawing:
     def __init__(self, axes, scene, shapes):
         self.axes, self.scene = axes, scene
         heights = [surface.height for surface in scene.surfaces]
-        values = numpy.concatenate([heights, [0.0]] + [numpy.ravel(shape) for shape in shapes])
+        released = [] if scene.release is None else [scene.release[1]]
+        values = numpy.concatenate([heights, released, [0.0]] + [numpy.ravel(shape) for shape in shapes])
         span = max(values.max() - values.min(), 1e-30)
         thickest = scene.height.max()
         self.factor = 1.0
@@ -195,7 +233,7 @@ class Drawing:
                                          edgecolor=GROUND, linewidth=0.0))
         axes.axvline(0.0, color="black", linewidth=0.8)
         axes.set_xlim(-0.05, 1.08)
-        axes.set_xlabel(r"$x/L$")
+        scene.label_length(axes)
         axes.set_ylabel(scene.displacement_label())
 
     def half_at(self, position):
@@ -241,6 +279,7 @@ class Drawing:
                 damper(self.axes, x + 0.5 * width, end, middle, 0.3 * width)
             else:
                 damper(self.axes, x + 0.5 * width, end, low, 0.3 * width)
+        plate.set_zorder(6)
         self.axes.add_patch(plate)
         self.ground(x, end, 1.3 * width, surface.side)
         self.axes.text(x, end - surface.side * 0.2 * self.room, str(surface.stop), ha="center", fontsize=9,
@@ -261,13 +300,8 @@ class Drawing:
             spring(self.axes, x, end, below, 0.012)
         else:
             self.axes.add_patch(patches.Polygon([(x, below), (x - 0.02, end), (x + 0.02, end)], facecolor="white",
-                                                edgecolor="black", linewidth=0.8))
+                                                edgecolor="black", linewidth=0.8, zorder=6))
         self.ground(x, end, 0.032, 1)
-
-
-def number(value):
-    """A number as it reads in a list."""
-    return f"{value:.4g}".replace("-", "\u2212")
 
 
 def list_of(scene):
@@ -275,12 +309,12 @@ def list_of(scene):
     lines = []
     for stop in sorted({surface.stop for surface in scene.surfaces}):
         sides = [surface for surface in scene.surfaces if surface.stop == stop]
-        unit = "" if scene.unit_text in ("", plots.OF_SCENE) else f" {scene.unit_text}"
-        places = ", ".join(f"{'below' if side.side > 0 else 'above'} at {number(side.height)}{unit}" for side in sides)
-        lines.append(f"stop {stop}: $x/L$ = {number(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
+        places = " and ".join(f"{'below' if side.side > 0 else 'above'} the beam at $y$ = "
+                              f"{plots.quantity(side.height, scene.unit_text)}" for side in sides)
+        lines.append(f"stop {stop}: {scene.place(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
     for support in scene.supports:
-        kind = f"spring {number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
-        lines.append(f"support: $x/L$ = {number(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
+        kind = f"spring, ratio {plots.round_number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
+        lines.append(f"support: {scene.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
     return lines
 
 
@@ -288,18 +322,13 @@ def scales_of(drawing, figure):
     """What is drawn how large."""
     scene, axes = drawing.scene, drawing.axes
     if not scene.is_known:
-        return ["The scene gives ratios only: heights of the beam are not to scale."]
+        return ["The scene gives ratios only: the height of the beam is not to scale."]
     box = axes.get_position()
     across = box.width * figure.get_figwidth() / (1.13 * scene.length)
     up = box.height * figure.get_figheight() / numpy.ptp(axes.get_ylim())
     ratio = up / across
-    first = "Displacements are drawn " + (f"{number(ratio)} times larger than lengths" if ratio >= 1.0 else
-                                          f"{number(1.0 / ratio)} times smaller than lengths") + ","
-    what = "heights" if scene.is_rectangle else r"heights $\sqrt{12 I/A}$"
-    factor = drawing.factor
-    return [first, f"{what} of the beam " + ("as displacements." if factor == 1.0 else
-                                         f"{number(max(factor, 1.0 / factor))} times "
-                                         f"{'larger' if factor > 1.0 else 'smaller'} than displacements.")]
+    height = "height" if scene.is_rectangle else r"height $\sqrt{12 I/A}$"
+    return [f"Scale of displacements: {ratio:.3g} times that of lengths; {height} of the beam: {ratio * drawing.factor:.3g} times."]
 
 
 def draw(scene):
@@ -312,10 +341,12 @@ def draw(scene):
     axes.plot([0.0, 1.0], [0.0, 0.0], color=EDGE, linewidth=0.5, linestyle=(0, (8, 2, 2, 2)), zorder=3)
     if start is not None:
         drawing.beam(start, facecolor="none", edgecolor="black", linewidth=0.9, linestyle=(0, (4, 1.5)), zorder=4, label="start")
+    elif scene.release is not None:
+        axes.plot(*scene.release, marker="v", markersize=6, color="black", linestyle="none", zorder=5, label="released here")
     axes.set_title(scene.title, pad=19)
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 0.99), ncol=2, borderaxespad=0.0, borderpad=0.3)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 0.99), ncol=3, borderaxespad=0.0, borderpad=0.3)
     for row, line in enumerate(lines + scales_of(drawing, figure)):
-        axes.annotate(line, (0.0, 0.0), xytext=(0.0, -40.0 - 12.5 * row), xycoords="axes fraction",
+        axes.annotate(line, (0.0, 0.0), xytext=(0.0, -38.0 - 12.5 * row), xycoords="axes fraction",
                       textcoords="offset points", fontsize=8.5, va="top", style="italic" if row >= len(lines) else "normal")
     return figure
 
@@ -335,7 +366,8 @@ def animate(scene, path):
     figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.4), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
     figure.subplots_adjust(left=0.15, right=0.975, top=0.95, bottom=0.11)
     drawing = Drawing(axes, scene, [scene.shape])
-    band = drawing.beam(scene.shape[0], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)
+    axes.plot([0.0, 1.0], [0.0, 0.0], color=EDGE, linewidth=0.5, linestyle=(0, (8, 2, 2, 2)), zorder=1)
+    band = drawing.beam(scene.shape[0], facecolor=BEAM, edgecolor=EDGE, linewidth=0.8, zorder=4)
     clock = axes.text(0.07, 0.96, "", transform=axes.transAxes, ha="left", va="top")
     axes.minorticks_off()
     traces = []
@@ -344,14 +376,14 @@ def animate(scene, path):
         colour = plots.COLOURS[number_of_point % len(plots.COLOURS)]
         y = surface.eta + surface.height
         below.plot(time, y, color=colour, linewidth=0.5, alpha=0.4)
-        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=f"{number(surface.position)}")[0], y))
+        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=scene.place(surface.position))[0], y))
     for surface in scene.surfaces:
         below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
-    below.set(xlim=(0.0, scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
+    below.set(xlim=(scene.time_factor * scene.shape_tau[0], scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
               ylabel=plots.with_unit("$y$ at the stops" if len(points) > 1 else "$y$ at the stop", scene.unit_text))
     if len(points) > 1:
-        below.legend(title="$x/L$", fontsize=7, title_fontsize=7, loc="upper right", ncol=len(points), columnspacing=0.8,
-                     handlelength=1.2, frameon=True, facecolor="white", edgecolor="none", framealpha=0.8)
+        below.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=len(points), columnspacing=0.8,
+                     handlelength=1.2, borderaxespad=0.0, borderpad=0.2)
     figure.align_ylabels((axes, below))
 
     def show(frame):
@@ -402,7 +434,7 @@ def save_film(figure, moving, show, frames, path):
     sample = Image.new("RGB", (few[0].width, few[0].height * len(few)))
     for place, image in enumerate(few):
         sample.paste(image, (0, place * image.height))
-    exact = numpy.round(255.0 * colors.to_rgba_array(["white", TOUCHED, EDGE, *plots.COLOURS])[:, :3])
+    exact = numpy.round(255.0 * colors.to_rgba_array(["white", TOUCHED, EDGE, BEAM, *plots.COLOURS])[:, :3])
     others = numpy.array(sample.quantize(64, dither=Image.Dither.NONE).getpalette()[:3 * 64]).reshape(-1, 3)
     # Pillow takes colours for the same that are closer
     others = others[abs(others[:, None] - exact).max(axis=2).min(axis=1) >= 16]
@@ -416,17 +448,22 @@ def main():
     """Read the command line, draw, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
-    parser.add_argument("--film", action="store_true", help="an animation too, a GIF beside the picture")
+    parser.add_argument("--film", action="store_true", help="an animation too, a .gif beside the picture")
+    parser.add_argument("--from", dest="start", metavar="TIME", help="beginning of the film, such as 0.02 or, in files in units, 20ms")
+    parser.add_argument("--to", dest="end", metavar="TIME", help="its end")
     parser.add_argument("--out", type=Path, metavar="PICTURE",
-                        help="file of the picture, .png, .pdf or .svg (default: beside the results, NAME_scene.png)")
+                        help="file of the picture, .png, .pdf or .svg (default: beside the results, NAME_scene.png); with --film also "
+                        ".gif, the animation alone")
     arguments = parser.parse_args()
     if arguments.out and len(arguments.files) > 1:
         parser.error("--out names one picture: give one file")
     for path in arguments.files:
         scene = Scene(path)
         picture = arguments.out or path.with_name(f"{path.stem}_scene.png")
-        plots.save(draw(scene), picture)
+        if not arguments.film or picture.suffix != ".gif":
+            plots.save(draw(scene), picture)
         if arguments.film:
+            scene.window(arguments.start, arguments.end)
             animate(scene, picture.with_suffix(".gif"))
 
 

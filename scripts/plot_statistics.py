@@ -11,11 +11,15 @@ from pathlib import Path
 import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 
 # Dataset and label
 BARS = {"mean_force": "mean force", "rms_force": "RMS force", "contact_share": "share of time in contact",
-        "impact_rate": "impacts over time"}
+        "impact_rate": "rate of impacts"}
+
+SIDES = ("below", "above")
+STOPS_A_ROW = 4
 
 
 class Statistics:
@@ -32,10 +36,18 @@ class Statistics:
             self.names = [name.replace("stop_", "").replace("_", "\n") for name in names]
             # the first is of all together
             self.bars = {name: (group[name][1:], group[f"{name}_half_width"][1:]) for name in BARS}
-            self.units = {name: plots.text_of(group[name].attrs["units"]) for name in BARS}
+            self.units = {name: plots.unit_of(group, name) for name in BARS}
             parts = [group[f"surface_{number}"] for number in range(1, len(names) + 1)]
             self.classes = [(part["class"][()], part["impacts"][()]) for part in parts]
-            self.class_units = [plots.text_of(part["class"].attrs["units"]) for part in parts]
+            words = [plots.text_of(part["class"].attrs["long_name"]) for part in parts]
+            self.kinds = ["impulse" if "impulse" in word else "force" for word in words]
+            self.class_units = {}
+            for kind in set(self.kinds):
+                own = [number for number, other in enumerate(self.kinds) if other == kind]
+                greatest = max((np.nanmax(self.classes[number][0], initial=0.0) for number in own), default=0.0)
+                factor, self.class_units[kind] = plots.reading(greatest, plots.unit_of(parts[own[0]], "class"))
+                for number in own:
+                    self.classes[number] = factor*self.classes[number][0], self.classes[number][1]
 
 
 def draw_bars(axes, statistics, name):
@@ -48,34 +60,47 @@ def draw_bars(axes, statistics, name):
     axes.errorbar(places[known], values[known], yerr=widths[known], fmt="none", ecolor="#000000", elinewidth=0.9, capsize=2.5)
     axes.set_xticks(places, statistics.names, fontsize=8)
     axes.tick_params(axis="x", which="both", length=0)
-    axes.set_ylabel(BARS[name] + (f", {unit}" if unit != "1" else ""))
+    axes.set_ylabel(plots.with_unit(BARS[name], unit))
 
 
-def draw_classes(axes, statistics):
-    """Histograms of impacts as steps."""
-    for number, (edges, impacts) in enumerate(statistics.classes):
-        if not len(edges) or not impacts.any() or not np.all(np.isfinite(edges)):
+def draw_classes(axes, statistics, stop, kind):
+    """Histogram of the impacts on the sides of a stop."""
+    for number, name in enumerate(statistics.names):
+        edges, impacts = statistics.classes[number]
+        if statistics.kinds[number] != kind or name.split("\n")[0] != stop or not impacts.any() or not np.all(np.isfinite(edges)):
             continue
-        label = statistics.names[number].replace("\n", " ")
-        axes.stairs(impacts, np.concatenate(([0.0], edges)), label=label, color=plots.COLOURS[number % len(plots.COLOURS)],
-                    linestyle=plots.DASHES[number % len(plots.DASHES)], linewidth=1.1)
-    unit = statistics.class_units[0]
-    axes.set_xlabel(f"force or impulse of an impact, {unit}" if len(set(statistics.class_units)) == 1 else
-                    "force or impulse of an impact")
-    axes.set_ylabel("impacts")
+        side = SIDES.index(name.split("\n")[-1]) if "\n" in name else 0
+        axes.stairs(impacts, np.concatenate(([0.0], edges)), color=plots.COLOURS[2 - side], linestyle=plots.DASHES[side],
+                    linewidth=1.1)
+    axes.set_title(f"stop {stop}", fontsize=9)
     axes.set_xlim(left=0.0)
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper right", ncols=2)
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def draw(statistics):
-    """The figure of one file."""
-    figure = plt.figure(figsize=(plots.WIDTH, 7.2), layout="constrained")
-    grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.0, 1.15])
-    for number, name in enumerate(BARS):
-        draw_bars(figure.add_subplot(grid[number//2, number % 2]), statistics, name)
-    draw_classes(figure.add_subplot(grid[2, :]), statistics)
-    figure.axes[0].set_title(statistics.title)
+    """The figure of one file: bars of each side of each stop, below them histograms, of forces and impulses apart."""
+    rows = []
+    for kind in ("force", "impulse"):
+        stops = list(dict.fromkeys(name.split("\n")[0] for name, own in zip(statistics.names, statistics.kinds) if own == kind))
+        rows += [(kind, stops[first:first + STOPS_A_ROW]) for first in range(0, len(stops), STOPS_A_ROW)]
+    heights = [2.0, 2.0] + [1.9] * len(rows)
+    figure = plt.figure(figsize=(plots.WIDTH, sum(heights) + 0.3), layout="constrained")
+    parts = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+    for part, names in zip(parts, (list(BARS)[:2], list(BARS)[2:])):
+        for axes, name in zip(part.subplots(1, 2), names):
+            draw_bars(axes, statistics, name)
+    for part, (kind, stops) in zip(parts[2:], rows):
+        panels = part.subplots(1, len(stops), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, stop in zip(panels, stops):
+            draw_classes(axes, statistics, stop, kind)
+        panels[0].set_ylabel("impacts")
+        part.supxlabel(plots.with_unit(f"{kind} of an impact", statistics.class_units[kind]), fontsize=10.5)
+        handles = [plt.Line2D([], [], color=plots.COLOURS[2 - side], linestyle=plots.DASHES[side], label=name)
+                   for side, name in enumerate(SIDES) if any(own.endswith(name) for own in statistics.names)]
+        if handles:
+            part.legend(handles=handles, loc="lower right", ncols=2, fontsize=8, borderpad=0.0, borderaxespad=0.2)
+    figure.suptitle(statistics.title, x=0.02, ha="left", fontsize=10.5)
     return figure
 
 
@@ -85,7 +110,6 @@ def main():
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _statistics.png")
     arguments = parser.parse_args()
-    plt.rcParams.update(plots.STYLE)
     for path in arguments.files:
         plots.save(draw(Statistics(path)), arguments.out or path.with_name(path.stem + "_statistics.png"))
 

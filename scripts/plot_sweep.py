@@ -1,16 +1,17 @@
 #!/usr/bin/python3
-"""Plot a sweep: the map of one measure over two parameters with the best case, curves over one, or all parameters
-side by side (parallel coordinates). A grid over more than two parameters is cut at the best case's values of the
-others. Reads a results file of a scene with &sweep; computes nothing."""
+"""Plot a sweep: the map of one measure over two parameters, curves over one, or all parameters side by side (parallel
+coordinates), with the best case if the scene has &best. A grid over more than two parameters is cut at the values of
+the others in the case with the minimum. Reads a results file of a scene with &sweep; computes nothing."""
 
 import argparse
+import textwrap
 from pathlib import Path
 
 import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 
 SYMBOLS = {
@@ -29,17 +30,18 @@ SYMBOLS = {
     "damper_ratio": r"damper $c^*$",
 }
 MEASURES = {
-    "quiet_tau": r"time until quiet $\tau$",
-    "spent_tau": r"time until the energy is spent $\tau$",
+    "quiet_tau": r"settling time $\tau$",
+    "spent_tau": r"time at which 1 % of the energy is left $\tau$",
     "first_impact_tau": r"first impact $\tau$",
-    "greatest_force": r"greatest contact force $\bar P$",
+    "greatest_force": r"maximum contact force $\bar P$",
     "total_contact": r"time in contact $\tau$",
     "longest_contact": r"longest contact $\tau$",
     "peak_1": r"first rebound $\eta$",
 }
 MEASURES_IN_UNITS = {
-    "quiet_time": "time until quiet",
-    "spent_time": "time until the energy is spent",
+    "quiet_time": "settling time",
+    "spent_time": "time at which 1 % of the energy is left",
+    "greatest_force": "maximum contact force",
     "first_impact_time": "first impact",
     "total_contact": "time in contact",
     "peak_1": "first rebound",
@@ -64,11 +66,13 @@ class Sweep:
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
             if self.measure not in known:
                 raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
-            # units of all, and what makes them easy to read
+            # Parameters keep the units in which they were typed, so that their values can go into a scene.
             shown = [*self.names, self.measure]
-            found = {name: plots.reading(np.nanmax(abs(group[name][:]), initial=0.0), plots.unit_of(group, name)) for name in shown}
-            factors = {name: factor for name, (factor, _) in found.items()}
-            self.units = {name: unit for name, (_, unit) in found.items()}
+            self.units = {name: plots.unit_of(group, name) for name in shown}
+            factors = dict.fromkeys(self.names, 1.0)
+            factors[self.measure], self.units[self.measure] = plots.reading(
+                np.nanmax(abs(group[self.measure][:]), initial=0.0), self.units[self.measure])
+            self.is_paired = plots.text_of(group.attrs["design"]) == "paired"
             self.axes = {name: factors[name] * group["axes"][name][:] for name in self.names} if "axes" in group else None
             self.values = {name: factors[name] * group[name][:] for name in self.names}
             self.column = factors[self.measure] * group[self.measure][:].astype(float)
@@ -81,13 +85,13 @@ class Sweep:
             # the first of these is the best case of the sweep, the last the best of all
             self.path = None
             self.best = None
+            self.cut_case = int(np.nanargmin(self.column))
             if best and chosen == self.measure and len(best["case"]):
                 self.best = int(best["case"][0]) - 1
                 source = best["refinement"] if "refinement" in best else None
+                self.cut_case = self.best
                 if source is not None:
                     self.path = {name: factors[name] * source[name][:] for name in shown}
-            else:
-                self.best = int(np.nanargmin(self.column))
 
     def label(self, name):
         """The name of a parameter on an axis."""
@@ -98,11 +102,26 @@ class Sweep:
         words = (MEASURES_IN_UNITS if self.is_in_units else MEASURES).get(self.measure, self.measure.replace("_", " "))
         return plots.with_unit(words, self.units[self.measure])
 
+    def case_in_words(self, words, source, index):
+        """A case with the value of the measure and those of the parameters, with their units."""
+        value = plots.quantity(source[self.measure][index], self.units[self.measure])
+        given = ", ".join(f"{self.short(name)} = {plots.quantity(source[name][index], self.units[name])}" for name in self.names)
+        return textwrap.fill(f"{words}: {value} at {given}", 64)
+
+    def short(self, name):
+        """The symbol of a parameter, or its name if it has none."""
+        found = SYMBOLS.get(name, "").rsplit(" ", 1)[-1]
+        return found if found.startswith("$") and not self.units[name] else name.replace("_", " ")
+
+    def best_in_words(self):
+        """The best case of the sweep."""
+        return self.case_in_words("best of the sweep", {**self.values, self.measure: self.column}, self.best)
+
     def cut(self, names):
         """The measure over some axes of a grid, and the values at which the others are held."""
         shape = [len(self.axes[name]) for name in self.names]
         grid = self.column.reshape(shape)
-        place = np.unravel_index(self.best if self.best is not None else 0, shape)
+        place = np.unravel_index(self.cut_case, shape)
         index = tuple(slice(None) if name in names else place[k] for k, name in enumerate(self.names))
         held = {name: self.axes[name][place[k]] for k, name in enumerate(self.names) if name not in names}
         left = [name for name in self.names if name in names]
@@ -118,19 +137,18 @@ def colour_scale(values):
     return Normalize(least, most if most > least else least + 1.0)
 
 
-def round_levels(norm):
-    """Levels of contours: round numbers between the ends of the colours."""
-    if isinstance(norm, LogNorm):
-        decades = range(int(np.floor(np.log10(norm.vmin))), int(np.ceil(np.log10(norm.vmax))) + 1)
-        levels = [digit * 10.0**decade for decade in decades for digit in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
-    else:
-        levels = MaxNLocator(8).tick_values(norm.vmin, norm.vmax)
-    return [level for level in levels if norm.vmin < level < norm.vmax]
+def edges_of(values, logarithmic):
+    """Edges of the cells around values, half way to their neighbours on a linear or a logarithmic axis."""
+    places = np.log(values) if logarithmic else values
+    middle = 0.5 * (places[1:] + places[:-1])
+    edges = np.concatenate([[2.0 * places[0] - middle[0]], middle, [2.0 * places[-1] - middle[-1]]])
+    return np.exp(edges) if logarithmic else edges
 
 
 def set_scale(panel, axis, logarithmic):
     """A linear or logarithmic axis, with plain numbers."""
     if not logarithmic:
+        getattr(panel, f"{axis}axis").set_major_formatter(FuncFormatter(lambda value, _: f"{round(value, 12):g}"))
         return
     getattr(panel, f"set_{axis}scale")("log")
     shown = getattr(panel, f"{axis}axis")
@@ -145,7 +163,9 @@ def held_in_words(sweep, held):
     """Such as 'preload = 0.1, at the best case'."""
     if not held:
         return ""
-    return ", ".join(f"{sweep.label(name)} = {value:.4g}" for name, value in held.items()) + " (as in the best case)"
+    case = "best" if sweep.best is not None else "lowest"
+    return ", ".join(f"{sweep.short(name)} = {plots.quantity(value, sweep.units[name])}" for name, value in held.items()) \
+        + f" (as in the {case} case)"
 
 
 def draw_map(sweep, names):
@@ -160,12 +180,8 @@ def draw_map(sweep, names):
         if min(values.shape) < 2:
             raise plots.Unplottable("a map needs at least two values of each of its parameters")
         panel.set_facecolor("0.8")
-        mesh = panel.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=COLOURS, norm=norm, shading="nearest", rasterized=True)
-        finite = values[np.isfinite(values)]
-        if finite.size and finite.max() > finite.min():
-            levels = round_levels(norm)
-            lines = panel.contour(x, y, np.ma.masked_invalid(values), levels=levels, colors="black", linewidths=0.5)
-            panel.clabel(lines, fmt=lambda value: f"{value:.3g}", fontsize=7)
+        mesh = panel.pcolormesh(edges_of(x, sweep.logarithmic[across]), edges_of(y, sweep.logarithmic[up]),
+                                np.ma.masked_invalid(values), cmap=COLOURS, norm=norm, rasterized=True)
         never = not np.isfinite(values).all()
     else:
         held = {name: 0.0 for name in sweep.names if name not in names}
@@ -173,14 +189,13 @@ def draw_map(sweep, names):
         x, y = sweep.values[across], sweep.values[up]
         panel.scatter(x[~known], y[~known], s=5, color="0.7", zorder=1)
         mesh = panel.scatter(x[known], y[known], s=9, c=sweep.column[known], cmap=COLOURS, norm=norm, zorder=2)
-    on_cut = sweep.best is not None
-    if on_cut:
+    if sweep.best is not None:
         panel.plot(sweep.values[across][sweep.best], sweep.values[up][sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
-                   clip_on=False, zorder=5, label=f"best of the sweep: {sweep.column[sweep.best]:.4g}")
+                   clip_on=False, zorder=5, label=sweep.best_in_words())
     if sweep.path is not None:
         panel.plot(sweep.path[across], sweep.path[up], "-", color=BEST, linewidth=0.8)
         panel.plot(sweep.path[across][-1], sweep.path[up][-1], "*", color=BEST, mec="white", mew=0.6, ms=14, clip_on=False, zorder=5,
-                   label=f"refined: {sweep.path[sweep.measure][-1]:.4g}")
+                   label=sweep.case_in_words("refined", sweep.path, -1))
     if never:
         panel.plot([], [], "s", color="0.75" if sweep.axes is None else "0.8", mec="0.5", mew=0.5, label="not reached in the run")
     panel.set_xlabel(sweep.label(across))
@@ -197,13 +212,13 @@ def draw_map(sweep, names):
         panel.set_title(held_in_words(sweep, held), fontsize=9)
     handles, labels = panel.get_legend_handles_labels()
     if handles:
-        panel.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=len(handles))
+        panel.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.14), ncols=1)
     return figure
 
 
 def in_family(sweep, family, words, source, index):
     """A label for the best case: the value of the parameter that tells the curves apart."""
-    return words if family is None else f"{source[family][index]:.3g} ({words})"
+    return sweep.case_in_words(words, source, index) if family is None else f"{source[family][index]:.3g} ({words})"
 
 
 def draw_curves(sweep, name, family):
@@ -212,7 +227,8 @@ def draw_curves(sweep, name, family):
     held = {}
     if sweep.axes is None:
         order = np.argsort(sweep.values[name])
-        panel.plot(sweep.values[name][order], sweep.column[order], ".", color=plots.COLOURS[0], markersize=3)
+        panel.plot(sweep.values[name][order], sweep.column[order], ".-" if sweep.is_paired else ".", color=plots.COLOURS[0],
+                   markersize=5 if sweep.is_paired else 3, linewidth=0.6)
     elif family is None:
         values, held = sweep.cut([name])
         panel.plot(sweep.axes[name], values, color=plots.COLOURS[0], marker=".", markersize=3)
@@ -222,23 +238,37 @@ def draw_curves(sweep, name, family):
         for k, row in enumerate(chosen):
             panel.plot(sweep.axes[name], values[row], color=plots.COLOURS[k], linestyle=plots.DASHES[k],
                        label=f"{sweep.axes[family][row]:.3g}")
-    if sweep.best is not None and sweep.axes is not None:
+    if sweep.best is not None and (sweep.axes is not None or sweep.is_paired):
         panel.plot(sweep.values[name][sweep.best], sweep.column[sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
-                   label=in_family(sweep, family, "best", sweep.values, sweep.best))
+                   label=in_family(sweep, family, "best", {**sweep.values, sweep.measure: sweep.column}, sweep.best))
     if sweep.path is not None:
         panel.plot(sweep.path[name][-1], sweep.path[sweep.measure][-1], "*", color=BEST, mec="white", mew=0.5, ms=13,
                    clip_on=False, zorder=5, label=in_family(sweep, family, "refined", sweep.path, -1))
     if family is not None and sweep.axes is not None:
         panel.legend(title=sweep.label(family), loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    elif panel.get_legend_handles_labels()[0]:
+        panel.legend(loc="lower left", bbox_to_anchor=(-0.008, 0.99), borderaxespad=0.0, fontsize=8)
     panel.set_xlabel(sweep.label(name))
     panel.set_ylabel(sweep.measure_label())
-    set_scale(panel, "x", sweep.logarithmic[name])
+    set_scale(panel, "x", sweep.logarithmic[name] and not sweep.is_paired)
+    if sweep.is_paired and len(sweep.names) > 1:
+        label_pairs(panel, sweep, name)
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
     figure.suptitle(sweep.title, fontsize=11)
     if held:
         panel.set_title(held_in_words(sweep, held), fontsize=9)
     return figure
+
+
+def label_pairs(panel, sweep, name):
+    """Ticks at the cases of lists that are paired, each with the values of all parameters."""
+    order = np.argsort(sweep.values[name])
+    order = order[np.unique(np.linspace(0, len(order) - 1, min(len(order), 8)).round().astype(int))]
+    others = [other for other in sweep.names if other != name]
+    panel.set_xticks(sweep.values[name][order], ["\n".join(f"{sweep.values[each][k]:.4g}" for each in [name, *others]) for k in order])
+    panel.xaxis.set_minor_locator(NullLocator())
+    panel.set_xlabel("\n".join(sweep.label(each) for each in [name, *others]))
 
 
 def draw_parallel(sweep):
@@ -275,15 +305,17 @@ def draw_parallel(sweep):
         panel.plot(places, line, color=colours(norm(value)), linewidth=0.5, alpha=0.08 + 0.75 * front**12, zorder=1 + front)
     if sweep.best is not None:
         panel.plot(places, [height(k, data[k, sweep.best]) for k in range(len(columns))], color=BEST, linewidth=1.4,
-                   linestyle=plots.DASHES[1], zorder=3, label=f"best of the sweep: {sweep.column[sweep.best]:.4g}")
+                   linestyle=plots.DASHES[1], zorder=3, label=sweep.best_in_words())
     if sweep.path is not None:
         panel.plot(places, [height(k, sweep.path[name][-1]) for k, name in enumerate(columns)], color=BEST, linewidth=2.0,
                    marker="*", markersize=10, mec="white", mew=0.5, zorder=4, clip_on=False,
-                   label=f"refined: {sweep.path[sweep.measure][-1]:.4g}")
+                   label=sweep.case_in_words("refined", sweep.path, -1))
     for k, (low, high) in enumerate(limits):
         panel.axvline(k, color="0.25", linewidth=0.8, zorder=2.5)
         for share_of_axis in (0.0, 0.25, 0.5, 0.75, 1.0):
             value = low * (high / low) ** share_of_axis if logarithmic[k] else low + (high - low) * share_of_axis
+            if not logarithmic[k] and abs(value) < 1e-3 * (high - low):
+                value = 0.0
             panel.annotate(f"{value:.3g}", (k, share_of_axis), xytext=(4, 0), textcoords="offset points", fontsize=7.5,
                            va="center", zorder=5, bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
     names = [sweep.label(name) for name in sweep.names] + [sweep.measure_label()]
@@ -296,8 +328,9 @@ def draw_parallel(sweep):
     left = int((~known).sum())
     figure.suptitle(sweep.title, fontsize=11)
     if left:
-        panel.set_title(f"{left} of {len(known)} cases did not reach it in the run", fontsize=9)
-    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
+        panel.set_title(f"{left} of {len(known)} cases have no {sweep.measure.replace('_', ' ')} within the run", fontsize=9)
+    if sweep.best is not None:
+        panel.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=1, fontsize=8)
     return figure
 
 
@@ -313,8 +346,9 @@ def main():
 
     sweep = Sweep(arguments.file, arguments.measure)
     varied = [name for name in sweep.names if np.ptp(sweep.values[name]) > 0.0] or sweep.names
-    kind = arguments.kind or {1: "curves", 2: "map"}.get(len(arguments.parameters or varied), "parallel")
-    names = arguments.parameters or varied[::-1]
+    count = len(arguments.parameters or varied)
+    kind = arguments.kind or ("curves" if sweep.is_paired else {1: "curves", 2: "map"}.get(count, "parallel"))
+    names = arguments.parameters or (varied if sweep.is_paired else varied[::-1])
     for name in names:
         if name not in sweep.names:
             raise plots.Unplottable(f"{arguments.file}: {name} is not swept; swept are {', '.join(sweep.names)}")
@@ -323,7 +357,7 @@ def main():
             raise plots.Unplottable(f"{arguments.file}: a map needs two parameters; swept are {', '.join(sweep.names)}")
         figure = draw_map(sweep, names[:2])
     elif kind == "curves":
-        figure = draw_curves(sweep, names[0], names[1] if len(names) > 1 else None)
+        figure = draw_curves(sweep, names[0], names[1] if len(names) > 1 and not sweep.is_paired else None)
     else:
         figure = draw_parallel(sweep)
     plots.save(figure, arguments.out or arguments.file.with_suffix(".png"))

@@ -1,0 +1,98 @@
+"""Run the commands of the tutorial, the how-to pages and the page about spectra as they stand: run_pages.py FOLDER_OF_PROGRAMS PLACE
+
+The commands of each page are run in a folder of its own. Each must succeed. A block of `text` after a command gives lines of its
+output: words as they are, numbers within one percent. Every picture that a page shows must be there afterwards, and every comment such as
+<!-- results/gap.h5 sweep/greatest_force[10] = 8.07 --> must agree with the file within one percent.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+
+HERE = Path(__file__).resolve().parent
+PAGES = ["tutorial", "spectra", *sorted(f"howto/{page.stem}" for page in (HERE / "howto").glob("*.md"))]
+NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
+
+
+def is_near(said, found):
+    """Two words, or two numbers within one percent."""
+    if said == found:
+        return True
+    if not (NUMBER.fullmatch(said) and NUMBER.fullmatch(found)):
+        return False
+    return abs(float(said) - float(found)) <= 0.01 * abs(float(said))
+
+
+def words_of(line):
+    """The words of a line, without brackets and commas."""
+    return re.sub(r"[\[\]{},]", " ", line).split()
+
+
+def missing_line(text, output):
+    """The first line of a page that the output does not hold in this order; further columns of the output do not matter."""
+    lines = iter(output.splitlines())
+    for line in filter(str.strip, text.splitlines()):
+        words = words_of(line)
+
+        def holds(found, words=words):
+            found = words_of(found)
+            return any(all(map(is_near, words, found[first:first + len(words)])) for first in range(len(found) - len(words) + 1))
+
+        if not any(holds(found) for found in lines):
+            return line
+    return None
+
+
+def wrong_number(comment, place):
+    """What is wrong with the number of a comment; nothing if the file holds it."""
+    path, name, index, said = comment
+    with h5py.File(place / path) as file:
+        values = file[name][()]
+        found = float(values[int(index)] if index else values)
+    return "" if abs(found - float(said)) <= 0.01 * abs(float(said)) else f"{path} {name}[{index}] is {found:.6g}, not {said}"
+
+
+def run_page(page, place, environment):
+    """Run the commands of one page, and compare."""
+    text = (HERE / f"{page}.md").read_text(encoding="utf-8")
+    place.mkdir(parents=True)
+    output = ""
+    for kind, block in re.findall(r"```(sh|text)\n(.*?)```", text, re.DOTALL):
+        if kind == "text":
+            line = missing_line(block, output)
+            if line is not None:
+                sys.exit(f"{page}.md: the output has no line such as\n{line}\nbut is\n{output}")
+            continue
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=place, env=environment, text=True, check=False,
+                              stdin=subprocess.DEVNULL, capture_output=True)
+        output = done.stdout
+        if done.returncode:
+            sys.exit(f"{page}.md: status {done.returncode} of\n{block}\n{done.stdout}{done.stderr}")
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]*)\)", text):
+        if (place / picture).stat().st_size < 10000:
+            sys.exit(f"{page}.md: {picture} is empty")
+    for comment in re.findall(r"<!-- (\S+\.h5) (\S+?)(?:\[(\d+)\])? = (\S+) -->", text):
+        problem = wrong_number(comment, place)
+        if problem:
+            sys.exit(f"{page}.md: {problem}")
+
+
+def main(programs, place):
+    """Run all pages."""
+    place = Path(place)
+    shutil.rmtree(place, ignore_errors=True)
+    tools = place / "tools"
+    tools.mkdir(parents=True)
+    (tools / "python3").symlink_to(sys.executable)
+    path = os.pathsep.join([str(tools.resolve()), programs, str(HERE.parent / "scripts"), os.environ["PATH"]])
+    for page in PAGES:
+        run_page(page, place / page, {**os.environ, "PATH": path})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
