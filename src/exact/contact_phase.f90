@@ -81,8 +81,11 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call prepare_losses( &
-         self%now%set, motion%recorder%asked%energy)
+      ! under loads the terms of the rows give the losses
+      if (self%now%loads%count == 0) then
+         if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call prepare_losses( &
+            self%now%set, motion%recorder%asked%energy)
+      end if
       if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
          .not. all(self%now%states%is_rigid)) call record_start(self%now%states, self%interval%at_start)
       self%interval%z_end => self%now%set%state(:, 3)
@@ -381,7 +384,8 @@ contains
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
          else if (motion%observers%measures%is_wanted) then
-            ledger%work = ledger%work + work_of_loads(now, time, phasor, set%last%z, set%last%v)
+            ledger%work = ledger%work + work_of_loads(now, time, phasor, set%last%z, set%last%v, &
+               term)
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle

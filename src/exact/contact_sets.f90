@@ -14,6 +14,7 @@ module contact_sets
    use modal_signal, only: modal_state_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, energy_over
    use row_basis, only: row_basis_t
+   use row_integrals, only: row_form_t
    use signal_integrals, only: squares_t
    use small_equations, only: solve_small
    implicit none (type, external)
@@ -40,8 +41,7 @@ module contact_sets
       type(sampler_t) :: sampler
       !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
       type(power_form_t), allocatable :: losses(:)
-      logical :: has_beam_losses = .false.
-      logical :: has_stop_losses = .false.
+      logical :: has_beam_losses = .false., has_stop_losses = .false.
       !> Values of the terms at the start of the phase and at the last requested time
       type(span_t) :: span
       !> Responses of the set to unit loads; unallocated: no loads, or not used yet
@@ -51,6 +51,8 @@ module contact_sets
       !> Output rows (gaps, forces, tip) of terms and harmonics; whether made, and fit for the simultaneous search
       type(row_basis_t) :: rows
       logical :: has_rows = .false., can_search_rows = .false.
+      !> Quadratic form of the terms of the rows; unallocated: no integral was requested
+      type(row_form_t), allocatable :: row_form
       !> Row of each gap and of each force that is no combination of gap and gap rate, 0: no row, [contacts]; contact
       !> whose gap each row is, [rows]; sign of each gap in its row; row of the tip; number of terms other than load
       !> harmonics
@@ -168,11 +170,11 @@ contains
 
       remaining = 0
       do i = 1, store%count
-         if (size(store%sets(i)%set%compliant) > 0) then
-            deallocate (store%sets(i)%set)
-         else
+         if (size(store%sets(i)%set%compliant) == 0) then
             remaining = remaining + 1
             store%sets(remaining)%set => store%sets(i)%set
+         else
+            deallocate (store%sets(i)%set)
          end if
       end do
       store%count = remaining
@@ -232,10 +234,7 @@ contains
       real(wp) :: bytes
       integer :: first, i
 
-      bytes = 0.0_wp
-      do i = 1, store%count
-         bytes = bytes + bytes_of(store%sets(i)%set)
-      end do
+      bytes = sum([(bytes_of(store%sets(i)%set), i=1, store%count)])
       first = 1
       do while (first <= store%count .and. (store%count == max_sets .or. bytes > max_bytes))
          if (associated(store%sets(first)%set, store%in_use)) then
@@ -256,8 +255,9 @@ contains
 
       real(wp), parameter :: word = 8.0_wp
 
-      bytes = word*real(set%constrained%count, wp)*real(3*set%constrained%count + 12*size(set%is_closed), wp) &
-         + 4.0_wp*word*real(set%constrained%count, wp)*real(set%coupled%count, wp)
+      bytes = word*real(set%constrained%count, wp)*(real(3*set%constrained%count + 12*size(set%is_closed), wp) &
+         + 4.0_wp*real(set%coupled%count, wp))
+      if (allocated(set%row_form)) bytes = bytes + 3.0_wp*word*real(size(set%row_form%matrix), wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%coupled%count, wp)**2
    end function bytes_of

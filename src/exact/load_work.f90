@@ -1,23 +1,23 @@
-!> Work of loads on a beam during a phase (the motion between two events), and dissipation in a stop under loads, in
-!> closed form (docs/theory.md, section 18). The motion of a phase is the load response plus a homogeneous part: free
-!> vibration of the modes, or terms exp(s t) if compliant contacts are closed. The work is the sum of the works on both.
-!> W is the frequency of a mode, w that of a load harmonic, and ' is d/dtau.
+!> Work of loads on a beam during a phase (the motion between two events), impulses of the load response, and
+!> dissipation in a stop under loads, in closed form (docs/theory.md, section 18). The motion of a phase is the load
+!> response plus a homogeneous part: free vibration of the modes, or terms exp(s t) if compliant contacts are closed.
+!> The work is the sum of the works on both. W is the frequency of a mode, w that of a load harmonic, and ' is d/dtau.
 module load_work
    use coupled_modes, only: terms_at
-   use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
+   use driven_modes, only: driven_mode_at, integral_of, make_driven_mode, work_on, work_on_free_motion
    use forced_responses, only: by_constant, by_harmonic
    use kinds, only: wp
    use load_courses, only: load_segment_t
    use phase_state, only: phase_state_t
-   use power_integrals, only: find_span, integral, span_t, energy_over
+   use power_integrals, only: find_span, integral, make_power_form, span_t, energy_over
    implicit none (type, external)
    private
-   public :: work_of_loads, loss_in_stop
+   public :: work_of_loads, loss_in_stop, load_response_impulse
 
 contains
 
    !> Work of all loads from the start of the phase to a time.
-   function work_of_loads(self, time, phasor, z, v) result(work)
+   function work_of_loads(self, time, phasor, z, v, term) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
@@ -25,6 +25,8 @@ contains
       !> Homogeneous part (without the load response) of the state of the constrained modes at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
+      !> Values of the terms exp(s t) at that time if a compliant contact is closed, [terms]
+      complex(wp), intent(in) :: term(:)
       real(wp) :: work
 
       real(wp) :: uncoupled(size(z))
@@ -34,7 +36,8 @@ contains
       work = work_on_load_response(self, time, phasor)
       uncoupled = 1.0_wp
       if (size(self%set%compliant) > 0) then
-         work = work + work_on_terms(self, time)
+         work = work + work_on_terms(self, time, phasor, term)
+         if (size(self%set%coupled%inactive) == 0) return
          uncoupled = 0.0_wp
          uncoupled(self%set%coupled%inactive) = 1.0_wp
       end if
@@ -157,37 +160,66 @@ contains
    end function is_driven
 
    !> Work of all loads on the exponential terms of a motion with compliant contacts.
-   pure function work_on_terms(self, time) result(work)
+   pure function work_on_terms(self, time, phasor, term) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
+      !> exp(i w t), [harmonics]
+      complex(wp), intent(in) :: phasor(:)
+      !> Values of the terms at that time, [terms]
+      complex(wp), intent(in) :: term(:)
       real(wp) :: work
 
-      complex(wp) :: rate, s, phasor(self%loads%count)
-      complex(wp), dimension(self%set%coupled%count) :: power
+      complex(wp) :: power(size(term)), s
       integer :: g, m
 
       work = 0.0_wp
-      phasor = exp(cmplx(0.0_wp, self%forced%segment%frequency*time, wp))
-      power = (1.0_wp, 0.0_wp)
-      associate (load => self%set%forced%term_load, coupled => self%set%coupled, segment => self%forced%segment)
-         power = terms_at(coupled, power, time)
-         do m = 1, coupled%count
-            s = coupled%exponent(m)
-            do g = 1, self%loads%count
-               rate = self%amplitude(m)*load(m, g)
-               if (abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp) then
-                  work = work + real(rate*(segment(g)%constant*(power(m) - 1.0_wp) + segment(g)%slope*(time*power(m) &
-                     - integral(s, time, power(m)))), wp)
+      if (any(abs(self%forced%segment%slope) > 0.0_wp)) power = terms_at(self%set%coupled, [((1.0_wp, 0.0_wp), m=1, &
+         size(term))], time)
+      associate (set => self%set%forced, coupled => self%set%coupled, amplitude => self%amplitude)
+         do g = 1, self%loads%count
+            associate (segment => self%forced%segment(g), load => set%term_load(:, g))
+               if (abs(segment%constant) > 0.0_wp) work = work + segment%constant*sum(real(load*(term - amplitude), wp))
+               if (abs(segment%slope) > 0.0_wp) then
+                  do m = 1, coupled%count
+                     work = work + segment%slope*real(load(m)*(time*term(m) - amplitude(m)*integral( &
+                        coupled%exponent(m), time, power(m))), wp)
+                  end do
                end if
-               if (abs(segment(g)%harmonic) <= 0.0_wp) cycle
-               associate (sigma => cmplx(0.0_wp, segment(g)%frequency, wp), c => segment(g)%harmonic)
-                  work = work + 0.5_wp*real(s*rate*(c*integral(s + sigma, time, power(m)*phasor(g)) &
-                     + conjg(c)*integral(s - sigma, time, power(m)*conjg(phasor(g)))), wp)
+               if (.not. is_nonzero(segment%harmonic)) cycle
+               associate (c => segment%harmonic, rotation => phasor(self%loads%harmonic(g)))
+                  work = work + 0.5_wp*real(c*work_of_rotation(set%forward_work(:, g), rotation, term, amplitude) &
+                     + conjg(c)*work_of_rotation(set%backward_work(:, g), conjg(rotation), term, amplitude), wp)
+                  do m = 1, size(set%resonant_terms)
+                     if (set%resonant_load(m) /= g) cycle
+                     associate (i => set%resonant_terms(m))
+                        s = coupled%exponent(i) - cmplx(0.0_wp, segment%frequency, wp)
+                        work = work + 0.5_wp*real(conjg(c)*coupled%exponent(i)*load(i)*amplitude(i) &
+                           *integral(s, time, exp(s*time)), wp)
+                     end associate
+                  end do
                end associate
-            end do
+            end associate
          end do
       end associate
    end function work_on_terms
+
+   !> Change of exp(sigma t) times the terms, weighted.
+   pure function work_of_rotation(weight, rotation, term, amplitude) result(work)
+      !> Weights, and the terms at the end and at the start, [terms]
+      complex(wp), contiguous, intent(in) :: weight(:)
+      !> exp(sigma t) at the end
+      complex(wp), intent(in) :: rotation
+      complex(wp), contiguous, intent(in) :: term(:)
+      complex(wp), contiguous, intent(in) :: amplitude(:)
+      complex(wp) :: work
+
+      integer :: m
+
+      work = (0.0_wp, 0.0_wp)
+      do m = 1, size(weight)
+         work = work + weight(m)*(rotation*term(m) - amplitude(m))
+      end do
+   end function work_of_rotation
 
    !> Work of all loads on the load response: on modes driven from rest, and on the rows of the work-conjugate
    !> displacements (constant + slope t + harmonics).
@@ -259,8 +291,8 @@ contains
    !> Energy dissipated in the damper of a closed compliant contact. With a branch (damper and second spring in series)
    !> the energy is the integral of the squared branch force, else of the squared indentation rate, times a factor.
    !> Force and rate are sums of exponential terms.
-   pure function loss_in_stop(self, place, time) result(loss)
-      type(phase_state_t), intent(in) :: self
+   function loss_in_stop(self, place, time) result(loss)
+      type(phase_state_t), intent(inout) :: self
       !> Index among the compliant contacts of the set
       integer, intent(in) :: place
       real(wp), intent(in) :: time
@@ -284,9 +316,39 @@ contains
             allocate (amplitude, source=[coupled%exponent*coupled%indentation(place, :)*self%amplitude, &
                cmplx(0.0_wp, forced%frequency, wp)*forced%harmonic(row, :), cmplx(forced%slope(row), 0.0_wp, wp)])
          end if
+         if (.not. allocated(set%forced%products%matrix)) call make_power_form([coupled%exponent, &
+            cmplx(0.0_wp, forced%frequency, wp), (0.0_wp, 0.0_wp)], &
+            reshape([((1.0_wp, 0.0_wp), row=1, size(amplitude))], [1, size(amplitude)]), set%forced%products)
          call find_span(set%forced%products, amplitude, time, span)
          loss = factor*energy_over(set%forced%products, span)
       end associate
    end function loss_in_stop
+
+   !> Contribution of the load response to the integral of a contact force.
+   function load_response_impulse(self, k, time) result(impulse)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      real(wp) :: mode_state(0:1)
+      integer :: i, row
+
+      associate (set => self%set%forced, forced => self%forced)
+         row = set%at%forces + k
+         impulse = (forced%constant(row) + 0.5_wp*forced%slope(row)*time)*time
+         do i = 1, size(forced%frequency)
+            associate (s => cmplx(0.0_wp, forced%frequency(i), wp))
+               impulse = impulse + real(forced%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
+            end associate
+         end do
+         do i = 1, size(forced%pair)
+            mode_state = driven_mode_at(forced%mode(i), time, 1)
+            associate (pair => set%driven(forced%pair(i)))
+               impulse = impulse + pair%row_of_rate(row)*mode_state(0) + pair%row(row)*integral_of(forced%mode(i), time)
+            end associate
+         end do
+      end associate
+   end function load_response_impulse
 
 end module load_work

@@ -2,27 +2,29 @@
 !> statistics, evaluate: values, maxima, integrals and energies in closed form.
 module phase_intervals
    use certified_search, only: search_t, transformable_signal_t
+   use contact_sets, only: prepare_losses
    use contact_states, only: energy_in, has_rigid_stop, contact_state_t
    use contact_values, only: gap_bound_of_terms
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy
-   use driven_modes, only: driven_mode_at, integral_of, integral_of_free_motion, make_driven_mode
+   use driven_modes, only: integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
    use interval_sums, only: interval_sums_t
    use kinds, only: wp
+   use load_work, only: load_response_impulse
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_integrals, only: find_signals
    use phase_losses, only: update_indentation, recover_contact
-   use phase_rows, only: is_on_path, signal_of_row
+   use phase_rows, only: integrate_on_path, is_on_path, signal_of_row
    use phase_state, only: end_force, force_terms, cache_state, find_homogeneous_state, find_state, phase_state_t, &
       signal_of, observed_gap, observed_tip
    use phase_sums, only: find_sums
    use point_forces, only: slow_frequency
-   use power_integrals, only: find_span, integral, integrals_in
+   use power_integrals, only: find_span, integrals_in
    use response_types, only: settling_level
    use row_peaks, only: max_on_path
-   use row_signals, only: node_at_time, value_at_node
+   use row_signals, only: node_at_time, row_signal_t, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_last_exceedance, peak_tolerance
    implicit none (type, external)
@@ -43,8 +45,6 @@ module phase_intervals
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Displacements and forces as signals for integrals; unallocated: not requested yet
       type(signals_t), allocatable :: signals
-      !> Contacts whose displacements are in `signals` (one of those at one place), and contacts whose forces are
-      integer, allocatable :: sites(:), closed(:)
    contains
       procedure :: contact
       procedure :: evaluate
@@ -297,32 +297,55 @@ contains
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
-      real(wp), dimension(2*size(self%now%states) + 1) :: row_integral, square_integral
-      integer :: i, k, n
+      ! rows of displacements at places, of the tip, and of forces of closed contacts; their integrals
+      type(output_row_t) :: rows(2*self%contacts + 1)
+      type(row_signal_t) :: signals(size(rows))
+      real(wp), dimension(size(rows)) :: row_integral, square_integral
+      logical :: are_on_path
+      integer :: i, k, n, places
 
       associate (now => self%now, set => self%now%set)
-         if (.not. allocated(self%signals)) then
-            allocate (self%signals)
-            self%sites = pack([(k, k=1, self%contacts)], [(now%colocated(k) == k, k=1, self%contacts)])
-            self%closed = pack([(k, k=1, self%contacts)], set%is_closed)
-            call find_signals(now, self%length, self%sites, self%closed, self%signals)
+         n = 0
+         do k = 1, self%contacts
+            if (now%colocated(k) /= k) cycle
+            n = n + 1
+            rows(n) = output_row_t(k, offset=now%beam%height(k))
+         end do
+         places = n
+         n = n + 1
+         rows(n) = output_row_t(self%tip_row())
+         do k = 1, self%contacts
+            if (.not. set%is_closed(k)) cycle
+            n = n + 1
+            rows(n) = output_row_t(self%force_row(k))
+         end do
+         are_on_path = .true.
+         do i = 1, n
+            are_on_path = are_on_path .and. is_on_path(now, self%length, rows(i))
+            if (.not. are_on_path) exit
+            signals(i) = signal_of_row(now, rows(i))
+            are_on_path = .not. abs(signals(i)%slope) > 0.0_wp
+         end do
+         if (are_on_path) then
+            call integrate_on_path(now, stretch(1), stretch(2) - stretch(1), signals(:n), row_integral(:n), &
+               square_integral(:n))
+         else
+            if (.not. allocated(self%signals)) then
+               allocate (self%signals)
+               call find_signals(now, self%length, rows(:places)%number, rows(places + 2:n)%number - self%tip_row(), &
+                  self%signals)
+            end if
+            call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:n), &
+               square_integral(:n))
          end if
-         n = size(self%sites)
-         i = n + 1 + size(self%closed)
-         call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:i), &
-            square_integral(:i))
          first = 0.0_wp
          second = 0.0_wp
+         first(rows(:n)%number) = row_integral(:n)
+         second(rows(:n)%number) = square_integral(:n)
          do k = 1, self%contacts
-            i = findloc(self%sites, now%colocated(k), dim=1)
-            first(k) = now%colocated_sign(k)*row_integral(i)
-            second(k) = square_integral(i)
-         end do
-         first(self%tip_row()) = row_integral(n + 1)
-         second(self%tip_row()) = square_integral(n + 1)
-         do i = 1, size(self%closed)
-            first(self%force_row(self%closed(i))) = row_integral(n + 1 + i)
-            second(self%force_row(self%closed(i))) = square_integral(n + 1 + i)
+            if (now%colocated(k) == k) cycle
+            first(k) = now%colocated_sign(k)*first(now%colocated(k))
+            second(k) = second(now%colocated(k))
          end do
       end associate
    end subroutine integrate
@@ -432,12 +455,22 @@ contains
 
       complex(wp), allocatable :: amplitude(:)
       real(wp), dimension(size(self%now%z)) :: z, v
-      real(wp) :: offset, part
+      real(wp) :: integral_of_force(1), offset, part
+      type(row_signal_t) :: force
       integer :: i, place
 
       associate (now => self%now)
+         if (is_on_path(now, self%length, output_row_t(self%force_row(k)))) then
+            force = signal_of_row(now, output_row_t(self%force_row(k)))
+            if (.not. abs(force%slope) > 0.0_wp) then
+               call integrate_on_path(now, 0.0_wp, time, [force], integral_of_force)
+               impulse = integral_of_force(1)
+               return
+            end if
+         end if
          if (size(now%set%compliant) > 0) then
             associate (set => now%set)
+               call prepare_losses(set, .false.)
                call find_span(set%losses(2), now%amplitude, time, set%span)
                call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
             end associate
@@ -463,32 +496,5 @@ contains
          if (now%loads%count > 0) impulse = impulse + load_response_impulse(now, k, time)
       end associate
    end function impulse
-
-   !> Contribution of the load response to the integral of a contact force.
-   function load_response_impulse(self, k, time) result(impulse)
-      type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      real(wp), intent(in) :: time
-      real(wp) :: impulse
-
-      real(wp) :: mode_state(0:1)
-      integer :: i, row
-
-      associate (set => self%set%forced, forced => self%forced)
-         row = set%at%forces + k
-         impulse = (forced%constant(row) + 0.5_wp*forced%slope(row)*time)*time
-         do i = 1, size(forced%frequency)
-            associate (s => cmplx(0.0_wp, forced%frequency(i), wp))
-               impulse = impulse + real(forced%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
-            end associate
-         end do
-         do i = 1, size(forced%pair)
-            mode_state = driven_mode_at(forced%mode(i), time, 1)
-            associate (pair => set%driven(forced%pair(i)))
-               impulse = impulse + pair%row_of_rate(row)*mode_state(0) + pair%row(row)*integral_of(forced%mode(i), time)
-            end associate
-         end do
-      end associate
-   end function load_response_impulse
 
 end module phase_intervals

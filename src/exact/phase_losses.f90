@@ -8,6 +8,7 @@ module phase_losses
    use forced_responses, only: forced_rows_at
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
+   use phase_rows, only: integrate_rates_on_path
    use phase_state, only: phase_state_t
    implicit none (type, external)
    private
@@ -69,7 +70,7 @@ contains
    !> Energy dissipated since the start of the phase, in the beam and in each closed compliant contact. Under loads,
    !> dissipation in the beam is the remainder of the energy balance.
    subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
-      type(phase_state_t), intent(in) :: self
+      type(phase_state_t), intent(inout) :: self
       !> Contact states, and energy of the constrained modes, at the start of the phase
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
       real(wp), intent(in) :: start_energy
@@ -84,22 +85,30 @@ contains
       real(wp), intent(out) :: work
 
       type(contact_state_t) :: contact
+      ! integrals of the squared indentation rates, [compliant]
+      real(wp) :: squares(size(lost) - 1)
+      logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
 
-      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), state(:, 3), state(:, 4))
+      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), state(:, 3), state(:, 4), term)
       associate (set => self%set)
          if (size(set%compliant) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
          lost(1) = start_energy - sum(modal_energy(set%constrained%oscillators, state(:, 1), state(:, 2))) + work
+         call integrate_rates_on_path(self, time, has_squares, squares)
          do place = 1, size(set%compliant)
             associate (k => set%compliant(place))
                lost(1 + place) = 0.0_wp
                if (self%states(k)%is_rigid) cycle
                contact = at_start(k)
-               lost(1 + place) = loss_in_stop(self, place, time)
+               if (has_squares .and. set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
+                  lost(1 + place) = set%coupled%spring(place)%viscosity*squares(place)
+               else
+                  lost(1 + place) = loss_in_stop(self, place, time)
+               end if
                lost(1) = lost(1) + energy_in(contact) - lost(1 + place)
                call update_indentation(self, place, time, term, contact)
                lost(1) = lost(1) - energy_in(contact)

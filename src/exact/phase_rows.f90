@@ -11,11 +11,12 @@ module phase_rows
    use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t, observed_gap, &
       observed_tip
    use row_basis, only: make_row_basis, set_row
+   use row_integrals, only: find_row_span, integrate_rows, make_row_form
    use row_search, only: search_rows
    use row_signals, only: max_nodes, row_signal_t
    implicit none (type, external)
    private
-   public :: can_search_rows, search_contacts, is_on_path, signal_of_row
+   public :: can_search_rows, search_contacts, is_on_path, signal_of_row, integrate_on_path, integrate_rates_on_path
 
    !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
    !> the amplitudes of the two terms become too large.
@@ -52,6 +53,7 @@ contains
       n = size(self%states)
       associate (set => self%set)
          set%has_rows = .true.
+         if (allocated(set%row_form)) deallocate (set%row_form)
          allocate (exponent, source=exponents_of(self))
          set%motion_terms = size(exponent)
          set%can_search_rows = .not. is_unsuitable(self, exponent)
@@ -178,6 +180,7 @@ contains
       ! number of load harmonics; index of a mode, and of its second term
       integer :: harmonics, i, k, m, n
 
+      self%span%length = -1.0_wp
       associate (set => self%set, path => self%path, basis => self%set%rows)
          n = size(basis%decay)
          if (allocated(path%z)) then
@@ -401,5 +404,53 @@ contains
       signal%factor = row%factor*signal%factor
       signal%rate_factor = row%factor*signal%rate_factor
    end function signal_of_row
+
+   !> Integrals of signals without slope, and of their squares, over a part of a phase that the path covers.
+   subroutine integrate_on_path(self, from, length, signals, first, second)
+      type(phase_state_t), intent(inout) :: self
+      !> Start of the part, since the start of the phase, and its length
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+      type(row_signal_t), intent(in) :: signals(:)
+      !> Integrals of each signal and, if requested, of its square, [signals]
+      real(wp), intent(out) :: first(:)
+      real(wp), intent(out), optional :: second(:)
+
+      associate (set => self%set)
+         if (.not. allocated(set%row_form)) then
+            allocate (set%row_form)
+            call make_row_form(set%rows, set%row_form)
+         end if
+         call find_row_span(set%rows, set%row_form, self%path%z(:, :, 0), from, length, self%span)
+         call integrate_rows(set%rows, set%row_form, self%span, signals, first, second)
+      end associate
+   end subroutine integrate_on_path
+
+   !> Integrals of the squared indentation rates of closed compliant contacts, from the start of a phase.
+   subroutine integrate_rates_on_path(self, length, has_integrals, second)
+      type(phase_state_t), intent(inout) :: self
+      !> End of the integrals, since the start of the phase
+      real(wp), intent(in) :: length
+      !> The path covers the integrals
+      logical, intent(out) :: has_integrals
+      !> [compliant contacts of the set]
+      real(wp), intent(out) :: second(:)
+
+      type(row_signal_t) :: signals(size(second))
+      real(wp) :: first(size(second))
+      integer :: j
+
+      has_integrals = size(second) > 0
+      do j = 1, size(second)
+         associate (k => self%set%compliant(j))
+            has_integrals = is_on_path(self, length, output_row_t(k))
+            if (has_integrals) signals(j) = row_signal(self, k, observed_gap)
+            if (has_integrals) has_integrals = .not. abs(signals(j)%slope) > 0.0_wp
+            if (.not. has_integrals) return
+            signals(j) = row_signal_t(row=signals(j)%row, factor=0.0_wp, rate_factor=1.0_wp)
+         end associate
+      end do
+      if (has_integrals) call integrate_on_path(self, 0.0_wp, length, signals, first, second)
+   end subroutine integrate_rates_on_path
 
 end module phase_rows

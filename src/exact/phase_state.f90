@@ -16,6 +16,7 @@ module phase_state
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t
+   use row_integrals, only: row_span_t
    use row_signals, only: row_path_t
    use surrogate_loads, only: forced_terms
    implicit none (type, external)
@@ -69,8 +70,9 @@ module phase_state
       !> Index of the first contact at the same place, and 1 if it is on the same side of the beam, else -1, [contacts]
       integer, allocatable :: colocated(:)
       real(wp), allocatable :: colocated_sign(:)
-      !> Steps of the simultaneous search of all contacts
+      !> Steps of the simultaneous search of all contacts, and terms of the rows over the part integrated last
       type(row_path_t) :: path
+      type(row_span_t) :: span
    end type phase_state_t
 
 contains
@@ -282,7 +284,7 @@ contains
       gap%last => null()
    end subroutine find_gap_signal
 
-   !> Contribution of the load response to a signal: one factor times a row plus another factor times its rate.
+   !> Contribution of the load response to a signal: a factor times a row plus another factor times its rate.
    subroutine driven_terms(self, k, kind, terms)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -441,22 +443,18 @@ contains
    end subroutine cache_state
 
    !> State of the constrained modes at a time in the phase.
-   pure subroutine find_state(self, time, z, v, phasor, unforced)
+   pure subroutine find_state(self, time, z, v, phasor)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
       !> exp(i w t) of the load frequencies w if already known, [harmonics]
       complex(wp), intent(in), optional :: phasor(:)
-      !> Homogeneous part of the state, [modes, 2]
-      real(wp), contiguous, intent(out), optional :: unforced(:, :)
 
       real(wp), dimension(size(z)) :: rows, rates
       integer :: i
 
       call find_homogeneous_state(self, time, z, v)
-      if (present(unforced)) unforced(:, 1) = z
-      if (present(unforced)) unforced(:, 2) = v
       if (self%loads%count == 0) return
       call find_rows_at(self%set%forced, self%forced, 1, size(z), time, rows, rates, phasor)
       !$omp simd

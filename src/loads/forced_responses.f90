@@ -17,12 +17,12 @@ module forced_responses
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use point_forces, only: find_point_forces
-   use power_integrals, only: make_power_form, power_form_t
+   use power_integrals, only: power_form_t
    implicit none (type, external)
    private
-   public :: unit_responses_t, forced_response_t, make_unit_responses, prepare_work_terms, start_forced_response, &
+   public :: unit_responses_t, forced_response_t, make_unit_responses, start_forced_response, &
       forced_rows_at, find_rows_at
-   public :: response_at, by_constant, by_harmonic
+   public :: response_at, by_constant, by_harmonic, resonant
 
    !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
    real(wp), parameter :: resonant = 0.02_wp
@@ -73,9 +73,12 @@ module forced_responses
       !> Shares of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
       real(wp), allocatable :: share(:, :)
       type(mode_from_rest_t), allocatable :: driven(:)
-      !> With closed compliant contacts: modal loads of the terms of the motion, [count, loads], and integrals of the
-      !> products of these terms, the harmonics and a constant
-      complex(wp), allocatable :: term_load(:, :)
+      !> With closed compliant contacts: modal loads of the terms of the motion, and these times s/(s + i W) and
+      !> s/(s - i W) for the frequency W of the load, [count, loads]; terms in resonance, which the latter omits, and
+      !> their loads
+      complex(wp), allocatable :: term_load(:, :), forward_work(:, :), backward_work(:, :)
+      integer, allocatable :: resonant_terms(:), resonant_load(:)
+      !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
       !> Without closed compliant contacts: gaps as signals, [contacts]; each user sets their state and terms first
       type(driven_signal_t), allocatable :: gap(:)
@@ -192,28 +195,6 @@ contains
       damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
       where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
    end function backward_of
-
-   !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
-   subroutine prepare_work_terms(exponent, shape, frequency, forced)
-      !> Exponents of the terms, [count]
-      complex(wp), intent(in) :: exponent(:)
-      !> Modes of the set per unit of each term, [modes, count]
-      complex(wp), intent(in) :: shape(:, :)
-      !> Circular frequencies of the harmonic loads, [harmonics]
-      real(wp), intent(in) :: frequency(:)
-      type(unit_responses_t), intent(inout) :: forced
-
-      integer :: all, m
-
-      if (allocated(forced%term_load)) deallocate (forced%term_load)
-      allocate (forced%term_load(size(exponent), size(forced%load, 2)))
-      do m = 1, size(exponent)
-         forced%term_load(m, :) = matmul(shape(:, m), forced%load)
-      end do
-      all = size(exponent) + size(frequency) + 1
-      call make_power_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], &
-         reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), forced%products)
-   end subroutine prepare_work_terms
 
    !> Which modes are in resonance with a harmonic load?
    pure function resonates(oscillators, frequency) result(answer)

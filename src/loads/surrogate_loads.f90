@@ -7,9 +7,10 @@ module surrogate_loads
    use compliant_stop, only: impedance_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
-   use forced_responses, only: response_at, forced_response_t, prepare_work_terms, unit_responses_t
+   use forced_responses, only: response_at, forced_response_t, resonant, unit_responses_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
+   use power_integrals, only: power_form_t
    implicit none (type, external)
    private
    public :: forced_terms, surrogate_count, surrogate_frequencies, surrogate_amplitudes
@@ -51,8 +52,45 @@ contains
       is_slow = any(abs(coupled%exponent)*loads%duration < max_slow) .or. &
          any(constrained%oscillators%frequency(coupled%inactive)*loads%duration < max_slow)
       if (is_slow) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
-      if (is_slow .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, forced%frequency, set)
+      if (is_slow .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
    end subroutine forced_terms
+
+   !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
+   subroutine prepare_work_terms(exponent, shape, loads, forced)
+      !> Exponents of the terms, [count]
+      complex(wp), intent(in) :: exponent(:)
+      !> Modes of the set per unit of each term, [modes, count]
+      complex(wp), intent(in) :: shape(:, :)
+      type(applied_loads_t), intent(in) :: loads
+      type(unit_responses_t), intent(inout) :: forced
+
+      complex(wp) :: distance
+      integer :: g, m
+
+      ! the exponents of these products may have changed
+      forced%products = power_form_t()
+      if (allocated(forced%term_load)) deallocate (forced%term_load, forced%forward_work, &
+         forced%backward_work, forced%resonant_terms, forced%resonant_load)
+      allocate (forced%term_load(size(exponent), loads%count), forced%forward_work(size(exponent), loads%count), &
+         forced%backward_work(size(exponent), loads%count))
+      allocate (forced%resonant_terms(0), forced%resonant_load(0))
+      do g = 1, loads%count
+         do m = 1, size(exponent)
+            forced%term_load(m, g) = sum(shape(:, m)*forced%load(:, g))
+            associate (rate => exponent(m)*forced%term_load(m, g))
+               forced%forward_work(m, g) = rate/(exponent(m) + cmplx(0.0_wp, loads%frequency(g), wp))
+               forced%backward_work(m, g) = (0.0_wp, 0.0_wp)
+               distance = exponent(m) - cmplx(0.0_wp, loads%frequency(g), wp)
+               if (abs(distance) > resonant*loads%frequency(g)) then
+                  forced%backward_work(m, g) = rate/distance
+               else if (loads%frequency(g) > 0.0_wp) then
+                  forced%resonant_terms = [forced%resonant_terms, m]
+                  forced%resonant_load = [forced%resonant_load, g]
+               end if
+            end associate
+         end do
+      end do
+   end subroutine prepare_work_terms
 
    !> Replace the slow parts of the loads by surrogate harmonics.
    subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)

@@ -7,7 +7,8 @@ module power_integrals
    use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, make_power_form, find_span, energy_over, integral, integrals_in
+   public :: power_form_t, span_t, make_power_form, find_span, energy_over, integral, integrals_in, &
+      decay_integral
 
    !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
    !> the direct coefficient p and the conjugate coefficient c of a pair.

@@ -37,9 +37,10 @@ module row_basis
       integer :: highest = 0
       !> -Re s, Im s and |s|, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable :: decay(:), omega(:), modulus(:)
-      !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, terms, blocks]
+      !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, padded terms,
+      !> blocks]
       real(wp), allocatable :: column(:, :, :, :)
-      !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, terms, blocks]
+      !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, padded terms, blocks]
       real(wp), allocatable :: weight(:, :, :)
       !> Real and imaginary part of exp(s 2**k), computed at first use, [padded terms, 2, lowest_step:highest]
       real(wp), allocatable :: power(:, :, :)
@@ -66,7 +67,8 @@ contains
       basis%decay(:n) = -real(exponents, wp)
       basis%omega(:n) = aimag(exponents)
       basis%modulus(:n) = abs(exponents)
-      allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
+      allocate (basis%column(lanes, 2, padded(n), basis%blocks), basis%weight(lanes, padded(n), basis%blocks), &
+         source=0.0_wp)
       ! The longest step is at most four radians of the slowest term, whose frequency counts as 2**-20 to 2**20
       slowest = minval(basis%modulus(:n), mask=basis%modulus(:n) > 0.0_wp)
       basis%highest = 2 - min(max(exponent(slowest), -20), 20)
@@ -168,18 +170,25 @@ contains
       !> Values, indexed by `index_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: rows(:)
 
-      real(wp) :: sums(lanes)
+      ! sums over odd and even terms, real and imaginary parts, so that no addition waits for another
+      real(wp), dimension(lanes) :: even, even_imag, odd, odd_imag
       integer :: block, i, m
 
       do block = 1, basis%blocks
-         sums = 0.0_wp
-         do m = 1, basis%terms
+         even = 0.0_wp
+         even_imag = 0.0_wp
+         odd = 0.0_wp
+         odd_imag = 0.0_wp
+         do m = 1, basis%terms, 2
             !$omp simd
             do i = 1, lanes
-               sums(i) = sums(i) + (basis%column(i, 1, m, block)*z(m, 1) + basis%column(i, 2, m, block)*z(m, 2))
+               odd(i) = odd(i) + basis%column(i, 1, m, block)*z(m, 1)
+               odd_imag(i) = odd_imag(i) + basis%column(i, 2, m, block)*z(m, 2)
+               even(i) = even(i) + basis%column(i, 1, m + 1, block)*z(m + 1, 1)
+               even_imag(i) = even_imag(i) + basis%column(i, 2, m + 1, block)*z(m + 1, 2)
             end do
          end do
-         rows(lanes*(block - 1) + 1:lanes*block) = sums
+         rows(lanes*(block - 1) + 1:lanes*block) = (odd + odd_imag) + (even + even_imag)
       end do
    end subroutine evaluate_rows
 
@@ -191,7 +200,8 @@ contains
       !> Bounds, indexed by `index_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: bounds(:)
 
-      real(wp) :: magnitude(size(z, 1)), sums(lanes)
+      real(wp), dimension(lanes) :: even, odd
+      real(wp) :: magnitude(size(z, 1))
       integer :: block, i, m
 
       !$omp simd
@@ -199,14 +209,16 @@ contains
          magnitude(i) = sqrt(z(i, 1)**2 + z(i, 2)**2)
       end do
       do block = 1, basis%blocks
-         sums = 0.0_wp
-         do m = 1, basis%terms
+         even = 0.0_wp
+         odd = 0.0_wp
+         do m = 1, basis%terms, 2
             !$omp simd
             do i = 1, lanes
-               sums(i) = sums(i) + basis%weight(i, m, block)*magnitude(m)
+               odd(i) = odd(i) + basis%weight(i, m, block)*magnitude(m)
+               even(i) = even(i) + basis%weight(i, m + 1, block)*magnitude(m + 1)
             end do
          end do
-         bounds(lanes*(block - 1) + 1:lanes*block) = sums
+         bounds(lanes*(block - 1) + 1:lanes*block) = odd + even
       end do
    end subroutine bound_rows
 

@@ -143,7 +143,7 @@ contains
 
       integer, parameter :: max_depth = 64
       type(interval_t) :: stack(max_depth), interval
-      real(wp) :: b(0:5), bound, level, length, middle(0:2), noise, t
+      real(wp) :: b(0:5), bound, length, middle(0:2), noise, t, tolerance
       integer :: depth
 
       call bounds_of(basis, signal, path%bounds(:, node), path%time(node), node, bound, noise)
@@ -152,8 +152,8 @@ contains
       do
          length = interval%to - interval%from
          b = coefficients(interval%at_start, interval%at_end, length)
-         level = best%value + peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
-         if (maxval(b) + bound*length**6*error_share(0) > level) then
+         tolerance = peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
+         if (may_exceed(b, bound*length**6, best%value, tolerance)) then
             t = interval%from + length*highest_point(b)
             ! With a full stack the interval, a tiny share of the step, is not divided further
             if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
@@ -169,6 +169,35 @@ contains
          depth = depth - 1
       end do
    end subroutine search_step
+
+   !> May a signal exceed the maximum found until now by more than a tolerance? If that maximum is at an end of the
+   !> interval, the signal is compared with the maximum per distance, or per squared distance, from that end, because
+   !> there the error of the polynomial vanishes with the distance, too.
+   pure function may_exceed(b, size_of_error, maximum, tolerance) result(may)
+      !> Bernstein coefficients of the quintic Hermite polynomial
+      real(wp), intent(in) :: b(0:5)
+      !> Bound of the sixth derivative times the sixth power of the length
+      real(wp), intent(in) :: size_of_error
+      real(wp), intent(in) :: maximum
+      real(wp), intent(in) :: tolerance
+      logical :: may
+
+      may = maxval(b) + size_of_error*error_share(0) > maximum + tolerance
+      if (may .and. .not. b(0) < maximum) may = may_exceed_from(b)
+      if (may .and. .not. b(5) < maximum) may = may_exceed_from(b(5:0:-1))
+
+   contains
+
+      !> The same if the maximum is at the first coefficient. At a local maximum the next coefficient exceeds it at most
+      !> by rounding.
+      pure function may_exceed_from(b) result(may)
+         real(wp), intent(in) :: b(0:5)
+         logical :: may
+
+         may = maxval(b(1:)) + size_of_error*error_share(1) > maximum
+         if (may .and. b(1) <= maximum + 0.5_wp*tolerance) may = maxval(b(2:)) + size_of_error*error_share(2) > maximum
+      end function may_exceed_from
+   end function may_exceed
 
    !> Replace the maximum by a higher value.
    pure subroutine update_maximum(instant, found, best)
