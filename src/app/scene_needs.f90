@@ -237,7 +237,7 @@ contains
       integer :: elements
 
       elements = given
-      if (scene%mesh%tolerance > 0.0_wp) elements = max_elements_found
+      if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%is_sought) elements = max_elements_found
       if (scene%mesh%estimate) elements = 4*elements
       elements = elements + count_split_elements(scene)
    end function elements_of

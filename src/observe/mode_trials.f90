@@ -408,7 +408,7 @@ contains
    end function trial_settings
 
    !> Maximum difference of two runs in eta of stop and tip, up to the earlier of the peaks of their third rebounds.
-   pure subroutine compare_runs(fewer, more, duration, check)
+   pure subroutine compare_runs(fewer, more, duration, check, max_displacement)
       !> The runs, with the same samples
       type(response_t), intent(in) :: fewer
       type(response_t), intent(in) :: more
@@ -416,6 +416,8 @@ contains
       real(wp), intent(in) :: duration
       !> Receives difference and horizon
       type(mode_check_t), intent(inout) :: check
+      !> Maximum eta of stop and tip until the horizon, in magnitude
+      real(wp), intent(out) :: max_displacement
 
       integer :: last
 
@@ -424,6 +426,8 @@ contains
       check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) &
          - more%history(eta_stop)%values(:last))), &
          maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
+      max_displacement = max(maxval(abs(more%history(eta_stop)%values(:last))), &
+         maxval(abs(more%history(eta_tip)%values(:last))))
    end subroutine compare_runs
 
    !> Instant of the sample at the peak of the third rebound, that is, the third flight above the settling level; the

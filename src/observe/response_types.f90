@@ -8,6 +8,7 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
+   use mesh_checks, only: mesh_check_t
    use section_types, only: run_sections_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
    use spectrum_types, only: run_spectrum_t
@@ -17,7 +18,7 @@ module response_types
    public :: response_t, event_t, contact_record_t, moment_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
    public :: is_contact_start, is_contact_end, balance_error
-   public :: mode_check_t, mesh_check_t, run_measures_t, settling_level, settled_energy
+   public :: mode_check_t, run_measures_t, settling_level, settled_energy
 
    !> Rigid stop (model A): the beam hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -177,28 +178,6 @@ module response_types
       integer(i8) :: evaluations = 0_i8
       real(wp) :: work = 0.0_wp
    end type mode_check_t
-
-   !> Mesh of a run, and comparison with a finer one.
-   type :: mesh_check_t
-      !> Number of elements
-      integer :: elements = 0
-      !> Length of an element over that of the next element towards the tip
-      real(wp) :: ratio = 1.0_wp
-      !> The inertia of the stop's node is redistributed to its neighbours
-      logical :: is_redistributed = .false.
-      !> The inertia is not redistributed, although redistribution would be more accurate
-      logical :: should_redistribute = .false.
-      !> Number of elements of the finer mesh; 0: the mesh was given and not compared
-      integer :: compared = 0
-      !> Requested tolerance
-      real(wp) :: tolerance = 0.0_wp
-      !> End of the comparison, tau, and maximum difference in eta of stop and tip, or in tau of first impact or
-      !> settling
-      real(wp) :: horizon = 0.0_wp
-      real(wp) :: difference = 0.0_wp
-      !> The difference is within the tolerance, so the mesh is accepted
-      logical :: is_settled = .false.
-   end type mesh_check_t
 
    !> A history; unallocated: not requested.
    type :: series_t

@@ -8,7 +8,7 @@
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_count, measure_status, measure_table, peak_count
+   use measure_list, only: first_statistic, measure_count, measure_status, measure_table, first_peak, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       settled_energy, response_t, run_measures_t
    use sorting, only: ascending_order
@@ -352,7 +352,6 @@ contains
       real(wp) :: row(measure_count)
 
       character(*), parameter :: name(measure_count) = measure_table%name
-      integer, parameter :: first_peak = findloc(name, 'peak_1', 1)
 
       row = ieee_value(1.0_wp, ieee_quiet_nan)
       ! a name that is missing in the table gives the constant index 0, which the compiler reports as out of bounds

@@ -3,12 +3,14 @@
 module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_count, measure_named, measure_table
+   use measure_list, only: first_peak, first_statistic, measure_count, measure_named, measure_table, peak_count
    use measure_rows, only: row_in_units
+   use mesh_checks, only: mesh_check_t
+   use mesh_errors, only: mesh_errors_t
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
-   use reader_units, only: phrase, value_in_units, unit_in
-   use response_types, only: mesh_check_t, mode_check_t, run_measures_t, contact_record_t
+   use reader_units, only: choose_prefix, phrase, value_in_units, unit_in
+   use response_types, only: mode_check_t, run_measures_t, contact_record_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
@@ -59,13 +61,25 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
 
+      character(:), allocatable :: words
+
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
       if (check%should_redistribute) call print_line(unit, '', &
          "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
-      call print_line(unit, '', 'with '//to_text(check%compared)//phrase(units, ' elements the motion differs by ', &
-         'displacement', check%difference)//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
-      if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
+      words = 'with '//to_text(check%compared)//' elements '
+      if (check%is_relative) then
+         words = words//'they differ by '//with_two_digits(100.0_wp*check%difference)//' %'
+      else
+         words = words//phrase(units, 'the motion differs by ', 'displacement', check%difference)
+      end if
+      call print_line(unit, '', words//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
+      if (check%is_settled) return
+      if (check%is_cut) then
+         call print_line(unit, '', 'that is NOT reached: finer meshes would take long; &mesh tolerance searches on')
+      else
+         call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
+      end if
    end subroutine print_mesh
 
    !> Print how the motion differs with another number of modes; print nothing if no other number was tried.
@@ -94,13 +108,15 @@ contains
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.
-   subroutine print_measures(unit, measures, units, released)
+   subroutine print_measures(unit, measures, units, released, errors)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
       !> Units of the results
       type(units_t), intent(in) :: units
       !> Number of the stop whose rebounds are listed; 0 or absent: the number is not printed
       integer, intent(in), optional :: released
+      !> Errors of the mesh; absent: they are not printed
+      type(mesh_errors_t), intent(in), optional :: errors
 
       character(:), allocatable :: heading
       real(wp) :: row(measure_count)
@@ -115,7 +131,7 @@ contains
       do i = 1, measure_count
          if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i))) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
-            measure_in_words(i, row(i), measures%duration, units))
+            measure_in_words(i, row(i), measures%duration, units)//error_in_words(i))
       end do
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
          'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
@@ -124,11 +140,49 @@ contains
          if (i == 2) heading = ''
          call print_line(unit, heading, &
             phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
+            //error_in_words(merge(first_peak + i - 1, 0, i <= peak_count)) &
             //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
       end do
       if (measures%rebounds > max_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - max_peaks)// &
          ' more')
+      if (present(errors)) call print_line(unit, '', '+- is the error of the mesh, estimated with ' &
+         //to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements')
+
+   contains
+
+      !> The error of the mesh of a measure, such as ' +- 3e-5', in the unit of the number that stands before it.
+      pure function error_in_words(measure) result(words)
+         !> Index in `measure_table`; 0: no error is known
+         integer, intent(in) :: measure
+         character(:), allocatable :: words
+
+         character(:), allocatable :: unit_of_value
+         real(wp) :: factor
+
+         words = ''
+         if (.not. present(errors) .or. measure == 0) return
+         if (ieee_is_nan(errors%row(measure, 1)) .or. measure_table(measure)%is_whole) return
+         words = ' +- ?'
+         if (ieee_is_nan(errors%error(measure, 1))) return
+         call choose_prefix(abs(errors%row(measure, 1)), unit_in(units, measure_table(measure)%quantity), factor, &
+            unit_of_value)
+         words = ' +- '//with_two_digits(factor*errors%error(measure, 1))
+      end function error_in_words
+
    end subroutine print_measures
+
+   !> A number with two digits, such as 3.1e-5.
+   pure function with_two_digits(value) result(text)
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(16) :: buffer
+      real(wp) :: short
+
+      write (buffer, '(es16.1e3)') value
+      read (buffer, *) short
+      text = to_text(short)
+   end function with_two_digits
 
    !> A measure in words, such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
    pure function measure_in_words(measure, value, duration, units) result(words)

@@ -15,8 +15,8 @@ module scene_words
    use warning_list, only: warning_names
    implicit none (type, external)
    private
-   public :: print_model, print_warnings, law_in_words, mass_in_words, mesh_in_words, place_in_words, released_stop, &
-      root_in_words, stops_in_scene, support_in_words
+   public :: print_model, print_warnings, law_in_words, mass_in_words, mesh_in_words, mesh_of_scene, place_in_words, &
+      released_stop, root_in_words, stops_in_scene, support_in_words
 
 contains
 
@@ -48,13 +48,7 @@ contains
          call print_warnings(unit, scene)
          return
       end if
-      if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
-         call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
-            //rounded(scene%mesh%tolerance))
-      else
-         call print_line(unit, 'mesh', mesh_in_words(scene%mesh%elements, merge(0.0_wp, scene%mesh%ratio, &
-            allocated(scene%mesh%nodes))))
-      end if
+      call print_line(unit, 'mesh', mesh_of_scene(scene, node_position))
       call print_stops(unit, scene, units, node_position)
       if (allocated(scene%supports)) then
          do i = 1, size(scene%supports)
@@ -223,6 +217,25 @@ contains
          mass%rotary_inertia_ratio)
       words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)
    end function mass_in_words
+
+   !> Number of elements, ratio of their lengths, and why there are so many if the mesh was found.
+   pure function mesh_of_scene(scene, node_position) result(words)
+      type(scene_t), intent(in) :: scene
+      !> Positions x/L of the nodes, [0:n]; absent if no motion is computed
+      real(wp), intent(in), optional :: node_position(0:)
+      character(:), allocatable :: words
+
+      associate (mesh => scene%mesh)
+         words = mesh_in_words(mesh%elements, merge(0.0_wp, mesh%ratio, allocated(mesh%nodes)))
+         if (mesh%tolerance > 0.0_wp .and. present(node_position)) then
+            words = to_text(size(node_position) - 1)//' elements, found for a tolerance of '//rounded(mesh%tolerance)
+         else if (mesh%found%compared > 0) then
+            if (abs(mesh%ratio - 1.0_wp) <= 0.0_wp) words = to_text(mesh%elements)//' elements'
+            words = words//', found for '//rounded(100.0_wp*mesh%found%tolerance) &
+               //' % of displacement and first impact '//trim(mesh%found_for)
+         end if
+      end associate
+   end function mesh_of_scene
 
    !> Number of elements and ratio of their lengths.
    pure function mesh_in_words(elements, ratio) result(words)

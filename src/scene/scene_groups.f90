@@ -237,13 +237,15 @@ contains
          default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
          condition_t(without='tolerance nodes', phrase='a given number, not with tolerance or nodes'), &
+         default='8; found for a response', &
          sweep=sweep_t(1, changes_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
          ratio_range, condition_t(without='nodes', phrase='elements of one ratio, not with nodes'), &
          sweep=sweep_t(2, changes_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
       call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses', &
-         default="'consistent'; 'auto' with a tolerance"), mass_names)
-      call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
+         default="'auto'"), mass_names)
+      call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes', &
+         default='.true. for a run where it is cheap'))
    end subroutine list_mesh
 
    !> List the names of &response in the table, and bind them to the components of the scene.

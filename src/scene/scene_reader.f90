@@ -224,6 +224,7 @@ contains
          resolved%wants_sweep = scene%wants_sweep
          resolved%wants_cases = scene%wants_cases
          resolved%has_inconsistent_cases = scene%has_inconsistent_cases
+         if (scene%mesh%found%compared > 0) resolved%mesh = scene%mesh
          if (allocated(scene%echo)) resolved%echo = scene%echo
          scene = resolved
       end if

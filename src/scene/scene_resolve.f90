@@ -9,12 +9,13 @@ module scene_resolve
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use quantities, only: system_none
    use run_settings, only: method_exact, response_settings_t
-   use scene_beam, only: check_stations, mean_section, resolve_beam
+   use scene_beam, only: mean_section, resolve_beam
    use scene_body, only: check_masses, check_root
    use scene_groups, only: give_changes
    use scene_inference, only: resolve_inference
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
+   use scene_mesh, only: decide_mesh, resolve_mesh, resolve_nodes
    use scene_requests, only: resolve_requests, resolve_statistics
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
@@ -23,7 +24,7 @@ module scene_resolve
    use scene_sweep, only: resolve_cases, resolve_sweep
    use scene_types, only: beam_settings_t, integrator_average, integrator_exact, integrator_explicit, &
       integrator_linear, &
-      default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
+      default_mode_count, frequency_settings_t, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
    use scene_warnings, only: warn_of_scene
@@ -111,6 +112,7 @@ contains
       if (input%has_problem()) return
       call resolve_inference(input, table, scene)
       if (input%has_problem()) return
+      call decide_mesh(input, scene)
       call check_output(input, scene)
       if (.not. input%has_problem()) call warn_of_scene(input, scene)
    end subroutine resolve_scene
@@ -149,37 +151,6 @@ contains
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
    end subroutine check_name
-
-   !> Check the nodes of a mesh, if they are given.
-   subroutine resolve_nodes(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      !> In: with the length of the beam; out: with the number of elements
-      type(scene_t), intent(inout) :: scene
-
-      call check_stations(input, 'mesh', 'nodes', scene%beam%length, scene%mesh%nodes)
-      scene%mesh%elements = size(scene%mesh%nodes) - 1
-      if (scene%wants_precision) call input%complain('mesh', 'nodes', &
-         'does not go with &precision, which refines meshes')
-      if (allocated(scene%frequencies%mesh_elements) .or. allocated(scene%frequencies%mesh_ratios)) then
-         call input%complain('frequencies', 'mesh_elements mesh_ratios', &
-            'does not go with nodes of &mesh, which say all of the mesh')
-      end if
-   end subroutine resolve_nodes
-
-   !> Check the requests for a mesh within a tolerance and for error estimates.
-   subroutine resolve_mesh(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(scene_t), intent(inout) :: scene
-
-      if (scene%mesh%estimate .and. .not. scene%wants_response) then
-         call input%complain('mesh', 'estimate', 'estimates errors of measures; add &response / (with &stop /)')
-      end if
-      if (scene%mesh%tolerance <= 0.0_wp) return
-      if (.not. input%has('mesh', 'mass')) scene%mesh%mass = mass_auto
-      if (.not. scene%wants_response) then
-         call input%complain('mesh', 'tolerance', 'finds a mesh for a response; add &response / (with &stop /)')
-      end if
-   end subroutine resolve_mesh
 
    !> Check that the scene requests results, and results that this program computes.
    subroutine check_requests(input, program, scene)

@@ -4,7 +4,8 @@
 module measure_list
    implicit none (type, external)
    private
-   public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_statistic
+   public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
+      first_statistic
 
    type :: measure_t
       !> Name of the column in a sweep
@@ -138,6 +139,8 @@ module measure_list
    integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_tau', dim=1)
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
+   !> Index of the peak of the first rebound; those of the further rebounds follow
+   integer, parameter :: first_peak = findloc(measure_table%name, 'peak_1', dim=1)
    !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 

@@ -9,6 +9,7 @@ module scene_types
    use inference_settings, only: fit_settings_t, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
+   use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
    use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
       statistics_settings_t, stop_settings_t, stress_settings_t
@@ -125,12 +126,20 @@ module scene_types
       !> Positions of the nodes, ascending from 0 to L, instead of `elements` and `ratio`; unallocated: not given
       real(wp), allocatable :: nodes(:)
       !> One of the `mass_` constants: the mass matrix of motion
-      integer :: mass = mass_consistent
+      integer :: mass = mass_auto
       !> Tolerance of the motion, in eta and tau; the coarsest mesh within this tolerance is then chosen instead of
       !> `elements`. 0: not used
       real(wp) :: tolerance = 0.0_wp
+      !> The scene gives no mesh, so that the mesh is found before the runs
+      logical :: is_sought = .false.
+      !> Comparison from which the mesh of a scene without one was found; `found%compared` = 0: the mesh is given
+      type(mesh_check_t) :: found
+      !> The runs for which it was found, in words; empty: the run of the scene
+      character(80) :: found_for = ''
       !> Estimate the errors of measures from two finer meshes
       logical :: estimate = .false.
+      !> The scene says nothing about estimates: a single run makes one if it takes hardly any time
+      logical :: estimates_if_cheap = .false.
    end type mesh_settings_t
 
    !> Settings of a &support.

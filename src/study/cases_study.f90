@@ -9,8 +9,8 @@ module cases_study
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: row_in_units, write_measures_of_cases
-   use mesh_choice, only: estimate_cases, sample_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
+   use mesh_estimates, only: estimate_cases, sample_cases
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
    use quantities, only: units_t
@@ -18,7 +18,7 @@ module cases_study
    use reader_units, only: scene_unit_of
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
-   use run_tables, only: add_measures, measure_column_t
+   use run_tables, only: add_measures, measure_column_t, print_mesh
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model
@@ -60,6 +60,7 @@ contains
       call write_cases(job%folder, scene, cases, error, errors)
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
+      call print_mesh(job%unit, scene%mesh%found, units_in(scene))
       call print_cases(job%unit, scene, cases)
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_cases_of_scene

@@ -1,29 +1,23 @@
 !> The mesh of a run: the given mesh, or the coarsest of several meshes whose motion agrees with that of the next finer
 !> mesh within a tolerance (docs/theory.md, section 15). Also the beam on this mesh, cached for further cases with the
-!> same beam, and estimates of the mesh's error from finer meshes. The grading of a mesh is the ratio of its longest to
-!> its shortest element.
+!> same beam. The grading of a mesh is the ratio of its longest to its shortest element.
 module mesh_choice
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use beam_model, only: beam_model_t
    use beam_section, only: area, section_t
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table, peak_count
-   use measure_rows, only: row_in_units
-   use mesh_errors, only: estimate_mesh_error, mesh_errors_t
-   use mode_trials, only: compare_runs, trial_settings
+   use mesh_checks, only: mesh_check_t
+   use mode_trials, only: compare_runs, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
-   use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
-   use run_measures, only: row_of
-   use run_settings, only: method_exact, output_settings_t, run_settings_t, strict_mode_tolerance
+   use response_types, only: mode_check_t, response_t, run_measures_t
+   use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: motion_model_of, redistributes, run_settings_of, section_of
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: case_beam_t, make_case_beam, choose_mesh, update_case_beam, coarsest_near_minimum, max_elements_found, &
-      estimate_cases, sample_cases
+   public :: case_beam_t, make_case_beam, choose_mesh, update_case_beam, coarsest_near_minimum, max_elements_found
+   public :: search_mesh, trial_t, run_on_mesh, run_trial, work_of, cheap_work
 
    !> Numbers of elements of the meshes that are tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
@@ -43,15 +37,22 @@ module mesh_choice
    !> Maximum grading for a taper with a thin tip, a value suitable for a full wedge. The exact value is not critical,
    !> because a graded mesh is chosen only if it differs less from the next finer mesh.
    real(wp), parameter :: max_grading = 4.0_wp
-
-   !> Maximum number of cases whose errors are estimated.
-   integer, parameter :: max_cases = 5
+   !> Relative tolerance of the mesh of a scene that gives none.
+   real(wp), parameter :: default_tolerance = 1.0e-3_wp
+   !> Meshes below this place in `meshes` are not chosen by a search that a scene does not request unless they are
+   !> within the tolerance.
+   integer, parameter :: least_place = 3
+   !> Work that takes about 0.1 s. Work is counted in terms of modes instead of measured in seconds, so that the mesh of
+   !> a scene depends neither on the machine nor on what else the machine does.
+   real(wp), parameter :: cheap_work = 2.0e6_wp
+   !> Searches that the scene does not request may take this number of times the work of the run, or `cheap_work`.
+   real(wp), parameter :: max_share = 3.0_wp
 
    !> The beam of a case, and the modes that its runs share.
    type :: case_beam_t
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
-      !> Result of the search for the mesh, if the scene has a tolerance
+      !> Result of the search for the mesh, if the mesh was found
       type(mesh_check_t) :: check
       !> Set if the beam could not be made
       type(failure_t), allocatable :: error
@@ -149,56 +150,78 @@ contains
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
 
+      if (scene%mesh%tolerance > 0.0_wp) then
+         call search_mesh(scene, 1.0_wp, beam)
+      else
+         call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
+         beam%check = scene%mesh%found
+         beam%check%is_redistributed = beam%model%is_redistributed
+      end if
+   end subroutine choose_mesh
+
+   !> Find the mesh of a scene within its tolerance, or within `default_tolerance` if the scene gives no mesh, and make
+   !> its beam.
+   subroutine search_mesh(scene, share, beam)
+      type(scene_t), intent(in) :: scene
+      !> Share of the work that the search of a scene without a mesh may take
+      real(wp), intent(in) :: share
+      type(case_beam_t), intent(out) :: beam
+
       type(case_beam_t), allocatable :: first
       type(run_settings_t) :: settings
 
-      if (scene%mesh%tolerance > 0.0_wp) then
-         settings = run_settings_of(scene)
-         settings%response%method = method_exact
-         ! differences of meshes must not include errors of modal truncation
-         settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
-         allocate (first)
-         call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
-         if (allocated(first%error)) then
-            beam = first
-            return
-         end if
-         settings = trial_settings(settings, first%modes%lambda(1))
-         settings%output%measures = .true.
-         call refine_mesh(scene, settings, beam)
-         ! Newmark's method does not use the modes
-         if (scene%response%method /= method_exact) beam%modes = free_modes_t()
-      else
-         call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
+      settings = run_settings_of(scene)
+      settings%response%method = method_exact
+      ! differences of meshes must not include errors of modal truncation
+      settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
+      allocate (first)
+      call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
+      if (allocated(first%error)) then
+         beam = first
+         return
       end if
-   end subroutine choose_mesh
+      settings = trial_settings(settings, first%modes%lambda(1))
+      settings%output%measures = .true.
+      call refine_mesh(scene, settings, share, beam)
+      ! Newmark's method does not use the modes
+      if (scene%response%method /= method_exact) beam%modes = free_modes_t()
+   end subroutine search_mesh
 
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
    !> graded mesh differs less from the next finer uniform one.
-   subroutine refine_mesh(scene, settings, beam)
+   subroutine refine_mesh(scene, settings, share, beam)
       type(scene_t), intent(in) :: scene
       !> Settings of the runs that are compared
       type(run_settings_t), intent(in) :: settings
+      !> Share of the work that the search of a scene without a mesh may take
+      real(wp), intent(in) :: share
       type(case_beam_t), intent(out) :: beam
 
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
-      real(wp) :: grading, minimum, other_grading
+      real(wp) :: grading, max_work, minimum, other_grading, tolerance, work
       integer :: i, last, stalled
 
       allocate (coarse, fine, graded)
       call gradings_of(scene, grading, other_grading)
+      tolerance = merge(default_tolerance, scene%mesh%tolerance, scene%mesh%is_sought)
       minimum = huge(1.0_wp)
       stalled = 0
       call run_on_mesh(scene, settings, meshes(1), grading, coarse)
+      work = work_of(coarse%response, settings)
+      max_work = huge(1.0_wp)
+      if (scene%mesh%is_sought) max_work = share*max(cheap_work, max_share*work_of_run(coarse, settings, &
+         run_settings_of(scene)))
       i = 1
       do while (i < size(meshes))
          call run_on_mesh(scene, settings, meshes(i + 1), grading, fine)
-         check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=scene%mesh%tolerance, &
-            ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed)
+         work = work + work_of(fine%response, settings)
+         check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=tolerance, &
+            ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed, &
+            is_relative=scene%mesh%is_sought)
          call compare(settings%response%duration, coarse, fine, check(i))
-         if (check(i)%difference <= agreement*scene%mesh%tolerance) then
+         if (check(i)%difference <= agreement*tolerance) then
             beam = coarse%beam
             beam%check = check(i)
             beam%check%is_settled = .true.
@@ -218,11 +241,14 @@ contains
          if (check(i)%difference < required_reduction*minimum) stalled = 0
          minimum = min(minimum, check(i)%difference)
          last = i
-         if (stalled == max_stalled .or. is_costly(fine)) exit
+         check(i)%is_cut = work + 2.0_wp*work_of(fine%response, settings) > max_work
+         if (stalled == max_stalled .or. is_costly(fine) .or. check(i)%is_cut) exit
          coarse = fine
          i = i + 1
       end do
       i = coarsest_near_minimum(check(:last)%difference)
+      if (scene%mesh%is_sought) i = max(i, min(least_place, last))
+      check(i)%is_cut = check(last)%is_cut
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
    end subroutine refine_mesh
@@ -247,6 +273,34 @@ contains
 
       answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
    end function is_costly
+
+   !> Work of a run in all modes: terms of modes in evaluations and samples, and those of the eigenvalue problem.
+   pure function work_of(response, settings) result(work)
+      type(response_t), intent(in) :: response
+      type(run_settings_t), intent(in) :: settings
+      real(wp) :: work
+
+      ! operations of the eigenvalue problem of n modes, over n^3, in terms of modes
+      real(wp), parameter :: share_of_modes = 0.1_wp
+
+      associate (modes => real(2*response%mesh_check%elements, wp))
+         work = modes*(real(response%evaluations, wp) + settings%response%duration/settings%response%step) &
+            + share_of_modes*modes**3
+      end associate
+   end function work_of
+
+   !> Minimum work of the run of a scene in all modes of the mesh of a trial: as much as the trial takes, or in a driven
+   !> run as much in each interval of its length.
+   pure function work_of_run(trial, settings, asked) result(work)
+      type(trial_t), intent(in) :: trial
+      !> Settings of the trial, and of the run
+      type(run_settings_t), intent(in) :: settings
+      type(run_settings_t), intent(in) :: asked
+      real(wp) :: work
+
+      work = work_of(trial%response, settings)
+      if (is_driven(asked)) work = work*max(1.0_wp, asked%response%duration/settings%response%duration)
+   end function work_of_run
 
    !> Run a scene on a mesh, for the interval in which meshes are compared.
    subroutine run_on_mesh(scene, settings, elements, grading, trial)
@@ -284,7 +338,8 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The maximum difference of two runs: in eta of stop and tip, and in tau of the first impact and of settling.
+   !> The maximum difference of two runs: in eta of stop and tip, and in tau of the first impact and of settling. If the
+   !> check is relative: in eta over the maximum displacement, and in tau of the first impact over this instant.
    pure subroutine compare(duration, coarse, fine, check)
       !> Duration of both runs, tau
       real(wp), intent(in) :: duration
@@ -294,12 +349,21 @@ contains
       type(mesh_check_t), intent(inout) :: check
 
       type(mode_check_t) :: found
+      real(wp) :: max_displacement
 
       check%difference = huge(1.0_wp)
       if (allocated(coarse%error) .or. allocated(fine%error)) return
-      call compare_runs(coarse%response, fine%response, duration, found)
+      call compare_runs(coarse%response, fine%response, duration, found, max_displacement)
       check%difference = found%difference
       check%horizon = found%horizon
+      if (check%is_relative) then
+         check%difference = found%difference/max(max_displacement, tiny(1.0_wp))
+         associate (one => coarse%response%measures, other => fine%response%measures)
+            if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
+               abs(one%first_impact_tau - other%first_impact_tau)/max(1.0_wp, other%first_impact_tau))
+         end associate
+         return
+      end if
       associate (one => coarse%response%measures, other => fine%response%measures)
          if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
             abs(one%first_impact_tau - other%first_impact_tau))
@@ -339,81 +403,5 @@ contains
       ! the wavelength of bending waves varies as the square root of the height; a slight taper needs no grading
       if (thinnest < 0.7_wp*thickest) other = min(max_grading, sqrt(thickest/thinnest))
    end subroutine gradings_of
-
-   !> Numbers of the cases whose errors are estimated, evenly spaced from the first to the last.
-   pure function sample_cases(cases) result(sample)
-      !> Number of cases
-      integer, intent(in) :: cases
-      integer, allocatable :: sample(:)
-
-      integer :: count, i
-
-      count = min(cases, max_cases)
-      allocate (sample(count))
-      sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
-   end function sample_cases
-
-   !> Estimate the errors of measures by extrapolation from runs on the mesh of each scene and on meshes with two and
-   !> four times as many elements.
-   subroutine estimate_cases(scenes, numbers, errors)
-      !> Scenes with the parameters of their cases, [cases]
-      type(scene_t), intent(in) :: scenes(:)
-      !> Numbers of the cases, [cases]
-      integer, intent(in) :: numbers(:)
-      type(mesh_errors_t), intent(out) :: errors
-
-      ! allocated, because the type is large and stacks of threads are small
-      type(trial_t), allocatable :: trial
-      type(run_settings_t) :: settings
-      !> Measures on the three meshes; and grading of all three
-      real(wp) :: rows(measure_count, 3), grading
-      integer :: i, refinement
-
-      associate (cases => size(scenes))
-         allocate (errors%case, source=numbers)
-         allocate (errors%elements(cases))
-         allocate (errors%row(measure_count, cases), errors%error(measure_count, cases), &
-            errors%order(measure_count, cases))
-      end associate
-      do i = 1, size(scenes)
-         settings = run_settings_of(scenes(i))
-         settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
-         settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
-         ! measures of analyses are not estimated
-         if (allocated(settings%spectrum)) deallocate (settings%spectrum)
-         allocate (trial)
-         call choose_mesh(scenes(i), trial%beam)
-         errors%elements(i) = scenes(i)%mesh%elements
-         grading = scenes(i)%mesh%ratio**(errors%elements(i) - 1)
-         if (trial%beam%check%compared > 0) then
-            errors%elements(i) = trial%beam%check%elements
-            grading = trial%beam%check%ratio**(trial%beam%check%elements - 1)
-         end if
-         call run_trial(settings, trial)
-         call record_row(1)
-         do refinement = 1, 2
-            call run_on_mesh(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
-            call record_row(refinement + 1)
-         end do
-         deallocate (trial)
-         errors%row(:, i) = rows(:, 1)
-         call estimate_mesh_error(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), &
-            errors%order(:, i))
-         errors%row(:, i) = row_in_units(units_in(scenes(i)), errors%row(:, i))
-         errors%error(:, i) = row_in_units(units_in(scenes(i)), errors%error(:, i))
-      end do
-
-   contains
-
-      !> Store the measures of the trial in a column of `rows`; NaN if the run failed.
-      subroutine record_row(place)
-         !> Number of the column: 1, 2, 3 for the mesh and its two refinements
-         integer, intent(in) :: place
-
-         rows(:, place) = ieee_value(1.0_wp, ieee_quiet_nan)
-         if (.not. allocated(trial%error)) rows(:, place) = row_of(trial%response%measures)
-      end subroutine record_row
-
-   end subroutine estimate_cases
 
 end module mesh_choice

@@ -7,8 +7,9 @@ module single_study
    use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
-   use mesh_choice, only: case_beam_t, estimate_cases, choose_mesh
+   use mesh_choice, only: case_beam_t, choose_mesh
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
+   use mesh_estimates, only: estimate_cases, estimate_if_cheap
    use motion_run, only: run_motion
    use progress_line, only: start_progress, stop_progress
    use quantity_groups, only: quantity_group_t
@@ -22,6 +23,7 @@ module single_study
    use scene_units, only: units_in
    use scene_words, only: print_model, released_stop
    use study_job, only: job_t
+   use table_columns, only: print_line
    implicit none (type, external)
    private
    public :: run_single, compute_scene
@@ -44,10 +46,14 @@ contains
 
       if (.not. job%quiet) call start_progress(job%label)
       call compute_scene(scene, model, table, response, analysed, error)
-      if (scene%mesh%estimate .and. allocated(response) .and. .not. allocated(error)) then
-         allocate (errors)
-         ! the run counts as case 1
-         call estimate_cases([scene], [1], errors)
+      if (allocated(response) .and. .not. allocated(error)) then
+         if (scene%mesh%estimate) then
+            allocate (errors)
+            ! the run counts as case 1
+            call estimate_cases([scene], [1], errors)
+         else if (scene%mesh%estimates_if_cheap) then
+            call estimate_if_cheap(scene, response, errors)
+         end if
       end if
       call stop_progress()
       if (allocated(error)) return
@@ -68,14 +74,16 @@ contains
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response) .and. scene%has_stop) then
          ! with several stops, the measures printed are those of the stop from which the beam is released
-         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
+         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene), errors)
+         if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
+            'an estimate takes longer than the tables: --estimate')
          if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
          if (allocated(response%statistics)) then
             call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene))
          end if
       end if
       call print_analyses(job%unit, analysed, units_in(scene))
-      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
+      if (scene%mesh%estimate .and. allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
    !> Compute the results of a scene. From `enable_progress` to `disable_progress`, the run reports the time that it has
@@ -106,7 +114,7 @@ contains
       allocate (response)
       settings = run_settings_of(scene)
       settings%output%measures = .true.
-      if (scene%mesh%tolerance > 0.0_wp) then
+      if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%compared > 0) then
          call choose_mesh(scene, beam)
          if (allocated(beam%error)) then
             allocate (error, source=beam%error)

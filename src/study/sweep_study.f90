@@ -6,8 +6,9 @@ module sweep_study
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
-   use mesh_choice, only: case_beam_t, estimate_cases, choose_mesh, sample_cases
+   use mesh_choice, only: case_beam_t, choose_mesh
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
+   use mesh_estimates, only: estimate_cases, sample_cases
    use number_text, only: to_text
    use response_types, only: response_t
    use scene_beam_model, only: run_settings_of

@@ -7,7 +7,8 @@ module sweep_tables
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use scene_words, only: print_warnings
+   use run_tables, only: print_mesh
+   use scene_words, only: mesh_of_scene, print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: is_at_end, plan_t
@@ -41,6 +42,10 @@ contains
       units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
       call print_warnings(unit, scene)
+      if (scene%mesh%found%compared > 0) then
+         call print_line(unit, 'mesh', mesh_of_scene(scene))
+         call print_mesh(unit, scene%mesh%found, units)
+      end if
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
             words = with_unit(axis%minimum, scene_unit_of(units, axis%parameter%quantity))//' to ' &

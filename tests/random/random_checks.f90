@@ -21,6 +21,7 @@ module random_checks
    use scene_names, only: name_t
    use scene_reader, only: parse_scene, read_scene
    use program_identity, only: program_benchmark, program_motion, program_paper
+   use default_mesh, only: find_mesh
    use program_run, only: program_t, run_scene
    use scene_needs, only: memory_need_of_scene
    use scene_run, only: run_motion_scene
@@ -252,6 +253,7 @@ contains
       tau = read_reals(file, 'events/tau')
       accumulator%events = accumulator%events + size(tau)
       probe = scene
+      call find_mesh(probe)
       probe%wants_frequencies = .false.
       probe%stress%history = .true.
       associate (output => probe%output)

@@ -1,0 +1,153 @@
+!> The mesh of a scene that gives none: it is found before the runs, for a few of them, and is the same for all.
+module default_mesh
+   use kinds, only: wp
+   use mesh_checks, only: mesh_check_t
+   use mesh_choice, only: case_beam_t, search_mesh
+   use mesh_estimates, only: sample_cases
+   use number_text, only: to_text
+   use orbit_settings, only: vary_amplitude, vary_frequency, vary_nothing
+   use scene_reader, only: set_parameters
+   use scene_types, only: scene_t
+   use sweep_plan, only: make_plan, plan_t
+   use sweep_run, only: scene_of_case
+   implicit none (type, external)
+   private
+   public :: find_mesh
+
+contains
+
+   !> Find the mesh of a scene that gives none: the finest of the meshes found for its sample runs. A scene with a mesh
+   !> does not change. If no sample run can be made, the scene keeps the default number of elements, and its run reports
+   !> the reason.
+   subroutine find_mesh(scene)
+      type(scene_t), intent(inout) :: scene
+
+      type(scene_t), allocatable :: sample(:)
+      ! allocated, because the type is large
+      type(case_beam_t), allocatable :: beam
+      type(mesh_check_t) :: found
+      integer :: i
+      logical :: all_settle
+
+      if (.not. scene%mesh%is_sought) return
+      call find_sample(scene, sample)
+      all_settle = .true.
+      do i = 1, size(sample)
+         allocate (beam)
+         call search_mesh(sample(i), 1.0_wp/real(size(sample), wp), beam)
+         associate (check => beam%check)
+            if (.not. allocated(beam%error) .and. check%compared > 0) then
+               all_settle = all_settle .and. check%is_settled
+               ! of equally fine meshes the one that errs most is reported
+               if (check%elements > found%elements .or. (check%elements == found%elements .and. &
+                  check%difference > found%difference)) found = check
+            end if
+         end associate
+         deallocate (beam)
+      end do
+      scene%mesh%is_sought = .false.
+      if (found%compared == 0) return
+      found%is_settled = all_settle
+      scene%mesh%found = found
+      scene%mesh%elements = found%elements
+      scene%mesh%ratio = found%ratio
+      call change_echo('elements', real(found%elements, wp))
+      call change_echo('ratio', found%ratio)
+
+   contains
+
+      !> Change a number of &mesh in the echo of the scene.
+      subroutine change_echo(name, value)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: value
+
+         integer :: k
+
+         if (.not. allocated(scene%echo)) return
+         do k = 1, size(scene%echo)
+            if (scene%echo(k)%group == 'mesh' .and. scene%echo(k)%name == name) scene%echo(k)%number = [value]
+         end do
+      end subroutine change_echo
+
+   end subroutine find_mesh
+
+   !> The runs from which the mesh is found: a few cases from the first to the last, the ends of a branch of periodic
+   !> motions, or the run of the scene.
+   subroutine find_sample(scene, sample)
+      !> Gets the description of these runs
+      type(scene_t), intent(inout) :: scene
+      type(scene_t), allocatable, intent(out) :: sample(:)
+
+      type(plan_t) :: plan
+      character(:), allocatable :: problem
+      integer, allocatable :: numbers(:)
+      integer :: i
+
+      if (scene%wants_sweep .or. scene%wants_cases) then
+         if (scene%wants_sweep) then
+            call make_plan(scene, plan)
+            allocate (numbers, source=sample_cases(plan%cases))
+         else
+            allocate (numbers, source=sample_cases(size(scene%cases%values)))
+         end if
+         scene%mesh%found_for = 'in cases '//listed(numbers)
+         allocate (sample(size(numbers)), source=scene)
+         do i = 1, size(numbers)
+            if (scene%wants_sweep) call scene_of_case(scene, plan, numbers(i), sample(i))
+            if (scene%wants_cases) call set_parameters(sample(i), [scene%cases%parameter], &
+               [scene%cases%values(numbers(i))], problem)
+         end do
+      else if (scene%wants_orbit .and. scene%orbit%varied /= vary_nothing) then
+         scene%mesh%found_for = 'for the run and the ends of the branch'
+         allocate (sample(3), source=scene)
+         call vary_load(sample(2), scene%orbit%min_ratio)
+         call vary_load(sample(3), scene%orbit%max_ratio)
+      else
+         allocate (sample(1), source=scene)
+      end if
+   end subroutine find_sample
+
+   !> Multiply the amplitude or the frequency of the load that a branch of periodic motions varies.
+   pure subroutine vary_load(scene, factor)
+      type(scene_t), intent(inout) :: scene
+      real(wp), intent(in) :: factor
+
+      integer :: forces
+
+      forces = 0
+      if (allocated(scene%forces)) forces = size(scene%forces)
+      if (scene%orbit%load <= forces) then
+         call multiply(scene%forces(scene%orbit%load)%course%amplitude, vary_amplitude)
+         call multiply(scene%forces(scene%orbit%load)%course%frequency, vary_frequency)
+      else
+         call multiply(scene%bases(scene%orbit%load - forces)%course%amplitude, vary_amplitude)
+         call multiply(scene%bases(scene%orbit%load - forces)%course%frequency, vary_frequency)
+      end if
+
+   contains
+
+      !> Multiply a property of the load if the branch varies it.
+      pure subroutine multiply(value, varied)
+         real(wp), intent(inout) :: value
+         !> One of the `vary_` constants
+         integer, intent(in) :: varied
+
+         if (scene%orbit%varied == varied) value = factor*value
+      end subroutine multiply
+
+   end subroutine vary_load
+
+   !> Numbers in words, such as '1, 26 and 51'.
+   pure function listed(numbers) result(words)
+      integer, intent(in) :: numbers(:)
+      character(:), allocatable :: words
+
+      integer :: i
+
+      words = to_text(numbers(1))
+      do i = 2, size(numbers)
+         words = words//trim(merge(' and', ',   ', i == size(numbers)))//' '//to_text(numbers(i))
+      end do
+   end function listed
+
+end module default_mesh

@@ -1,0 +1,129 @@
+!> Estimates of the mesh's error in the measures of runs, from runs on the mesh and on two finer ones.
+module mesh_estimates
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use measure_list, only: measure_count, measure_table, peak_count
+   use measure_rows, only: row_in_units
+   use mesh_choice, only: cheap_work, choose_mesh, run_on_mesh, run_trial, trial_t, work_of
+   use mesh_errors, only: estimate_mesh_error, mesh_errors_t
+   use response_types, only: response_t
+   use run_measures, only: row_of
+   use run_settings, only: output_settings_t, run_settings_t, strict_mode_tolerance
+   use scene_beam_model, only: run_settings_of
+   use scene_types, only: scene_t
+   use scene_units, only: units_in
+   implicit none (type, external)
+   private
+   public :: estimate_cases, estimate_if_cheap, sample_cases
+
+   !> Maximum number of cases whose errors are estimated.
+   integer, parameter :: max_cases = 5
+
+contains
+
+   !> Numbers of the cases whose errors are estimated, evenly spaced from the first to the last.
+   pure function sample_cases(cases) result(sample)
+      !> Number of cases
+      integer, intent(in) :: cases
+      integer, allocatable :: sample(:)
+
+      integer :: count, i
+
+      count = min(cases, max_cases)
+      allocate (sample(count))
+      sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
+   end function sample_cases
+
+   !> Estimate the errors of the measures of a single run if the estimate takes hardly any time.
+   subroutine estimate_if_cheap(scene, response, errors)
+      type(scene_t), intent(in) :: scene
+      !> The run
+      type(response_t), intent(in) :: response
+      !> Unallocated: the estimate would take too long
+      type(mesh_errors_t), allocatable, intent(out) :: errors
+
+      ! the runs have 1, 2 and 4 times as many modes
+      real(wp), parameter :: factor = 7.0_wp
+      logical :: is_cut
+
+      if (factor*work_of(response, run_settings_of(scene)) > cheap_work) return
+      allocate (errors)
+      call estimate_cases([scene], [1], errors, cheap_work, is_cut)
+      if (is_cut) deallocate (errors)
+   end subroutine estimate_if_cheap
+
+   !> Estimate the errors of measures by extrapolation from runs on the mesh of each scene and on meshes with two and
+   !> four times as many elements.
+   subroutine estimate_cases(scenes, numbers, errors, max_work, is_cut)
+      !> Scenes with the parameters of their cases, [cases]
+      type(scene_t), intent(in) :: scenes(:)
+      !> Numbers of the cases, [cases]
+      integer, intent(in) :: numbers(:)
+      type(mesh_errors_t), intent(out) :: errors
+      !> Work that the runs may take (see `mesh_choice`); absent: any
+      real(wp), intent(in), optional :: max_work
+      !> The estimate was given up, because the runs would take more than `max_work`
+      logical, intent(out), optional :: is_cut
+
+      ! allocated, because the type is large and stacks of threads are small
+      type(trial_t), allocatable :: trial
+      type(run_settings_t) :: settings
+      !> Measures on the three meshes; and grading of all three
+      real(wp) :: rows(measure_count, 3), grading, work
+      integer :: i, refinement
+
+      associate (cases => size(scenes))
+         allocate (errors%case, source=numbers)
+         allocate (errors%elements(cases))
+         allocate (errors%row(measure_count, cases), errors%error(measure_count, cases), &
+            errors%order(measure_count, cases))
+      end associate
+      do i = 1, size(scenes)
+         settings = run_settings_of(scenes(i))
+         settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
+         settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
+         ! measures of analyses are not estimated
+         if (allocated(settings%spectrum)) deallocate (settings%spectrum)
+         allocate (trial)
+         call choose_mesh(scenes(i), trial%beam)
+         errors%elements(i) = scenes(i)%mesh%elements
+         grading = scenes(i)%mesh%ratio**(errors%elements(i) - 1)
+         if (trial%beam%check%compared > 0) then
+            errors%elements(i) = trial%beam%check%elements
+            grading = trial%beam%check%ratio**(trial%beam%check%elements - 1)
+         end if
+         call run_trial(settings, trial)
+         call record_row(1)
+         work = 0.0_wp
+         do refinement = 1, 2
+            work = work + work_of(trial%response, settings)
+            ! twice as many elements have twice as many modes, and their motion often more events
+            if (present(max_work)) then
+               is_cut = work + 3.0_wp*work_of(trial%response, settings) > max_work
+               if (is_cut) return
+            end if
+            call run_on_mesh(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
+            call record_row(refinement + 1)
+         end do
+         deallocate (trial)
+         errors%row(:, i) = rows(:, 1)
+         call estimate_mesh_error(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), &
+            errors%order(:, i))
+         errors%row(:, i) = row_in_units(units_in(scenes(i)), errors%row(:, i))
+         errors%error(:, i) = row_in_units(units_in(scenes(i)), errors%error(:, i))
+      end do
+
+   contains
+
+      !> Store the measures of the trial in a column of `rows`; NaN if the run failed.
+      subroutine record_row(place)
+         !> Number of the column: 1, 2, 3 for the mesh and its two refinements
+         integer, intent(in) :: place
+
+         rows(:, place) = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (.not. allocated(trial%error)) rows(:, place) = row_of(trial%response%measures)
+      end subroutine record_row
+
+   end subroutine estimate_cases
+
+end module mesh_estimates
