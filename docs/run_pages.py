@@ -1,7 +1,7 @@
 """Run the commands of the tutorial, the how-to pages and the page about spectra as they stand: run_pages.py FOLDER_OF_PROGRAMS PLACE
 
 The commands of each page are run in a folder of its own. Each must succeed. A block of `text` after a command gives lines of its
-output: words as they are, numbers within one percent. Every picture that a page shows must be there afterwards, and every comment such as
+output: words as they are and in this order, numbers within one percent. Every picture that a page shows must be there afterwards, and every comment such as
 <!-- results/gap.h5 sweep/greatest_force[10] = 8.07 --> must agree with the file within one percent.
 """
 
@@ -34,14 +34,14 @@ def words_of(line):
 
 
 def missing_line(text, output):
-    """The first line of a page that the output does not hold in this order; further columns of the output do not matter."""
+    """The first line of a page that the output does not hold in this order; further words of a line of the output do not matter."""
     lines = iter(output.splitlines())
     for line in filter(str.strip, text.splitlines()):
         words = words_of(line)
 
         def holds(found, words=words):
-            found = words_of(found)
-            return any(all(map(is_near, words, found[first:first + len(words)])) for first in range(len(found) - len(words) + 1))
+            found = iter(words_of(found))
+            return all(any(is_near(word, other) for other in found) for word in words)
 
         if not any(holds(found) for found in lines):
             return line

@@ -67,11 +67,11 @@ contains
          call group%attribute('residual', orbit%residual)
          call group%attribute('steps', [orbit%iterations])
          call group%put_attribute('least_impact_speed', speed_of(orbit), 'velocity')
-         call group%put('multiplier', [(k, k=1, size(orbit%multiplier))], 'Floquet multiplier, the greatest first', &
+         call group%put('multiplier', [(k, k=1, size(orbit%multiplier))], 'Floquet multiplier, the largest first', &
             is_scale=.true.)
          call group%put('multiplier_real', real(orbit%multiplier, wp), 'number', 'real part', 'multiplier')
          call group%put('multiplier_imaginary', aimag(orbit%multiplier), 'number', 'imaginary part', 'multiplier')
-         call group%put('tau', study%tau, 'time', 'time since phase 0 of the loads{, tau}', is_scale=.true.)
+         call group%put('tau', study%tau, 'time', 'time after phase 0 of the loads{, tau}', is_scale=.true.)
          call group%put('displacement_tip', study%tip, 'displacement', &
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
@@ -137,10 +137,10 @@ contains
          end do
          call group%attribute('flag_values', [(i, i=0, ubound(mark_names, 1))], 'mark')
          call group%attribute('flag_meanings', adjustl(meanings), 'mark')
-         call group%put('multiplier_real', real(largest, wp), 'number', 'greatest multiplier, real part', 'point')
+         call group%put('multiplier_real', real(largest, wp), 'number', 'largest multiplier, real part', 'point')
          call group%put('multiplier_imaginary', aimag(largest), 'number', 'imaginary part', 'point')
          call group%put('least_impact_speed', speed_of(point), 'velocity', &
-            'least speed of an impact with restitution', 'point')
+            'minimum speed of an impact with restitution', 'point')
          call group%put('displacement_tip', displacement, 'displacement', &
             'displacement of the tip at sections, up from the unstressed beam', along)
          call group%put('velocity_tip', velocity, 'velocity', 'its velocity', along)

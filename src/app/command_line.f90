@@ -131,7 +131,7 @@ contains
       else if (allocated(command%names) .or. allocated(command%template)) then
          call refuse_other_arguments(arguments, option_of, command, error)
       else if (size(command%scenes) == 0) then
-         call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
+         call fail(error, status_bad_input, 'no scene file given; --help shows how to use it')
       end if
    end subroutine parse_arguments
 

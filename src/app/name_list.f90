@@ -58,7 +58,7 @@ contains
       ! name, allowed values and meaning of each of the four names
       character(*), parameter :: rule(3, 4) = reshape([character(52) :: &
          'NAME', 'numbers in the range of that name', 'values of NAME, which is any name that carry may be', &
-         'NAME_range', 'two of these, but for whole numbers', 'least and greatest, divided evenly', &
+         'NAME_range', 'two of these, but for whole numbers', 'minimum and maximum, divided evenly', &
          'NAME_log_range', 'two of these, but for whole numbers', 'the same, divided evenly in the logarithm', &
          'NAME_points', 'whole number from 2 to 1e6', 'number of values in the range'], [3, 4])
       integer, allocatable :: remaining(:), swept(:)

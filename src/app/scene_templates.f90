@@ -9,7 +9,7 @@ module scene_templates
    character(*), parameter :: beam(*) = [character(80) :: &
       '! A clamped beam is pulled away from a stop at its tip and let go, in ratios', &
       '! without dimensions: time in 1/omega1, displacements in units of the distance', &
-      '! it was pulled. --names tells every name.', &
+      '! it was pulled. --names lists every name.', &
       '&mesh elements = 16 /', &
       '&damping zeta = 0.01 /          ! of the first mode', &
       '&stop', &
@@ -50,7 +50,7 @@ module scene_templates
 
    character(*), parameter :: tube(*) = [character(80) :: &
       '! A tube of a heat exchanger is shaken by its flow and rattles in supports with', &
-      '! clearance. SI units. &statistics tells what each support feels, without what', &
+      '! clearance. SI units. &statistics reports what each support feels, without what', &
       '! happens before its start.', &
       "&scene units = 'SI', title = 'A tube rattles in its supports' /", &
       "&section shape = 'tube', outer_diameter = 15.9e-3, wall = 1.15e-3 /  ! m", &

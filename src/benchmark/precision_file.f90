@@ -156,7 +156,7 @@ contains
       call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', &
          along=along)
       call group%add(prefix//'_ledger', errors%ledger, '1', &
-         'largest gap in the ledger of energy, in that at the start', along=along)
+         'maximum error of the energy balance over the energy at the start', along=along)
    end subroutine write_errors
 
    !> Write the times of the parts of a run.
@@ -190,7 +190,7 @@ contains
          call write_seconds('without', savings%without)
          call write_seconds('with', savings%with)
          call group%add('difference', savings%difference, '1', &
-            'greatest difference of the two answers; -1: none to compare', along=along)
+            'maximum difference of the two answers; -1: none to compare', along=along)
          call group%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
       end associate
 

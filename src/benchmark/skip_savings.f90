@@ -114,7 +114,7 @@ contains
       call run_both(measured, without, with)
       if (allocated(measured%error)) return
       saving%name = 'quadrature of element matrices'
-      saving%compared = 'K and M, in their greatest entries'
+      saving%compared = 'K and M, in their maximum entries'
       saving%difference = max(relative_difference(to_dense(with%model%stiffness), to_dense(without%model%stiffness)), &
          relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
       call time_both(measured, without, with, saving)
@@ -189,7 +189,7 @@ contains
       call compare_events(measured, 'history of the contact force', output)
       output = no_output()
       output%energy = .true.
-      call compare_events(measured, 'ledger of energy', output)
+      call compare_events(measured, 'energy balance', output)
       output = no_output()
       output%shape_step = shape_step
       call compare_events(measured, 'shapes, ten per unit of tau', output)

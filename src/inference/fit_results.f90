@@ -75,15 +75,15 @@ contains
       call group%add(along, [(i, i=1, n)], '1', 'number of the parameter', is_scale=.true.)
       call group%add('name', fit%names, 'none', 'parameter', along)
       call group%add('unit', fit%units, 'none', 'its unit', along)
-      call group%add('estimate', fit%values, own, 'value with the least sum of squares', along=along)
+      call group%add('estimate', fit%values, own, 'value with the minimum sum of squares', along=along)
       call group%add('standard_error', fit%certainty%error, own, &
          'standard error; nan: the signal does not depend on it', &
          along=along)
       call group%add('half_width', fit%certainty%half_width, own, 'half width of the 95 % interval; nan: the signal ' &
          //'cannot tell it', along=along)
-      call group%add('least', fit%minimum, own, 'least value allowed', along=along)
-      call group%add('greatest', fit%maximum, own, 'greatest value allowed', along=along)
-      call group%add('is_told', merge(1, 0, fit%certainty%is_told), '1', '1: the signal tells it', along=along)
+      call group%add('least', fit%minimum, own, 'minimum value allowed', along=along)
+      call group%add('greatest', fit%maximum, own, 'maximum value allowed', along=along)
+      call group%add('is_told', merge(1, 0, fit%certainty%is_told), '1', '1: the signal determines it', along=along)
       part = group%subgroup('joint')
       call part%add('first', [(i, i=1, n)], '1', 'number of a parameter', is_scale=.true.)
       call part%add('second', [(i, i=1, n)], '1', 'number of another', is_scale=.true.)
@@ -166,7 +166,7 @@ contains
       if (fit%is_exact) then
          call print_line(unit, '', 'the model explains the signal to rounding errors')
       else if (ieee_is_nan(fit%whiteness)) then
-         call print_line(unit, '', 'there are too few residuals to tell whether they are noise')
+         call print_line(unit, '', 'there are too few residuals to decide whether they are noise')
       else if (fit%whiteness < significance) then
          call print_line(unit, '', 'the residuals are no noise (probability '//rounded(fit%whiteness)//'): the model ' &
             //'does not explain the signal, and the intervals do not hold')
@@ -208,7 +208,7 @@ contains
             call print_line(unit, '', trim(fit%names(k))//' is at its limit')
          end if
       end do
-      if (together /= '') call print_line(unit, '', 'the signal cannot tell these apart: '//together(3:))
+      if (together /= '') call print_line(unit, '', 'the signal cannot distinguish these: '//together(3:))
    end subroutine print_told
 
 end module fit_results

@@ -112,8 +112,8 @@ contains
          deviation = curve_value(curve, x)
          if (abs(deviation) <= max_deviation*maxval(abs(values))) return
          call fail(error, status_bad_input, column_name//' of the table are '//to_text(deviation/maxval(abs(values))) &
-            //' of the greatest at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
-            //to_text(max_deviation)//' of the greatest is taken as that')
+            //' of the maximum at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
+            //to_text(max_deviation)//' of the maximum is taken as that')
       end subroutine check_point
    end subroutine check_column
 

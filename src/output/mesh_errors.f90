@@ -130,7 +130,7 @@ contains
       else
          write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         call add_numbers(table, 'greatest error', max_error(shown), with_exponent, none='none')
+         call add_numbers(table, 'maximum error', max_error(shown), with_exponent, none='none')
          call add_texts(table, 'settled', settled(shown))
       end if
       call print_table(unit, table)

@@ -192,7 +192,7 @@ contains
 
       if (has_contacts) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
          //'sums over all, first_impact is the first, longest_contact, greatest_force and greatest_impulse are the ' &
-         //'greatest; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
+         //'maximum; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
       if (measures%extremes_tolerance > peak_tolerance) call group%attribute('tolerance', measures%extremes_tolerance)
       call group%put('duration', measures%duration, 'time', 'length of the run{, tau}')
       call write_measures_of_run(group, row_of(measures))

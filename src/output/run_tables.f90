@@ -34,16 +34,16 @@ module run_tables
 
    type(measure_column_t), parameter :: contact_columns(*) = [ &
       measure_column_t('impacts', 'impacts'), &
-      measure_column_t('contacts', 'lasting contacts'), &
+      measure_column_t('contacts', 'contacts'), &
       measure_column_t('first_impact_tau', 'first at {tau =~t}'), &
       measure_column_t('total_contact', 'time in contact'), &
-      measure_column_t('greatest_force', 'greatest force'), &
-      measure_column_t('greatest_impulse', 'greatest impulse')]
+      measure_column_t('greatest_force', 'maximum force'), &
+      measure_column_t('greatest_impulse', 'maximum impulse')]
 
    type(measure_column_t), parameter :: statistic_columns(*) = [ &
       measure_column_t('mean_force', 'mean force'), &
       measure_column_t('rms_force', 'RMS force'), &
-      measure_column_t('maximum_force', 'greatest force'), &
+      measure_column_t('maximum_force', 'maximum force'), &
       measure_column_t('contact_share', 'share in contact'), &
       measure_column_t('impact_rate', 'impact rate'), &
       measure_column_t('mean_impact_velocity', 'mean velocity'), &
@@ -65,7 +65,8 @@ contains
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
       if (check%should_redistribute) call print_line(unit, '', &
-         "the mesh adds to the mass that is struck: mass = 'auto' errs less")
+         "the consistent mass matrix overestimates the mass that takes part in " &
+         //"impacts; mass = 'auto' is more accurate")
       if (check%compared == 0) return
       words = 'with '//to_text(check%compared)//' elements '
       if (check%is_relative) then

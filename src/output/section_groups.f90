@@ -32,7 +32,7 @@ contains
          ! a section within rounding of the end of a period belongs to that period
          call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
             'in which period of the load it is', 'tau')
-         call group%put('impacts', sections%impacts(:n), 'impacts since one period before', 'tau')
+         call group%put('impacts', sections%impacts(:n), 'impacts in the period before', 'tau')
          call group%put('displacement_tip', sections%tip(1, :n), 'displacement', &
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')

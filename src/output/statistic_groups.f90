@@ -31,8 +31,8 @@ contains
       call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
          //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
       call group%attribute('half_widths', '95 % by the t distribution over the blocks; nan: there is none')
-      if (.not. all(statistics%yields)) call group%attribute('restitution', 'an impulse has neither a greatest force ' &
-         //'nor a square: where a stop is rigid RMS and greatest forces are nan, means over the time in contact are ' &
+      if (.not. all(statistics%yields)) call group%attribute('restitution', 'an impulse has neither a maximum force ' &
+         //'nor a square: of a rigid stop RMS and maximum forces are nan, means over the time in contact are ' &
          //'without impulses, and the classes are of impulses')
       call group%put('block', [(i, i=1, blocks)], 'block', is_scale=.true.)
       call group%put('block_start', statistics%edge(0:blocks - 1), 'time', 'begin of the block{, tau}', 'block')
@@ -66,7 +66,7 @@ contains
       integer, contiguous, intent(in) :: number(:)
 
       if (yields) then
-         call group%put('class', edge, 'force', 'upper end of the class, greatest force of an impact', is_scale=.true.)
+         call group%put('class', edge, 'force', 'upper end of the class, maximum force of an impact', is_scale=.true.)
       else
          call group%put('class', edge, 'impulse', 'upper end of the class, impulse of an impact', is_scale=.true.)
       end if

@@ -72,7 +72,7 @@ contains
       call add_statement(list, '10', &
          'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
          'components, displacements and contact velocities.', &
-         'of 15 figures (5 remedies; high part of the velocity, main peak, greatest later velocity), those that fall', &
+         'of 15 figures (5 remedies; high part of the velocity, main peak, maximum later velocity), those that fall', &
          reduced, reduced > 14.5_wp, "of the reference's:"//detail, &
          'the remedies that do not reduce all three:'//exceptions)
    end subroutine judge_components

@@ -60,11 +60,11 @@ contains
          'number of the lowest modes within 1 % at the best r, at least 12', maxval(within_16), &
          maxval(within_16) > 11.5_wp, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_16, 0), '')
       call add(list, '1c', 'r = 1.2 is best for 8 elements.', &
-         'r with the least of the greatest errors of the 8 printed modes, 1.2', &
+         'r with the minimum of the maximum errors of the 8 printed modes, 1.2', &
          ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == 3, &
-         'greatest error of the first 8 in percent at r = 1 ... 1.5: '// &
+         'maximum error of the first 8 in percent at r = 1 ... 1.5: '// &
          listed(100.0_wp*worst, 2)//'; of the first 6: '//listed(100.0_wp*worst_six, 3)//'; modes within 1 %: '// &
-         listed(within_8, 0), '', 'by the greatest error of the 8 printed modes; by that of the first 6 it is '// &
+         listed(within_8, 0), '', 'by the maximum error of the 8 printed modes; by that of the first 6 it is '// &
          number(ratios(minloc(worst_six, dim=1)), 1)//', by the modes within 1 % '// &
          number(ratios(maxloc(within_8, dim=1)), 1))
       call add(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', &
@@ -77,7 +77,7 @@ contains
       if (allocated(error)) return
       lambda_3 = lambda(3)
       call add(list, '1e', 'All values lie somewhat above the exact ones.', &
-         'least relative error over all modes and meshes, not below -1e-12', min_error, min_error > -1.0e-12_wp, &
+         'minimum relative error over all modes and meshes, not below -1e-12', min_error, min_error > -1.0e-12_wp, &
          'third mode at n = 16, exact '//number(exact(3), 5)//", by the paper's eigen-solver in double precision "// &
          number(lambda_3, 5), 'the printed 7.743 lies below the exact value: a slip, see tests/regression/slips.txt')
       call model_of_wedge(8, 1.2_wp, model, error)

@@ -158,7 +158,7 @@ contains
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
          'main peak at alpha = 0.125 less that of the uniform beam, over 0', peak_change, peak_change > 0.0_wp, &
          'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(end_tau))], 3)// &
-         ' at alpha = 0, 0.025 ... 0.15', 'the least displacement is that at alpha = 0.05')
+         ' at alpha = 0, 0.025 ... 0.15', 'the minimum displacement is that at alpha = 0.05')
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
          'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', &
          kinetic_ratio, kinetic_ratio < 0.9_wp, &

@@ -117,7 +117,7 @@ contains
          call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
             'definitions of the end for which the condition is met: '//trim(variants(i)%name), along='statement')
          call group%add(name_of('ties', i), list%item%ties(i), '1', &
-            'definitions of the end for which what is compared cannot be told apart: '//trim(variants(i)%name), &
+            'definitions of the end by which the compared cases cannot be distinguished: '//trim(variants(i)%name), &
             along='statement')
          call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '// &
             trim(variants(i)%name), along='statement')
@@ -159,7 +159,7 @@ contains
       call add('kinetic_at_first', series%outcome%kinetic_at_impact, &
          'kinetic energy at the first impact, of the energy to lose')
       call add('mass_in_impact', 1.0_wp/series%outcome%inverse_mass, 'mass that takes part in an impact, of the beam')
-      call add('later_velocity', series%outcome%later_velocity, 'greatest velocity of approach after the main rebound')
+      call add('later_velocity', series%outcome%later_velocity, 'maximum velocity of approach after the main rebound')
       call add('high_displacement', series%outcome%high_mode_displacement, &
          'part of the modes above the second in the displacement of the stop point early in the main rebound')
       call add('high_velocity', series%outcome%high_mode_velocity, 'the same part in its velocity')

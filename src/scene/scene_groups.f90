@@ -68,7 +68,7 @@ module scene_groups
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
 
    character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
-      //'greatest distance of a stop that is given in units, else the mean height'
+      //'maximum distance of a stop that is given in units, else the mean height'
 
 contains
 
@@ -232,7 +232,7 @@ contains
          'positions of the nodes, ascending from 0 to length; the nearest moves to what needs one', &
          range_t(0.0_wp, length_range%maximum), default='elements of one ratio', is_optional=.true.))
       call table%bind(mesh%tolerance, name_t('tolerance', &
-         'find the elements: eta of stop and tip, tau of first impact and quiet settle within this', &
+         'find the elements: eta of stop and tip, first impact and settling time are within this', &
          range_t(1.0e-10_wp, 0.1_wp), condition_t(without='nodes', phrase='a mesh that is sought, not with nodes'), &
          default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
@@ -284,7 +284,7 @@ contains
          hop_range, sweep=sweep_t(7, may_change_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
-      call table%bind(response%accuracy, name_t('accuracy', 'share of the greatest displacement by which leaving out ' &
+      call table%bind(response%accuracy, name_t('accuracy', 'share of the maximum displacement by which leaving out ' &
          //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), exact))
       tolerance = 0.0_wp
       if (response%mode_tolerance < huge(tolerance)) tolerance = response%mode_tolerance
@@ -465,7 +465,7 @@ contains
          'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
       call table%bind(units, name_t('units', "what results are in, the scene's units or none", &
          default='scene where &scene units are given', is_optional=.true.), output_unit_names)
-      call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
+      call table%bind(output%energy, name_t('energy', 'the energy balance', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
          range_t(0.0_wp, 2.0_wp*real(max_elements, wp)), condition_t(group='frequencies')))
    end subroutine list_output

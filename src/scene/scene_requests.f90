@@ -85,7 +85,7 @@ contains
          quantity='time'))
       call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
          //'bars follow; 1: there are none', range_t(1, 10000)))
-      call table%bind(statistics%rest, name_t('rest', 'a meeting is an impact of its own if since the end of the one ' &
+      call table%bind(statistics%rest, name_t('rest', 'a contact is an impact of its own if after the end of the one ' &
          //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
       call table%store(name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
@@ -140,9 +140,9 @@ contains
       call table%bind(poincare%max_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
          //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
       call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
-         //'share of the greatest', range_t(1.0e-14_wp, 0.1_wp)))
+         //'share of the maximum', range_t(1.0e-14_wp, 0.1_wp)))
       call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
-         //'the greatest Lyapunov exponent', needs=exact))
+         //'the maximum Lyapunov exponent', needs=exact))
       call table%bind(poincare%records_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_poincare
 
@@ -241,13 +241,13 @@ contains
          //'frequency those of all loads in proportion'), varied_names)
       call table%bind(orbit%load, name_t('load', 'of which: a number among the harmonic loads, &force before &base', &
          range_t(1, 1000), needs=varied))
-      call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'least of it over what the load has', &
+      call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'minimum of it over what the load has', &
          range_t(1.0e-6_wp, 1.0_wp), needs=varied))
-      call table%bind(orbit%max_ratio, name_t('greatest_ratio', 'greatest of it over what the load has', &
+      call table%bind(orbit%max_ratio, name_t('greatest_ratio', 'maximum of it over what the load has', &
          range_t(1.0_wp, 1.0e6_wp), needs=varied))
       call table%bind(orbit%step, name_t('step', 'first step along a branch, as a share of the range and of the size ' &
          //'of the motion', step_range, needs=varied))
-      call table%bind(orbit%max_step, name_t('greatest_step', 'the greatest', step_range, needs=varied))
+      call table%bind(orbit%max_step, name_t('greatest_step', 'the maximum step', step_range, needs=varied))
       call table%bind(orbit%max_points, name_t('most_points', 'points of a branch to either side', &
          range_t(1, 100000), needs=varied))
       call table%bind(orbit%doublings, name_t('doublings', 'how often branches of twice the period leave others', &
@@ -282,7 +282,7 @@ contains
          else if (orbit%varied /= vary_nothing .and. .not. orbit%min_ratio < orbit%max_ratio) then
             call input%complain(group, 'lowest_ratio greatest_ratio', 'nothing lies between them')
          else if (orbit%step > orbit%max_step) then
-            call input%complain(group, 'step greatest_step', 'the first step must be at most the greatest')
+            call input%complain(group, 'step greatest_step', 'the first step must be at most the maximum')
          else if (orbit%varied /= vary_nothing) then
             if (is_zero_load(scene, orbit%load)) call input%complain(group, 'load', &
                'the load that is to vary has no amplitude')
@@ -316,7 +316,7 @@ contains
       class(table_t), intent(inout) :: table
       type(frequency_response_settings_t), intent(inout) :: response
 
-      call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
+      call table%bind(response%range, name_t('frequency_ratio_range', 'minimum and maximum frequency of the ' &
          //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
          default='none: give one'))
       call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
@@ -339,7 +339,7 @@ contains
          else if (.not. allocated(response%range)) then
             call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
          else if (size(response%range) /= 2) then
-            call input%complain(group, name, 'takes two values, the least and the greatest')
+            call input%complain(group, name, 'takes two values, the minimum and the maximum')
          else if (.not. (response%range(1) > 0.0_wp .and. response%range(2) > response%range(1))) then
             call input%complain(group, name, 'the first value must be above 0 and less than the second')
          end if

@@ -36,7 +36,7 @@ contains
          //'above; 0: that from which the beam is released, of forces the sum of all', range_t(0, 1000)))
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))
-      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'least and greatest frequency, over that of ' &
+      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'minimum and maximum frequency, over that of ' &
          //'omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
       call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
          instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
@@ -77,7 +77,7 @@ contains
             if (signal_table(spectrum%of(k))%is_of_contact .and. .not. scene%has_stop) then
                call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &stop')
             else if (signal_table(spectrum%of(k))%base == quantity_moment .and. .not. scene%wants_stress) then
-               call input%complain(group, 'of', 'moment needs &stress, which tells where')
+               call input%complain(group, 'of', 'moment needs &stress, which gives the positions')
             end if
             if (input%has_problem()) return
          end do
@@ -90,7 +90,7 @@ contains
          else if (.not. allocated(spectrum%range)) then
             call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
          else if (size(spectrum%range) /= 2) then
-            call input%complain(group, name, 'takes two values, the least and the greatest')
+            call input%complain(group, name, 'takes two values, the minimum and the maximum')
          else if (.not. spectrum%range(2) > spectrum%range(1)) then
             call input%complain(group, name, 'the first value must be less than the second')
          end if
@@ -132,7 +132,7 @@ contains
             //' numbers: at most '//to_text(max_numbers)//' are computed')
       else if (spectrum%range(2)*length/one_turn > max_periods) then
          call input%complain(group, 'frequency_ratio_range frequency_range', 'the run has ' &
-            //to_text(anint(spectrum%range(2)*length/one_turn))//' periods of the greatest frequency: at most ' &
+            //to_text(anint(spectrum%range(2)*length/one_turn))//' periods of the maximum frequency: at most ' &
             //to_text(max_periods)//' are transformed')
       end if
    end subroutine check_numbers

@@ -115,7 +115,7 @@ contains
 
       if (table%has_either('start', 'height_ratio')) then
          if (table%has_either('start', 'velocity_ratio')) call input%complain('start', 'height_ratio height', &
-            'does not go with a velocity: one of them tells the other')
+            'does not go with a velocity: one of them follows from the other')
          if (.not. scene%has_bases) then
             call input%complain('start', 'height_ratio height', 'needs &base gravity_ratio or gravity')
          else if (all(scene%bases%gravity_ratio <= 0.0_wp)) then

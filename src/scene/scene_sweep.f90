@@ -59,7 +59,7 @@ contains
       if (scene%wants_best) then
          associate (group => measure_table(scene%best%measure)%group)
             if (group == 'stress' .and. .not. scene%wants_stress) then
-               call input%complain('best', 'measure', 'needs &stress, which tells where')
+               call input%complain('best', 'measure', 'needs &stress, which gives the positions')
             else if (.not. scene%has_group(group)) then
                call input%complain('best', 'measure', 'needs &'//trim(group))
             end if
@@ -150,7 +150,7 @@ contains
       real(wp), intent(in) :: range(:)
 
       if (size(range) /= 2) then
-         call input%complain('sweep', name, 'takes two values, the least and the greatest')
+         call input%complain('sweep', name, 'takes two values, the minimum and the maximum')
       else if (.not. range(2) > range(1)) then
          call input%complain('sweep', name, 'the first value must be less than the second')
       end if

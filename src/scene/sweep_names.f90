@@ -194,7 +194,7 @@ contains
             call table%bind(swept%list, name, swept%parameter%is_whole)
             if (swept%parameter%is_whole) cycle
             name%name = trim(swept%parameter%name)//'_range'
-            name%meaning = 'least and greatest, divided evenly'
+            name%meaning = 'minimum and maximum, divided evenly'
             call table%bind(swept%range, name)
             name%name = trim(swept%parameter%name)//'_log_range'
             name%meaning = 'the same, divided evenly in the logarithm'

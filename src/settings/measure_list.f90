@@ -34,20 +34,20 @@ module measure_list
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
       measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', 'number', .true., 'impacts', &
       is_of_contact=.true.), &
-      measure_t('contacts', '', 'contacts that last', 'number', .true., 'lasting contacts', is_of_contact=.true.), &
+      measure_t('contacts', '', 'contacts of finite duration', 'number', .true., 'contacts', is_of_contact=.true.), &
       measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
       .true.), &
-      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'time', &
+      measure_t('first_impact_tau', 'first_impact', 'instant of the first contact with the stop', 'time', &
       .false., 'first impact', 'at {tau~t} =', is_of_contact=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', &
       '{d eta/d tau~velocity} at the stop point before it', 'velocity', .false., 'velocity before it', &
       is_of_contact=.true.), &
       measure_t('greatest_force', 'greatest_force', &
-      'greatest contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
+      'maximum contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
       'force', &
       .false., is_of_contact=.true.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
-      'greatest impulse of an episode, between flights above 0.02{~ of the unit of displacement}, less that of the ' &
+      'maximum impulse of an episode, between flights above 0.02{~ of the unit of displacement}, less that of the ' &
       //'force at rest', 'impulse', &
       .false., is_of_contact=.true.), &
       measure_t('total_contact', 'total_contact', 'time in contact', 'time', .false., 'time in contact', &
@@ -61,25 +61,25 @@ module measure_list
       measure_t('peak_5', '', 'of the fifth', 'displacement', .false.), &
       measure_t('quiet_tau', 'quiet', 'instant after which {|eta_c|~the stop point} stays within 0.02{~ of the unit ' &
       //'of displacement}; nan: it does not', 'time', &
-      .false., '{|eta_c|~motion} < 2 %', 'from {tau~t} ='), &
+      .false., 'rebounds below 2 %', 'after {tau~t} ='), &
       measure_t('spent_tau', 'spent', &
       'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
-      'time', .false., 'energy < 1 %', 'from {tau~t} ='), &
+      'time', .false., 'energy below 1 %', 'after {tau~t} ='), &
       measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", 'number', &
       .false.), &
       measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', 'number', .false.), &
       measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', 'number', .false.), &
-      measure_t('created', 'created', 'that the nodal reading of the impulse created', 'number', .false.), &
+      measure_t('created', 'created', 'created by the nodal reading of the impulse', 'number', .false.), &
       measure_t('left', 'left', 'that is left at the end', 'number', .false.), &
-      measure_t('greatest_moment', 'greatest_moment', 'greatest bending moment at the places of &stress, in magnitude' &
+      measure_t('greatest_moment', 'greatest_moment', 'maximum bending moment at the places of &stress, in magnitude' &
       //'{, Pbar L}', 'moment', .false., group='stress'), &
-      measure_t('greatest_stress', 'greatest_stress', 'greatest stress at the outer fibre there, in magnitude' &
-      //'{, in E D/L}', 'stress', .false., 'greatest stress', group='stress'), &
+      measure_t('greatest_stress', 'greatest_stress', 'maximum stress at the outer fibre there, in magnitude' &
+      //'{, in E D/L}', 'stress', .false., 'maximum stress', group='stress'), &
       measure_t('greatest_stress_tau', 'greatest_stress_tau', 'instant of it', 'time', .false., 'reached', &
       'at {tau~t} =', group='stress'), &
       measure_t('greatest_stress_position', 'greatest_stress_position', 'its place{, x/L}', 'length', .false., &
       'and at', '{x/L~x} =', group='stress'), &
-      measure_t('stress_range', 'stress_range', 'greatest less least stress of a place, the greatest of all places: ' &
+      measure_t('stress_range', 'stress_range', 'maximum less minimum stress of a place, the maximum of all places: ' &
       //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', group='stress'), &
       measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.), &
       measure_t('motion_period', 'motion_period', &
@@ -89,16 +89,17 @@ module measure_list
       'impacts in a period of the load, over that of the motion or, where none was found, over all sections kept', &
       'number', .false., 'impacts a period', group='poincare'), &
       measure_t('lyapunov_exponent', 'lyapunov_exponent', &
-      'greatest Lyapunov exponent: how fast motions that begin side by side part, from the first section to the last', &
+      'maximum Lyapunov exponent: rate at which motions that begin side by side separate, from the first section to ' &
+      //'the last', &
       'rate', .false., 'Lyapunov exponent', group='poincare'), &
       measure_t('strongest_frequency', 'strongest_frequency', '{omega over omega1~frequency} of the strongest line ' &
       //'in the first spectrum', 'frequency', .false., 'strongest line', 'at {omega~f} =', group='spectrum'), &
-      measure_t('strongest_line', 'strongest_line', 'greatest amplitude in the first spectrum of a displacement', &
+      measure_t('strongest_line', 'strongest_line', 'maximum amplitude in the first spectrum of a displacement', &
       'displacement', .false., 'with amplitude', group='spectrum'), &
       measure_t('strongest_velocity', 'strongest_velocity', 'in the first of a velocity', 'velocity', .false., &
       'strongest velocity', group='spectrum'), &
       measure_t('strongest_acceleration', 'strongest_acceleration', 'in the first of an acceleration', 'acceleration', &
-      .false., 'greatest in accel.', group='spectrum'), &
+      .false., 'maximum in accel.', group='spectrum'), &
       measure_t('strongest_force', 'strongest_force', 'in the first of a contact force{, Pbar}', 'force', .false., &
       'strongest in force', group='spectrum'), &
       measure_t('strongest_moment', 'strongest_moment', 'in the first of a bending moment{, Pbar L}', 'moment', &
@@ -107,7 +108,7 @@ module measure_list
       'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
       'force', .false., group='statistics'), &
-      measure_t('maximum_force', '', 'greatest force; with restitution there is none', &
+      measure_t('maximum_force', '', 'maximum force; with restitution there is none', &
       'force', .false., group='statistics'), &
       measure_t('mean_contact_force', '', 'mean force over the time in contact, without impulses', &
       'force', .false., group='statistics'), &
@@ -116,22 +117,22 @@ module measure_list
       measure_t('impact_rate', '', 'impacts over time', 'rate', .false., group='statistics'), &
       measure_t('mean_impact_velocity', '', 'mean velocity with which impacts begin', &
       'velocity', .false., group='statistics'), &
-      measure_t('maximum_impact_velocity', '', 'the greatest', 'velocity', .false., group='statistics'), &
+      measure_t('maximum_impact_velocity', '', 'the maximum', 'velocity', .false., group='statistics'), &
       measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it', &
       'impulse', .false., group='statistics'), &
-      measure_t('maximum_impulse', '', 'the greatest', 'impulse', .false., group='statistics'), &
+      measure_t('maximum_impulse', '', 'the maximum', 'impulse', .false., group='statistics'), &
       measure_t('contact_time', '', 'time in contact', 'time', .false., group='statistics'), &
       measure_t('contact_share', '', 'share of time in contact', 'number', .false., group='statistics'), &
       measure_t('mean_displacement', '', 'mean displacement of the stop point, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
       measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., group='statistics'), &
-      measure_t('minimum_displacement', '', 'its least', 'displacement', .false., group='statistics'), &
-      measure_t('maximum_displacement', '', 'its greatest', 'displacement', .false., group='statistics'), &
+      measure_t('minimum_displacement', '', 'its minimum', 'displacement', .false., group='statistics'), &
+      measure_t('maximum_displacement', '', 'its maximum', 'displacement', .false., group='statistics'), &
       measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
       measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., group='statistics'), &
-      measure_t('minimum_tip', '', 'its least', 'displacement', .false., group='statistics'), &
-      measure_t('maximum_tip', '', 'its greatest', 'displacement', .false., group='statistics')]
+      measure_t('minimum_tip', '', 'its minimum', 'displacement', .false., group='statistics'), &
+      measure_t('maximum_tip', '', 'its maximum', 'displacement', .false., group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Indices of measures that the program itself uses
