@@ -8,6 +8,8 @@ set(scripts_folder "${share}/scripts")
 set(modules_folder "${CMAKE_INSTALL_LIBDIR}/impactbeam/modules")
 set(packages_folder "${CMAKE_INSTALL_LIBDIR}/cmake/impactbeam")
 
+# Without the symbols, which only debuggers read
+install(CODE "set(CMAKE_INSTALL_DO_STRIP TRUE)")
 install(TARGETS impactbeam impactbeam-paper impactbeam-benchmark RUNTIME)
 if(TARGET impactbeam_ranks)
   set(chunk_folder "${CMAKE_INSTALL_LIBDIR}/impactbeam")
@@ -25,7 +27,7 @@ install(CODE "file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMA
   file(CREATE_LINK \"${scripts_from_programs}/impactbeam-plot\"
     \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/impactbeam-plot\" SYMBOLIC)")
 install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg")
 configure_file(packaging/impactbeam.1.in impactbeam.1 @ONLY)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
 # It is the page of the others too.

@@ -42,15 +42,22 @@ function(impactbeam_library name)
   target_link_libraries(${name} PUBLIC ${arg_LINKS} PRIVATE "$<BUILD_INTERFACE:impactbeam_flags>")
 endfunction()
 
+# impactbeam_program(<name> SOURCES ... LINKS ... [SHARED]): SHARED: it is small, because it links the shared libraries of others
 function(impactbeam_program name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "SHARED" "" "SOURCES;LINKS")
+  set(static_flags ${IMPACTBEAM_STATIC_FLAGS})
+  set(linked_statically "${IMPACTBEAM_LINKED_STATICALLY}")
+  if(arg_SHARED)
+    set(static_flags "")
+    set(linked_statically "")
+  endif()
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LINKS} impactbeam_flags)
-  target_link_options(${name} PRIVATE ${IMPACTBEAM_STATIC_FLAGS}
+  target_link_options(${name} PRIVATE ${static_flags}
     # the sanitizer calls dlopen() for the program, and has another path to search
     $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-Wl,--disable-new-dtags>)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}"
-    IMPACTBEAM_STATIC "${IMPACTBEAM_LINKED_STATICALLY}")
+    IMPACTBEAM_STATIC "${linked_statically}")
   if(TARGET impactbeam_ranks)
     add_dependencies(${name} impactbeam_ranks)
     set_property(TARGET ${name} PROPERTY BUILD_RPATH "\$ORIGIN")

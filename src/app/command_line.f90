@@ -279,20 +279,20 @@ contains
 
       format_line = ''
       if (name == program_name) format_line = &
-         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//line_end
+         '  --format F  write measures, sweep and frequencies as csv or json, too'//line_end
       text = 'usage: '//name//' SCENE.nml... [options]'//line_end//line_end// &
          purpose//line_end// &
          'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//line_end// &
          line_end// &
          '  --out DIR   folder of the results (default: results)'//line_end// &
-         '  --check     read and check the scenes and the memory they need, no more'//line_end// &
+         '  --check     read and check the scenes and the memory they need; run nothing'//line_end// &
          '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//line_end// &
          format_line// &
-         '  --threads N threads of a sweep (default: one a core; at most four)'//line_end// &
+         '  --threads N threads of a sweep (default: one per core, at most four)'//line_end// &
          '  --quiet     no tables'//line_end// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//line_end// &
-         '  --names [G] print every name of a scene, or of its group G: what it may be,'//line_end// &
-         '              its default, what it means; with --markdown for pages'//line_end// &
+         '  --names [G] print every name of a scene, or of its group G, with the allowed'//line_end// &
+         '              values, default and meaning; --markdown: as a table for pages'//line_end// &
          '  --version   print the version'//line_end// &
          '  --help      print this'//line_end// &
          line_end

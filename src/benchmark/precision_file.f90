@@ -61,12 +61,12 @@ contains
       associate (entries => study%motion)
          call group%attribute('horizon', study%horizon)
          call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
-         call group%add('method', integrator_names(entries%contender), 'none', 'way through time', along=along)
+         call group%add('method', integrator_names(entries%contender), 'none', 'method of integration', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
             along=along)
          call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', &
             along=along)
-         call group%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', &
+         call group%add('hop_tolerance', entries%hop_tolerance, '1', 'lower flights, in eta, count as contact', &
             along=along)
          call group%add('mode_tolerance', entries%mode_tolerance, '1', &
             'eta by which leaving out modes may change the motion', along=along)

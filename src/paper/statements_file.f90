@@ -149,7 +149,7 @@ contains
          call add(trim(end_name), or_nan(series%outcome%end_tau(size(end_levels) + i)), &
             "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
       end do
-      call add('first_impact', or_nan(series%outcome%impact_tau), 'first meeting with the stop, tau')
+      call add('first_impact', or_nan(series%outcome%impact_tau), 'first contact with the stop, tau')
       call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')
       call add('indentation', series%outcome%indentation, 'deepest indentation, eta')
       call add('first_contact', series%outcome%contact_length, 'length of the first contact that lasts, tau')
@@ -206,7 +206,7 @@ contains
          is_scale=.true.)
       call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', &
          along='elements')
-      call group%add('first_impact', convergence%impact_tau, '1', 'first meeting with the stop, tau', along='elements')
+      call group%add('first_impact', convergence%impact_tau, '1', 'first contact with the stop, tau', along='elements')
       call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
       call group%add('quiet', or_nan(convergence%settling_tau), '1', 'tau when |eta_c| last exceeds 0.02', along)
       call group%add('spent', or_nan(convergence%energy_tau), '1', &

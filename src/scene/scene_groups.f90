@@ -266,7 +266,7 @@ contains
          range_t(1.0e-9_wp, 1.0e9_wp)))
       call table%store(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
          quantity='time'))
-      call table%bind(response%method, name_t('method', 'way through time'), method_names)
+      call table%bind(response%method, name_t('method', 'method of integration in time'), method_names)
       call table%bind(response%newmark_beta, name_t('newmark_beta', "Newmark's beta", range_t(0.0_wp, 1.0_wp), newmark))
       scheme = 0
       call table%bind(scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
@@ -278,9 +278,9 @@ contains
          needs=newmark))
       call table%bind(response%contact_tolerance, name_t('contact_tolerance', &
          '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), newmark))
-      call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
+      call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar below which a contact ends', &
          range_t(0.0_wp, 1.0e3_wp, excludes_minimum=.true.), newmark))
-      call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
+      call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'lower flights, in eta, count as contact', &
          hop_range, sweep=sweep_t(7, may_change_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))

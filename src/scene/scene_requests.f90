@@ -89,7 +89,7 @@ contains
          //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
       call table%store(name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
-      call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a meeting with a stop that yields ' &
+      call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant stop ' &
          //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)))
       call table%store(name_t('force_threshold', 'the same as a force', physical_range, &
          instead_of='threshold_ratio', quantity='force'))

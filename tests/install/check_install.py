@@ -53,10 +53,16 @@ def install():
     shutil.rmtree(PLACE, ignore_errors=True)
     run(os.environ["CMAKE"], "--install", BUILD, "--prefix", first)
     os.rename(first, PLACE)
+    size = 0
     for path, _, names in os.walk(PLACE):
         for name in names:
+            size += os.lstat(os.path.join(path, name)).st_size
             with open(os.path.join(path, name), "rb") as stream:
                 demand(first.encode() not in stream.read(), f"{path}/{name} names the place of installation")
+    demand(os.environ["FFLAGS"] or size < 60e6, f"{size} bytes are installed")
+    readme = os.path.join(PLACE, "share", "doc", "impactbeam", "README.md")
+    for link in re.findall(r"\]\(([\w/.]+)\)", read(readme)):
+        demand(os.path.exists(os.path.join(os.path.dirname(readme), link)) or link == "CONTRIBUTING.md", f"README: no {link} is installed")
 
 
 def programs():
@@ -71,6 +77,13 @@ def programs():
     kinds = sorted(name[5:-3] for name in os.listdir(os.path.join(SOURCE, "scripts")) if name.startswith("plot_"))
     demand("response" in kinds and ", ".join(kinds) in run(plot, "--help")[0], "impactbeam-plot --help")
     demand("must be one of" in run(plot, "nothing", status=2)[1], "impactbeam-plot nothing")
+    # where there is no Python
+    bare = os.path.join(here, "impactbeam-plot")
+    with open(bare, "w", encoding="utf-8") as stream:
+        stream.write(read(plot).replace("/usr/bin/python3", "/no/python3"))
+    os.chmod(bare, 0o755)
+    said = run(bare, "response", status=1, PATH="/no")[1]
+    demand(said == "impactbeam-plot: needs Python 3; on Debian: apt-get install python3 python3-h5py python3-matplotlib\n", said)
     if subprocess.run(["/usr/bin/python3", "-c", "import h5py, matplotlib"], capture_output=True, check=False).returncode == 0:
         demand(run(plot, "response", "results/fig04_preload_0.h5", cwd=here)[0] == "results/fig04_preload_0.png\n", "no picture")
         said = run(plot, "response", "none.h5", status=2)[1]
