@@ -85,8 +85,8 @@ contains
          quantity='time'))
       call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
          //'bars follow; 1: there are none', range_t(1, 10000)))
-      call table%bind(statistics%rest, name_t('rest', 'a contact is an impact of its own if after the end of the one ' &
-         //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
+      call table%bind(statistics%rest, name_t('rest', 'time, tau, after the end of a contact before which the ' &
+         //'next one belongs to the same impact, as after a flight below hop_tolerance', instant_range))
       call table%store(name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
       call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant stop ' &
