@@ -77,7 +77,7 @@ contains
       if (count >= first) then
          if (.not. is_accurate(model, eigenvalue(first:))) then
             deallocate (lambda)
-            call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
+            call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh is lost in '// &
                'rounding, use another solver')
             return
          end if

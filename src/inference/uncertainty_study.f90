@@ -112,7 +112,7 @@ contains
       do number = 1, plan%chunks
          call read_chunk(run%path, plan, run%text, number, part, is_good)
          if (.not. is_good) then
-            call fail(error, status_run_failed, "'"//run%path//"' was spoilt since it was written; give the same " &
+            call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
                //'command again')
             return
          end if

@@ -126,8 +126,8 @@ contains
          call fail(error, status_bad_input, 'the mode of the start must be from 1 to '//to_text(modes) &
             //', the modes that this run keeps on its mesh')
       else if (any(model%supports%dof == model%tip_dof .and. model%supports%stiffness <= 0.0_wp)) then
-         call fail(error, status_bad_input, 'the mode of the start is told by the motion of the tip, which a support &
-         &holds')
+         call fail(error, status_bad_input, 'the mode of the start is defined by the motion of the tip, which a &
+         &support holds')
       end if
    end subroutine check_mode_of_start
 

@@ -102,10 +102,10 @@ contains
          call print_line(unit, 'modes', 'all '//to_text(check%retained)//'; '//found)
       else
          call print_line(unit, 'modes', to_text(check%retained)//' of '//to_text(check%all_modes)//'; '//found)
-         if (.not. check%agrees) call print_line(unit, '', 'the accuracy that was asked for is NOT shown to be kept')
+         if (.not. check%agrees) call print_line(unit, '', 'the requested accuracy is NOT confirmed')
       end if
-      if (check%persists) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
-         //'statistics, not histories')
+      if (check%persists) call print_line(unit, '', 'contacts may later make two such motions differ completely: ' &
+         //'compare statistics, not histories')
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.

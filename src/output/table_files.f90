@@ -50,7 +50,7 @@ contains
       if (.not. file%is_sound()) then
          call fail(error, status_run_failed, "cannot read '"//folder//'/'//name//"' back")
       else if (any([(value_count(tables(i)) > max_values, i=1, size(tables))])) then
-         call fail(error, status_run_failed, "'"//folder//'/'//name//"' is there, and has more than "// &
+         call fail(error, status_run_failed, "'"//folder//'/'//name//"' exists and has more than "// &
             to_text(int(max_values))//' numbers in a table: too many for --format; read them from it')
       end if
       call file%close_source()

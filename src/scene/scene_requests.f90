@@ -271,7 +271,7 @@ contains
          abs(scene%bases%course%amplitude) <= 0.0_wp)
       associate (orbit => scene%orbit)
          if (scene%response%method /= method_exact) then
-            call input%complain(group, '', "needs method = 'exact', which tells the derivative of a motion")
+            call input%complain(group, '', "needs method = 'exact', which gives the derivative of a motion")
          else if (loads == 0) then
             call input%complain(group, '', "goes by the period of a load: needs &force or &base of kind = 'harmonic'")
          else if (.not. are_steady) then

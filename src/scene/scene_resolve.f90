@@ -164,7 +164,7 @@ contains
          call input%complain('', '', name_of_program(program_motion)//' runs this scene')
       else if (.not. any([scene%wants_statements, scene%wants_precision, scene%wants_response, &
          scene%wants_frequencies])) then
-         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
+         call input%complain('', '', 'requests nothing; add &response / or &frequencies /')
       end if
    end subroutine check_requests
 

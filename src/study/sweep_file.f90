@@ -110,7 +110,7 @@ contains
       integer, intent(in) :: number
       type(failure_t), allocatable, intent(inout) :: error
 
-      call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' was spoilt since it was written; " &
+      call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' is damaged (its checksum is wrong); " &
          //'give the same command again, and its cases are computed again')
    end subroutine report_chunk
 

@@ -113,7 +113,7 @@ contains
             call read_chunk(path, plan, text, i, chunk, is_good)
             is_missing(i) = .not. is_good
             if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//chunk_name(i)// &
-               "' was spoilt since it was written; its cases are computed again"
+               "' is damaged (its checksum is wrong); its cases are computed again"
          end do
       end if
       missing = pack([(i, i=1, plan%chunks)], is_missing)

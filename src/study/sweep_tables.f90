@@ -62,7 +62,8 @@ contains
       words = to_text(plan%cases)
       if (survey%failures > 0) words = words//', of which '//to_text(survey%failures)//' failed'
       call print_line(unit, 'cases', words)
-      if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed)//' of them were found done')
+      if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed) &
+         //' of them were already computed')
       if (computed > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
          //to_text(nint(real(computed, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
       do k = 1, min(size(survey%failed), 3)

@@ -107,7 +107,7 @@ contains
          if (.not. allocated(error)) return
          if (error%status /= status_bad_input .or. index(error%message, scene_file) /= 1 &
             .or. index(error%message, new_line('a')) > 0) complaint = 'refused without file, or in two lines: '
-         if (index(error%message, 'asks for nothing') > 0) then
+         if (index(error%message, 'requests nothing') > 0) then
             call put(draft, 'frequencies', '', '')
             cycle
          end if
