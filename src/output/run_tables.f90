@@ -65,7 +65,7 @@ contains
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
       if (check%should_redistribute) call print_line(unit, '', &
-         "the consistent mass matrix overestimates the mass that takes part in " &
+         'the consistent mass matrix overestimates the mass that takes part in ' &
          //"impacts; mass = 'auto' is more accurate")
       if (check%compared == 0) return
       words = 'with '//to_text(check%compared)//' elements '
