@@ -62,27 +62,28 @@ def power_of(values):
 
 def draw_signal(upper, lower, fit):
     """Data and model, and their difference."""
-    powers = [power_of(values) for values in (fit.time, fit.measured, fit.residual)]
-    time, measured, model = fit.time/10.0**powers[0], fit.measured/10.0**powers[1], fit.model/10.0**powers[1]
-    upper.plot(time, measured, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[5], label="signal")
-    upper.plot(time, model, color=plots.COLOURS[1], linewidth=0.9, label="model")
-    upper.set_ylabel(label_of(fit.quantity, fit.unit, powers[1]))
+    (time, time_unit), (measured, unit), (residual, residual_unit) = (
+        plots.reading(np.max(np.abs(values)), own if own != "1" else "")
+        for values, own in ((fit.time, fit.time_unit), (fit.measured, fit.unit), (fit.residual, fit.unit)))
+    upper.plot(time*fit.time, measured*fit.measured, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[5], label="signal")
+    upper.plot(time*fit.time, measured*fit.model, color=plots.COLOURS[1], linewidth=0.9, label="model")
+    upper.set_ylabel(plots.with_unit(fit.quantity, unit))
     upper.tick_params(labelbottom=False)
     upper.legend(loc="upper right", ncols=2)
     upper.set_title(fit.title)
-    lower.plot(time, fit.residual/10.0**powers[2], linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[0])
+    lower.plot(time*fit.time, residual*fit.residual, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[0])
     lower.axhline(0.0, color=plots.COLOURS[1], linewidth=0.7)
-    lower.set_ylabel(label_of("residual", fit.unit, powers[2]))
-    lower.set_xlabel(label_of("time", fit.time_unit, powers[0]))
+    lower.set_ylabel(plots.with_unit("residual", residual_unit))
+    lower.set_xlabel(plots.with_unit("time", time_unit))
     lower.figure.align_ylabels([upper, lower])
 
 
 def draw_pair(axes, fit, first, second):
     """The ellipse of two parameters, and the ends of starts in its neighbourhood."""
     part = fit.covariance[np.ix_([first, second], [first, second])]
-    values, vectors = np.linalg.eigh(part/np.outer(np.sqrt(np.diag(part)), np.sqrt(np.diag(part))))
+    correlation = part[0, 1]/np.sqrt(part[0, 0]*part[1, 1])
     angle = np.linspace(0.0, 2.0*np.pi, 200)
-    circle = TWO_AT_ONCE*(vectors*np.sqrt(np.maximum(values, 0.0))) @ np.array([np.cos(angle), np.sin(angle)])
+    circle = TWO_AT_ONCE*np.array([np.cos(angle), correlation*np.cos(angle) + np.sqrt(max(1.0 - correlation**2, 0.0))*np.sin(angle)])
     powers = [power_of(fit.estimate[number]) for number in (first, second)]
     error = np.sqrt(np.diag(part))/10.0**np.array(powers)
     centre = fit.estimate[[first, second]]/10.0**np.array(powers)
