@@ -27,8 +27,10 @@ COLOURS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a"]
 DASHES = ["-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (9, 2)), "-"]
 MARKERS = ["o", "s", "^", "D", "v", "P"]
 CONTACT = "#d4d4d4"
-# A history with more turns than these is drawn as its range in so many parts of the time.
+# A history with more turns than these is drawn as its range in so many parts of the time; a black one is grey then, so that
+# lines before it are seen.
 MOST_TURNS, ENVELOPE_PARTS = 300, 500
+RANGE = {"black": "#9aa5b4"}
 WIDTH = 6.3
 DOTS = 220
 NO_DATE = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -207,8 +209,8 @@ def draw_history(axes, time, values, label="", **options):
     # each part holds the first sample of the next, so that neighbours meet
     parts = [values[first:last + 1] for first, last in zip(edges, edges[1:])]
     return [axes.fill_between(0.5 * (time[edges[1:]] + time[edges[:-1]]), [part.min() for part in parts],
-                              [part.max() for part in parts], label=f"{label}, range".lstrip(", "), alpha=0.75,
-                              color=options.get("color", "black"), linewidth=0.3)]
+                              [part.max() for part in parts], label=f"{label}, range".lstrip(", "), zorder=0.8,
+                              color=RANGE.get(options.get("color"), options.get("color")), linewidth=0.3)]
 
 
 def beside(path, kind):

@@ -30,6 +30,8 @@ RECORDS = {"eta_stop": "displacement", "eta_tip": "displacement", "velocity_stop
 OF_SURFACES = {"eta": "displacement", "velocity": "velocity", "force": "force"}
 NOTHING_RECORDED = "no history was recorded: see &output histories"
 IMPACTS = ("impact", "contact")
+# Of more than these neither contacts nor impacts are marked, as they would cover the panel.
+MOST_CONTACTS = 300
 
 
 class Surface(NamedTuple):
@@ -201,13 +203,13 @@ def clipped(contacts, start, end):
 
 def shade_contacts(axes, response):
     """Grey where the beam touches the stop."""
-    for start, end in response.contacts:
+    for start, end in response.contacts if len(response.contacts) <= MOST_CONTACTS else []:
         axes.axvspan(start, end, facecolor=plots.CONTACT, edgecolor=plots.CONTACT, linewidth=0.4, zorder=0.5)
 
 
 def mark_impacts(axes, response):
     """A small wedge under the curve at each impact."""
-    if response.impacts:
+    if 0 < len(response.impacts) <= MOST_CONTACTS:
         tau, eta = zip(*response.impacts)
         axes.plot(tau, eta, linestyle="none", marker=6, markersize=4.5, color="black", zorder=4)
 
@@ -215,9 +217,9 @@ def mark_impacts(axes, response):
 def legend_of_signs(response):
     """Handles for what is shaded and marked."""
     handles = []
-    if response.impacts:
+    if 0 < len(response.impacts) <= MOST_CONTACTS:
         handles.append(plt.Line2D([], [], linestyle="none", marker=6, markersize=4.5, color="black", label="impact"))
-    if response.contacts:
+    if 0 < len(response.contacts) <= MOST_CONTACTS:
         handles.append(patches.Patch(facecolor=plots.CONTACT, label="contact"))
     return handles
 
@@ -283,9 +285,10 @@ def draw_point(axes, surfaces, response):
             continue
         axes.add_patch(patches.Rectangle((response.tau[0], surface.height), numpy.ptp(response.tau), edge - surface.height,
                                          facecolor="#f2f2f2", edgecolor="none", zorder=0.4))
-        axes.bar([start for start, _ in surface.contacts], edge - surface.height, bottom=surface.height, align="edge",
-                 width=[end - start for start, end in surface.contacts], facecolor="#b4b4b4", edgecolor="#b4b4b4", linewidth=0.3,
-                 zorder=0.6)
+        if len(surface.contacts) <= MOST_CONTACTS:
+            axes.bar([start for start, _ in surface.contacts], edge - surface.height, bottom=surface.height, align="edge",
+                     width=[end - start for start, end in surface.contacts], facecolor="#b4b4b4", edgecolor="#b4b4b4",
+                     linewidth=0.3, zorder=0.6)
         axes.axhline(surface.height, color="black", linewidth=0.6, zorder=1)
     plots.draw_history(axes, response.tau, y, color="black", linewidth=0.8)
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
@@ -296,10 +299,9 @@ def draw_point(axes, surfaces, response):
     axes.ticklabel_format(axis="y", style="plain")
 
 
-def draw_sides(axes, response, panel):
+def draw_sides(axes, response, panel, shown):
     """Velocity at each point, or force of each side on the beam, upwards positive."""
     name = "velocity" if panel == "velocity" else "force"
-    shown = response.surfaces
     if panel == "velocity":
         shown = list({surface.position: surface for surface in shown}.values())
     for number, surface in enumerate(shown):
@@ -336,8 +338,14 @@ def draw_several(response, panels):
     if "displacement" in panels and "eta" in response.surfaces[0].histories:
         for surface in sorted(response.surfaces, key=lambda surface: -surface.position):
             points.setdefault(surface.position, []).append(surface)
-    others = [panel for panel in panels if panel in response.of_places or (panel in ("velocity", "force")
-              and panel in response.surfaces[0].histories)]
+    stops = list(dict.fromkeys(surface.stop for surface in response.surfaces))
+    others = []
+    for panel in panels:
+        if panel in response.of_places or (panel in ("velocity", "force") and panel in response.surfaces[0].histories):
+            # forces of many stops have a panel each
+            groups = [[surface for surface in response.surfaces if surface.stop == stop] for stop in stops] \
+                if panel == "force" and len(stops) > 3 else [response.surfaces]
+            others += [(panel, shown) for shown in groups]
     count = len(points) + len(others)
     if count == 0:
         raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
@@ -345,12 +353,12 @@ def draw_several(response, panels):
     panes = list(grid[:, 0])
     for axes, surfaces in zip(panes, points.values()):
         draw_point(axes, surfaces, response)
-    for axes, panel in zip(panes[len(points):], others):
+    for axes, (panel, shown) in zip(panes[len(points):], others):
         label_panel(axes, panel, response)
         if panel in OF_PLACES:
             draw_places(axes, response, panel)
         else:
-            draw_sides(axes, response, panel)
+            draw_sides(axes, response, panel, shown)
     unit = "" if response.is_in_units() or not points else "; $y$ in units of $|y_c(0) - d|$"
     panes[0].set_title(response.title + unit)
     figure.align_ylabels(panes)
