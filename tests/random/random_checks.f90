@@ -633,6 +633,7 @@ contains
          single = numbered(draft)
          call drop(single, 'sweep', '')
          call drop(single, 'best', '')
+         call put_found_mesh(file, single)
          call give_ratios(names, whole%echo, single)
          do k = 1, size(whole%sweep%swept)
             associate (parameter => whole%sweep%swept(k)%parameter)
@@ -660,6 +661,19 @@ contains
          end do
       end do
    end subroutine compare_rows
+
+   !> Give a scene without a mesh the mesh that was found for all its cases: a case by itself may find another one.
+   subroutine put_found_mesh(file, draft)
+      !> Results of the cases
+      character(*), intent(in) :: file
+      !> Gets the mesh
+      type(draft_t), intent(inout) :: draft
+
+      if (has_name(draft, 'mesh', 'elements') .or. has_name(draft, 'mesh', 'nodes')) return
+      call put(draft, 'mesh', 'elements', to_text(nint(read_number_attribute(file, 'scene/mesh', 'elements'))))
+      call drop(draft, 'mesh', 'ratio')
+      call put(draft, 'mesh', 'ratio', to_text(read_number_attribute(file, 'scene/mesh', 'ratio')))
+   end subroutine put_found_mesh
 
    !> Give a parameter of a sweep its value in a scene without one.
    subroutine put_parameter(names, parameter, value, file, draft)
@@ -787,6 +801,7 @@ contains
          accumulator%rows = accumulator%rows + 1
          single = numbered(draft)
          parameter = trim(scene%cases%parameter%name)
+         call put_found_mesh(file, single)
          call put_parameter(names, parameter, scene%cases%values(i), file, single)
          call drop(single, 'cases', '')
          call put(single, 'scene', 'name', '''single''')
