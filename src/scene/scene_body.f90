@@ -30,7 +30,7 @@ contains
       call table%open(group_t('root'), scene%has_root_group)
       if (.not. table%is_open) return
       associate (root => scene%root)
-         call table%bind(root%kind, name_t('kind', 'what holds the root: the clamp, or a pin about which it turns ' &
+         call table%bind(root%kind, name_t('kind', 'support of the root: clamped, or pinned, about which it turns ' &
             //'freely'), root_names)
          call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
             'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, elastic_clamp, &

@@ -229,7 +229,7 @@ contains
 
       call table%open(group_t('mesh', in_motion_and_benchmark))
       call table%bind(mesh%nodes, name_t('nodes', &
-         'positions of the nodes, ascending from 0 to length; the nearest moves to what needs one', &
+         'positions of the nodes, ascending from 0 to length; the nearest moves to each stop, support or mass', &
          range_t(0.0_wp, length_range%maximum), default='elements of one ratio', is_optional=.true.))
       call table%bind(mesh%tolerance, name_t('tolerance', &
          'find the elements: eta of stop and tip, first impact and settling time are within this', &
@@ -385,7 +385,8 @@ contains
       if (best%measure > measure_count) best%measure = measure_named(without(best%measure - measure_count))
       call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
       call table%bind(best%count, name_t('count', 'cases in the table of the best', range_t(1, 10000)))
-      call table%bind(best%refine, name_t('refine', 'seek better ones between the swept values, from the best case'))
+      call table%bind(best%refine, name_t('refine', &
+         'search for better values between the swept ones, from the best case on'))
       call table%bind(best%evaluations, name_t('evaluations', 'most cases that the refinement computes', &
          range_t(1, 10000000), refinement))
       call table%bind(best%precision, name_t('precision', 'share of each range at which it ends', &
@@ -414,7 +415,8 @@ contains
          names(k) = parameter%name
          if (names(k) == cases%parameter%name) chosen = k
       end do
-      call table%bind(chosen, name_t('parameter', 'what differs from case to case', default='none: give one'), names)
+      call table%bind(chosen, name_t('parameter', 'parameter that differs between cases', &
+         default='none: give one'), names)
       if (chosen > 0) cases%parameter = parameter_of(table, places(chosen))
       call table%bind(cases%values, name_t('values', 'its values, one case each', range_t(-1.0e6_wp, 1.0e12_wp), &
          default='none: give some', range_of='parameter'))

@@ -68,7 +68,7 @@ contains
          default='none: give position or stretch', is_optional=.true.))
       ! `check_force` reports a list that does not have two values
       if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
-      call table%bind(force%course%kind, name_t('kind', 'how it goes on in time'), course_names)
+      call table%bind(force%course%kind, name_t('kind', 'course in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
          default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)))
@@ -99,13 +99,13 @@ contains
          range_t(-360.0_wp, 360.0_wp), harmonic, sweep=sweep_t(first + 2, is_in_cases=.true.)))
       ! an unchanged phase is not converted back, because rounding would change its last digit
       if (abs(degrees - given_degrees) > 0.0_wp) course%phase = degrees*degree
-      call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
+      call table%bind(course%start, name_t('start', 'instant at which it begins, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
       if (course%end < huge(course%end)) last = course%end
-      call table%bind(last, name_t('end', 'instant at which it ceases, tau', duration_range, lasting, &
+      call table%bind(last, name_t('end', 'instant at which it ends, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
       if (last > 0.0_wp) course%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, lasting, &
@@ -118,7 +118,7 @@ contains
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
-      call table%bind(course%value, name_t('values', 'values at them, linear between; nothing before and after', &
+      call table%bind(course%value, name_t('values', 'values at these instants, linear between; 0 before and after', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
       call table%store(name_t('table', 'file with a time and a value in each line, sought beside the ' &
          //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
@@ -158,9 +158,9 @@ contains
          sweep=sweep_t(first_parameter + 6, is_in_cases=.true., may_change_in_motion=.true.)))
       call table%store(name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
-      call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
+      call table%bind(base%quantity, name_t('quantity', 'given motion of clamp, stops and supports, besides ' &
          //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
-      call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
+      call table%bind(base%course%kind, name_t('kind', 'course in time'), course_names)
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
          default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., &
@@ -287,7 +287,7 @@ contains
       type(time_course_t), intent(inout) :: course
 
       if (course%end <= course%start) call input%complain(group, 'end end_time', &
-         'it ceases before it sets in, at tau = '//to_text(course%start), which)
+         'it ends before it begins, at tau = '//to_text(course%start), which)
       if (course%kind /= course_table) return
       call fetch_table(input, table, group, which, folder, course)
       if (input%has_problem()) return

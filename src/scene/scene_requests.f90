@@ -73,18 +73,18 @@ contains
       !> End of the interval, 0 if it is the end of the run
       real(wp) :: last
 
-      call table%bind(statistics%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
+      call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
       if (statistics%end < huge(statistics%end)) last = statistics%end
-      call table%bind(last, name_t('end', 'instant up to which it counts, tau', &
+      call table%bind(last, name_t('end', 'end of the part that is evaluated, tau', &
          duration_range, default='that of the run', is_optional=.true.))
       if (last > 0.0_wp) statistics%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
          quantity='time'))
-      call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
-         //'bars follow; 1: there are none', range_t(1, 10000)))
+      call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length, whose scatter gives the ' &
+         //'error bars; 1: no error bars', range_t(1, 10000)))
       call table%bind(statistics%rest, name_t('rest', 'time, tau, after the end of a contact before which the ' &
          //'next one belongs to the same impact, as after a flight below hop_tolerance', instant_range))
       call table%store(name_t('rest_time', 'the same in time', physical_range, &
@@ -128,21 +128,20 @@ contains
 
       degrees = 360.0_wp*poincare%phase
       given_degrees = degrees
-      call table%bind(degrees, name_t('phase', 'where in the period of the load, degrees from tau = 0', &
+      call table%bind(degrees, name_t('phase', 'phase of the sections in the period, degrees from tau = 0', &
          range_t(0.0_wp, 360.0_wp)))
       ! an unchanged phase is not converted back, because rounding would change its last digit
       if (abs(degrees - given_degrees) > 0.0_wp) poincare%phase = degrees/360.0_wp
-      call table%bind(poincare%skip, name_t('skip', 'sections that are passed over', range_t(0, 10000000)))
-      call table%bind(poincare%keep, name_t('keep', 'sections after them that are kept; without a duration ' &
+      call table%bind(poincare%skip, name_t('skip', 'number of sections omitted at first', range_t(0, 10000000)))
+      call table%bind(poincare%keep, name_t('keep', 'number of sections stored after them; without a duration ' &
          //'the run ends with the period of the last', range_t(1, 100000)))
-      call table%bind(poincare%load, name_t('load', 'whose period counts: a number among the harmonic loads, ' &
-         //'&force before &base; 0: that of all together', range_t(0, 1000)))
+      call table%bind(poincare%load, name_t('load', 'number of the harmonic load that gives the period, ' &
+         //'&force before &base; 0: all, by their common period', range_t(0, 1000)))
       call table%bind(poincare%max_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
          //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
       call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
          //'share of the maximum', range_t(1.0e-14_wp, 0.1_wp)))
-      call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
-         //'the maximum Lyapunov exponent', needs=exact))
+      call table%bind(poincare%wants_exponent, name_t('exponent', 'compute the maximum Lyapunov exponent', needs=exact))
       call table%bind(poincare%records_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_poincare
 
@@ -174,7 +173,7 @@ contains
          call set_period(scene, poincare, response)
          if (poincare%period <= 0.0_wp) then
             call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &
-               //'slowest: give load, the one whose period counts')
+               //'slowest: give load, the one that gives the period')
          else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_section_phase(poincare))) then
             call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
                //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
@@ -232,14 +231,14 @@ contains
 
       call table%bind(orbit%periods, name_t('periods', 'periods of the loads after which the motion returns; 0: ' &
          //'those that are found, 16 at most', range_t(0, 64)))
-      call table%bind(orbit%skip, name_t('skip', 'periods that run before', range_t(1, 1000000)))
-      call table%bind(orbit%tolerance, name_t('tolerance', 'by how much the motion may miss its start, as a share of ' &
-         //'its size', range_t(1.0e-13_wp, 1.0e-3_wp)))
+      call table%bind(orbit%skip, name_t('skip', 'periods computed before the search', range_t(1, 1000000)))
+      call table%bind(orbit%tolerance, name_t('tolerance', 'maximum difference of the end from the start, as a share ' &
+         //'of the size of the motion', range_t(1.0e-13_wp, 1.0e-3_wp)))
       call table%bind(orbit%max_steps, name_t('most_steps', "steps of Newton's method after which it fails", &
          range_t(1, 1000)))
-      call table%bind(orbit%varied, name_t('parameter', 'what of a load varies along a branch of motions; with ' &
-         //'frequency those of all loads in proportion'), varied_names)
-      call table%bind(orbit%load, name_t('load', 'of which: a number among the harmonic loads, &force before &base', &
+      call table%bind(orbit%varied, name_t('parameter', 'quantity of a load that varies along a branch of motions; ' &
+         //'the frequency varies with those of all other loads in proportion'), varied_names)
+      call table%bind(orbit%load, name_t('load', 'number of that harmonic load, &force before &base', &
          range_t(1, 1000), needs=varied))
       call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'minimum of it over what the load has', &
          range_t(1.0e-6_wp, 1.0_wp), needs=varied))
@@ -250,7 +249,7 @@ contains
       call table%bind(orbit%max_step, name_t('greatest_step', 'the maximum step', step_range, needs=varied))
       call table%bind(orbit%max_points, name_t('most_points', 'points of a branch to either side', &
          range_t(1, 100000), needs=varied))
-      call table%bind(orbit%doublings, name_t('doublings', 'how often branches of twice the period leave others', &
+      call table%bind(orbit%doublings, name_t('doublings', 'number of successive period doublings that are followed', &
          range_t(0, 6), needs=varied))
    end subroutine list_orbit
 

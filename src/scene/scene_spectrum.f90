@@ -50,11 +50,11 @@ contains
       call table%bind(spectrum%segments, name_t('segments', 'segments of equal length, from whose differences the ' &
          //'error bars follow; of hann each overlaps the next by half; 1: there are none', range_t(1, 10000)))
       call table%bind(spectrum%window, name_t('window', 'what weighs a segment'), window_names)
-      call table%bind(spectrum%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
+      call table%bind(spectrum%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, instead_of='start', quantity='time'))
       last = 0.0_wp
       if (spectrum%end < huge(spectrum%end)) last = spectrum%end
-      call table%bind(last, name_t('end', 'instant up to which it counts, tau', duration_range, &
+      call table%bind(last, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
          default='that of the run', is_optional=.true.))
       if (last > 0.0_wp) spectrum%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))

@@ -27,10 +27,10 @@ contains
       class(table_t), intent(inout) :: table
       type(start_group_t), intent(inout) :: start
 
-      call table%bind(start%kind, name_t('kind', 'from rest pulled away from a stop, from rest, from rest under the ' &
-         //'loads, moving, in a mode, as a table says, or dropped', default="'pull'; 'rest' without a stop"), &
+      call table%bind(start%kind, name_t('kind', 'pulled away from a stop, at rest, in balance under the ' &
+         //'loads, with a velocity, in a mode, from a table, or dropped', default="'pull'; 'rest' without a stop"), &
          start_names)
-      call table%bind(start%field, name_t('field', 'which velocities', &
+      call table%bind(start%field, name_t('field', 'distribution of the velocity', &
          needs=condition_t(name='kind', words='velocity')), field_names)
       call table%bind(start%mode, name_t('mode', 'which mode of the free beam', range_t(1, 1000), with_mode, &
          sweep=sweep_t(53, is_in_cases=.true., name='start_mode')))

@@ -162,7 +162,7 @@ contains
          sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))
-      call table%bind(support%motion, name_t('motion', 'what it holds, at zero'), support_motion_names)
+      call table%bind(support%motion, name_t('motion', 'which of both it holds at zero'), support_motion_names)
       call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
          'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
          default='none: rigid', is_optional=.true., sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)))

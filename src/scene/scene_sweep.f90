@@ -360,7 +360,7 @@ contains
 
       if (.not. scene%wants_cases) return
       if (scene%cases%parameter%name == '') then
-         call input%complain('cases', '', 'needs a parameter: what differs from case to case')
+         call input%complain('cases', '', 'needs a parameter, which differs between cases')
       else if (.not. allocated(scene%cases%values)) then
          call input%complain('cases', '', 'needs values, one for each case')
       else

@@ -172,7 +172,7 @@ contains
       call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, max_cases), hypercube, &
          default='none'))
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
-      call table%bind(sweep%chunk_cases, name_t('part_cases', 'cases that reach the disk together', &
+      call table%bind(sweep%chunk_cases, name_t('part_cases', 'number of cases stored together', &
          range_t(1, 1000000), default='a 400th, 10 to 16384'))
       call list_parameters(table, places)
       call list_carry(table, places, sweep)
@@ -224,7 +224,7 @@ contains
       end do
       call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
          //'start of the next', default='none: each case by itself', is_optional=.true.), names)
-      call table%bind(sweep%carries_back, name_t('carry_back', 'go through these values to the end and back again'))
+      call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
    end subroutine list_carry
 
 end module sweep_names
