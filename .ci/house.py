@@ -85,6 +85,8 @@ def read_file(folder, path, modules, broken):
             if unit.group(2):
                 module.uses.add(unit.group(2))
             modules[module.name] = module
+            if os.path.basename(path) != f"{module.name}.f90":
+                broken.append(f"{shown}: holds {module.name}; the file must have the name of its module")
             continue
         if module:
             module.words += WORD.findall(statement)

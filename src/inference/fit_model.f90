@@ -20,9 +20,9 @@ module fit_model
    use sweep_plan, only: plan_t
    implicit none (type, external)
    private
-   public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, largest_name
+   public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, max_name_length
 
-   integer, parameter :: largest_name = 48
+   integer, parameter :: max_name_length = 48
 
    !> Model of a signal as a function for the least-squares method.
    type, extends(residuals_t) :: fit_model_t
@@ -65,12 +65,12 @@ contains
    pure function fit_names(scene, plan) result(names)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      character(largest_name), allocatable :: names(:)
+      character(max_name_length), allocatable :: names(:)
 
       allocate (names(size(plan%axes)))
       names(:) = plan%axes%parameter%name
-      names = [character(largest_name) :: names, pack([character(largest_name) :: 'signal_offset', 'signal_scale', &
-         'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])]
+      names = [character(max_name_length) :: names, pack([character(max_name_length) :: 'signal_offset', &
+         'signal_scale', 'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])]
    end function fit_names
 
    !> Initialise the model of a scene.

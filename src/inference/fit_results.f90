@@ -1,7 +1,7 @@
 !> Results of a fit: the group /fit of the results file, and the table on the console.
 module fit_results
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use fit_model, only: largest_name
+   use fit_model, only: max_name_length
    use fit_statistics, only: certainty_t
    use inference_settings, only: observed_names, quantity_observed
    use kinds, only: wp
@@ -21,9 +21,9 @@ module fit_results
    real(wp), parameter :: significance = 0.01_wp
 
    type :: fit_t
-      character(largest_name), allocatable :: names(:)
+      character(max_name_length), allocatable :: names(:)
       !> Units of the fitted parameters; '1': dimensionless
-      character(largest_name), allocatable :: units(:)
+      character(max_name_length), allocatable :: units(:)
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
@@ -83,7 +83,7 @@ contains
          //'cannot tell it', along=along)
       call group%add('least', fit%minimum, own, 'minimum value allowed', along=along)
       call group%add('greatest', fit%maximum, own, 'maximum value allowed', along=along)
-      call group%add('is_told', merge(1, 0, fit%certainty%is_told), '1', '1: the signal determines it', along=along)
+      call group%add('is_told', merge(1, 0, fit%certainty%is_determined), '1', '1: the signal determines it', along=along)
       part = group%subgroup('joint')
       call part%add('first', [(i, i=1, n)], '1', 'number of a parameter', is_scale=.true.)
       call part%add('second', [(i, i=1, n)], '1', 'number of another', is_scale=.true.)
@@ -158,7 +158,7 @@ contains
       write (unit, '()')
       call print_line(unit, 'residual', with_unit(fit%certainty%noise, own)//' RMS')
       call print_line(unit, 'condition', rounded(fit%certainty%condition)//' of the Jacobian with columns of length 1')
-      call print_told(unit, plan, fit)
+      call print_undetermined(unit, plan, fit)
       if (fit%horizon < scene%fit%time(size(scene%fit%time))) call print_line(unit, '', &
          'small changes of the parameters ' &
          //'grow e-fold in '//with_unit(1.0_wp/fit%growth_rate, unit_in(units, 'time'))//': after '// &
@@ -185,7 +185,7 @@ contains
    end function failures
 
    !> Print the parameters that the signal does not determine.
-   subroutine print_told(unit, plan, fit)
+   subroutine print_undetermined(unit, plan, fit)
       integer, intent(in) :: unit
       type(plan_t), intent(in) :: plan
       type(fit_t), intent(in) :: fit
@@ -196,12 +196,12 @@ contains
 
       together = ''
       do k = 1, size(fit%values)
-         if (.not. fit%certainty%matters(k)) then
+         if (.not. fit%certainty%has_influence(k)) then
             call print_line(unit, '', 'the signal does not depend on '//trim(fit%names(k)))
-         else if (.not. fit%certainty%is_told(k) .and. .not. ieee_is_nan(fit%certainty%half_width(k))) then
+         else if (.not. fit%certainty%is_determined(k) .and. .not. ieee_is_nan(fit%certainty%half_width(k))) then
             call print_line(unit, '', 'the signal hardly depends on '//trim(fit%names(k))// &
                ': its interval is wider than its range')
-         else if (.not. fit%certainty%is_told(k)) then
+         else if (.not. fit%certainty%is_determined(k)) then
             together = together//', '//trim(fit%names(k))
          else if (k <= size(plan%axes) .and. min(fit%values(k) - fit%minimum(k), fit%maximum(k) - fit%values(k)) < &
             at_limit*(fit%maximum(k) - fit%minimum(k))) then
@@ -209,6 +209,6 @@ contains
          end if
       end do
       if (together /= '') call print_line(unit, '', 'the signal cannot distinguish these: '//together(3:))
-   end subroutine print_told
+   end subroutine print_undetermined
 
 end module fit_results

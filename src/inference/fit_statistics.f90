@@ -14,9 +14,9 @@ module fit_statistics
    type :: certainty_t
       !> The signal determines the parameter. False: the signal does not depend on it, depends only on a combination of
       !> it with other parameters, or the interval is wider than the range
-      logical, allocatable :: is_told(:)
+      logical, allocatable :: is_determined(:)
       !> The signal depends on the parameter
-      logical, allocatable :: matters(:)
+      logical, allocatable :: has_influence(:)
       !> Standard errors, and half widths of the 95 % intervals; NaN if the signal does not determine the parameter
       real(wp), allocatable :: error(:)
       real(wp), allocatable :: half_width(:)
@@ -64,11 +64,11 @@ contains
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       n = size(ranges)
       norm = [(norm2(jacobian(:, k)), k=1, n)]
-      allocate (certainty%matters(n), source=norm*ranges > smallest_share*spread*sqrt(real(size(residual), wp)))
-      allocate (certainty%is_told, source=certainty%matters)
+      allocate (certainty%has_influence(n), source=norm*ranges > smallest_share*spread*sqrt(real(size(residual), wp)))
+      allocate (certainty%is_determined, source=certainty%has_influence)
       allocate (certainty%error(n), certainty%half_width(n), certainty%covariance(n, n), certainty%correlation(n, n), &
          source=nan)
-      places = pack([(k, k=1, n)], certainty%matters)
+      places = pack([(k, k=1, n)], certainty%has_influence)
       certainty%freedom = max(1, size(residual) - size(places))
       certainty%noise = sqrt(sum(residual**2)/real(certainty%freedom, wp))
       if (size(places) == 0) return
@@ -79,7 +79,7 @@ contains
       call find_singular(scaled, singular, vectors)
       certainty%condition = singular(1)/max(singular(size(places)), tiny(1.0_wp))
       if (certainty%condition > largest_condition) then
-         certainty%is_told(places) = abs(vectors(:, size(places))) < smallest_part
+         certainty%is_determined(places) = abs(vectors(:, size(places))) < smallest_part
       end if
       do j = 1, size(places)
          do i = 1, size(places)
@@ -101,9 +101,9 @@ contains
       end do
       t = student_quantile(0.95_wp, certainty%freedom)
       if (noise > 0.0_wp) t = student_quantile(0.95_wp, 1000000)
-      certainty%half_width = merge(t*certainty%error, nan, certainty%is_told)
+      certainty%half_width = merge(t*certainty%error, nan, certainty%is_determined)
       do k = 1, n
-         if (certainty%is_told(k)) certainty%is_told(k) = certainty%half_width(k) <= ranges(k)
+         if (certainty%is_determined(k)) certainty%is_determined(k) = certainty%half_width(k) <= ranges(k)
       end do
    end subroutine find_certainty
 

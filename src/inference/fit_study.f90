@@ -6,7 +6,7 @@ module fit_study
    use case_runs, only: runner_t
    use checksums, only: checksum
    use failures, only: fail, failure_t, status_run_failed
-   use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, largest_name, &
+   use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, max_name_length, &
       start_model
    use fit_results, only: fit_t, print_fit, write_fit
    use fit_start, only: extras_of_fit, fit_from
@@ -31,7 +31,7 @@ module fit_study
    use sweep_study, only: plan_run_t, run_plan, threads_for
    implicit none (type, external)
    private
-   public :: run_fit, plan_starts, conclude
+   public :: run_fit, plan_starts, find_estimates
 
 contains
 
@@ -59,7 +59,7 @@ contains
          call fail(error, status_run_failed, 'no start of the fit has a run: '//reason)
          return
       end if
-      call conclude(scene, plan, fit)
+      call find_estimates(scene, plan, fit)
       call begin_results(root, 200000_c_size_t, scene)
       call write_fit(root%subgroup('fit'), scene, plan, fit)
       call finish_results(root, job%folder, scene, error)
@@ -100,7 +100,7 @@ contains
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(chunk_rows_t) :: part
+      type(chunk_rows_t) :: chunk
       logical :: is_good
       integer :: i, n
 
@@ -109,22 +109,22 @@ contains
          fit%runs(plan%cases))
       reason = ''
       do i = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, i, part, is_good)
+         call read_chunk(run%path, plan, run%text, i, chunk, is_good)
          if (.not. is_good) then
             call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
                //'command again')
             return
          end if
-         fit%started(:, i) = part%values(:, 1)
-         fit%ended(:, i) = part%extras(:n, 1)
-         fit%sums(i) = part%extras(n + 1, 1)
-         fit%runs(i) = part%extras(n + 2, 1)
-         if (reason == '' .and. size(part%failed) > 0) reason = trim(part%reasons(1))
+         fit%started(:, i) = chunk%values(:, 1)
+         fit%ended(:, i) = chunk%extras(:n, 1)
+         fit%sums(i) = chunk%extras(n + 1, 1)
+         fit%runs(i) = chunk%extras(n + 2, 1)
+         if (reason == '' .and. size(chunk%failed) > 0) reason = trim(chunk%reasons(1))
       end do
    end subroutine collect_starts
 
    !> Find the estimates and their errors from the best of all starts.
-   subroutine conclude(scene, plan, fit)
+   subroutine find_estimates(scene, plan, fit)
       !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -181,7 +181,8 @@ contains
       call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
          residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
       fit%is_exact = fit%certainty%noise < smallest_rest*model%spread
-      fit%growth_rate = growth_rate(scene%fit%time, jacobian)
+      fit%growth_rate = growth_rate(scene%fit%time, jacobian(:, pack([(k, k=1, size(step))], &
+         fit%certainty%is_determined)))
       noise = max(fit%certainty%noise, smallest_rest*model%spread)
       associate (time => scene%fit%time)
          if (fit%growth_rate*(time(size(time)) - time(1)) > chaotic) fit%horizon = time(1) + &
@@ -189,7 +190,7 @@ contains
       end associate
       fit%whiteness = whiteness(residual)
       fit%agreeing = agreeing_starts(model, fit)
-   end subroutine conclude
+   end subroutine find_estimates
 
    !> Search the neighbourhood of the best parameters without derivatives, and minimise again from the best point found.
    !> A signal with jumps has many local minima of the sum of squares, one for each sample at which an impact may lie.
@@ -234,7 +235,7 @@ contains
    subroutine name_units(scene, plan, names)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      character(largest_name), intent(out) :: names(:)
+      character(max_name_length), intent(out) :: names(:)
 
       type(units_t) :: units
       integer :: k
@@ -302,7 +303,7 @@ contains
       agreeing_starts = 0
       do i = 1, size(fit%sums)
          if (ieee_is_nan(fit%sums(i))) cycle
-         if (all(.not. fit%certainty%is_told .or. abs(coordinates_of(model, fit%ended(:, i)) - &
+         if (all(.not. fit%certainty%is_determined .or. abs(coordinates_of(model, fit%ended(:, i)) - &
             coordinates_of(model, fit%values)) < nearby)) agreeing_starts = agreeing_starts + 1
       end do
    end function agreeing_starts

@@ -5,7 +5,7 @@ module sample_statistics
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: sample_t, describe
+   public :: sample_t, find_sample_statistics
 
    !> Statistics of a sample. Errors are half widths of 95 % intervals for independent numbers; errors of a Latin
    !> hypercube are rarely larger.
@@ -31,7 +31,7 @@ module sample_statistics
 contains
 
    !> Find the statistics of a sample.
-   subroutine describe(values, probabilities, classes, sample)
+   subroutine find_sample_statistics(values, probabilities, classes, sample)
       !> Values; NaN: no value
       real(wp), intent(in) :: values(:)
       !> Probabilities of the quantiles
@@ -85,7 +85,7 @@ contains
          end do
          sample%in_class(k) = sample%in_class(k) + 1
       end do
-   end subroutine describe
+   end subroutine find_sample_statistics
 
    !> Value below which a share of a sorted sample lies, interpolated linearly.
    pure function at_share(sorted, share) result(value)

@@ -131,21 +131,21 @@ contains
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(chunk_rows_t) :: part
+      type(chunk_rows_t) :: chunk
       logical :: is_good
       integer :: number
 
       reason = ''
       do number = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, number, part, is_good)
+         call read_chunk(run%path, plan, run%text, number, chunk, is_good)
          if (.not. is_good) then
             call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
                //'command again')
             return
          end if
          associate (first => first_of_chunk(plan, number))
-            rows(:, first:first + size(part%rows, 2) - 1) = part%rows
-            if (first == 1 .and. size(part%failed) > 0) reason = trim(part%reasons(1))
+            rows(:, first:first + size(chunk%rows, 2) - 1) = chunk%rows
+            if (first == 1 .and. size(chunk%failed) > 0) reason = trim(chunk%reasons(1))
          end associate
       end do
    end subroutine collect_rows

@@ -4,10 +4,9 @@ module uncertain_values
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use distributions, only: normal_quantile, quantile_within
    use failures, only: fail, failure_t, status_bad_input
-   use fit_model, only: largest_name
+   use fit_model, only: max_name_length
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: wp
-   use number_text, only: to_text
    use scene_types, only: scene_t
    use sweep_plan, only: axis_t, plan_t
    implicit none (type, external)
@@ -16,7 +15,7 @@ module uncertain_values
 
    !> Estimates of a fit, and their covariance.
    type :: estimate_t
-      character(largest_name), allocatable :: names(:)
+      character(max_name_length), allocatable :: names(:)
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: covariance(:, :)
    end type estimate_t
@@ -53,6 +52,13 @@ contains
             "': has none of the parameters of &sweep")
          return
       end if
+      do k = 1, size(of_fit)
+         if (of_fit(k) == 0) cycle
+         if (.not. ieee_is_nan(estimate%covariance(of_fit(k), of_fit(k)))) cycle
+         call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': "// &
+            trim(estimate%names(of_fit(k)))//' has no covariance: the signal of the fit does not depend on it')
+         return
+      end do
       call distribute_jointly(plan, of_fit, estimate)
       if (.not. allocated(scene%uncertainty%normal)) return
       do k = 1, size(plan%axes)
@@ -106,7 +112,8 @@ contains
       axis%maximum = maxval(axis%values)
    end subroutine distribute_normally
 
-   !> Distribute the parameters of a fit: jointly normal with their covariance, truncated at their ranges.
+   !> Distribute the parameters of a fit: jointly normal with their covariance. Values beyond a range are set to its
+   !> minimum or maximum.
    subroutine distribute_jointly(plan, of_fit, estimate)
       type(plan_t), intent(inout) :: plan
       !> Index of each parameter in the fit; 0: the fit does not have it
@@ -192,10 +199,6 @@ contains
       if (.not. file%is_sound()) then
          call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': '"//path// &
             "' cannot be read")
-      else if (any(ieee_is_nan(estimate%covariance))) then
-         call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': parameter " &
-            //to_text(findloc([(ieee_is_nan(estimate%covariance(last, last)), last=1, n)], .true., dim=1))// &
-            ' of the fit has no covariance: its signal does not depend on it')
       end if
       call file%close_source()
    end subroutine read_fit

@@ -8,7 +8,7 @@ module uncertainty_study
    use kinds, only: wp
    use measure_selection, only: chosen_measures
    use number_text, only: to_text
-   use sample_statistics, only: describe
+   use sample_statistics, only: find_sample_statistics
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use study_job, only: job_t
@@ -23,7 +23,7 @@ module uncertainty_study
    use uncertainty_results, only: print_uncertainty, uncertainty_t
    implicit none (type, external)
    private
-   public :: run_uncertainty, plan_sample, describe_rows
+   public :: run_uncertainty, plan_sample, find_statistics
 
 contains
 
@@ -60,7 +60,7 @@ contains
       uncertainty%measures = chosen_measures(scene, scene%uncertainty%measures)
       call collect_values(run, plan, uncertainty%measures, values, error)
       if (allocated(error)) return
-      call describe_rows(scene, values, uncertainty)
+      call find_statistics(scene, values, uncertainty)
       allocate (survey%summary, source=uncertainty)
       call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error)
       if (allocated(error) .or. job%quiet) return
@@ -104,28 +104,28 @@ contains
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(chunk_rows_t) :: part
+      type(chunk_rows_t) :: chunk
       logical :: is_good
       integer :: first, i, number
 
       allocate (values(plan%cases, size(measures)))
       do number = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, number, part, is_good)
+         call read_chunk(run%path, plan, run%text, number, chunk, is_good)
          if (.not. is_good) then
             call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
                //'command again')
             return
          end if
          first = first_of_chunk(plan, number)
-         do i = 1, size(part%rows, 2)
-            values(first + i - 1, :) = part%rows(measures, i)
+         do i = 1, size(chunk%rows, 2)
+            values(first + i - 1, :) = chunk%rows(measures, i)
          end do
       end do
    end subroutine collect_values
 
    !> Find the statistics of the selected measures; measures that the scene does not name are left out if they have no
    !> value.
-   subroutine describe_rows(scene, values, uncertainty)
+   subroutine find_statistics(scene, values, uncertainty)
       type(scene_t), intent(in) :: scene
       !> Measures, [cases, measures]
       real(wp), intent(in) :: values(:, :)
@@ -143,9 +143,9 @@ contains
       uncertainty%probabilities = scene%uncertainty%quantiles
       allocate (uncertainty%samples(size(there)))
       do i = 1, size(there)
-         call describe(values(:, there(i)), uncertainty%probabilities, scene%uncertainty%classes, &
+         call find_sample_statistics(values(:, there(i)), uncertainty%probabilities, scene%uncertainty%classes, &
             uncertainty%samples(i))
       end do
-   end subroutine describe_rows
+   end subroutine find_statistics
 
 end module uncertainty_study
