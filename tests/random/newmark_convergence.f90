@@ -32,7 +32,7 @@ module newmark_convergence
    !> What rounding may be of a quantity.
    real(wp), parameter :: rounding_of_size = 1.0e-8_wp
    !> So many steps lie at least between the last jump of a load and a contact whose error goes with their square. Steps of
-   !> whatever length h meet both instants, a distance D apart, by pieces, each half as long as the one before. What is
+   !> any length h reach both instants, a distance D apart, by shorter steps, each half as long as the one before. What is
    !> wrong by the cube of each piece is so wrong by h^2 D at most, and at least by h^2 (D - 2 h (1 - 1/7)): each end lacks a
    !> step but for the cubes of the pieces. Half the step leaves no more than `freedom` times a quarter where
    !> D <= freedom (D - 12/7 h), which is D >= 5.2 h.

@@ -171,7 +171,7 @@ contains
       if (choice < 0.95_wp .and. chance(0.25_wp)) then
          call put(draft, 'stress', '', '')
          call draw_group(names, 'stress', 0.5_wp, draft)
-         ! extremes are sought as long as the beam swings
+         ! extremes are searched while the beam oscillates
          call drop(draft, 'response', 'duration_time')
          call drop(draft, 'response', 'step_time')
          call put(draft, 'response', 'duration', to_text(between(0.5_wp, 40.0_wp, .true.)))
@@ -262,8 +262,8 @@ contains
       end if
    end subroutine draw_poincare
 
-   !> A beam under a harmonic load never tires, and each period asks for some hundred looks: a long run is one of many
-   !> periods of the fastest load, not of more than that.
+   !> A beam under a harmonic load does not come to rest, and each period needs some hundred evaluations. The duration of a
+   !> run is therefore limited to a number of periods of the fastest load.
    subroutine bound_periods(draft)
       type(draft_t), intent(inout) :: draft
 

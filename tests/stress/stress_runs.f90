@@ -91,7 +91,7 @@ contains
       stop_settings%preload = preload
    end function three_element_stop
 
-   !> Run, and look at everything that must hold.
+   !> Run, and check everything that must hold.
    subroutine run_stressed(model, zeta, stop_settings, settings, stressed)
       !> The beam
       type(beam_model_t), intent(in) :: model
