@@ -116,7 +116,8 @@ READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": 
 SIGNALS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
            "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
            "acceleration_tip": "acceleration\nof the tip", "acceleration_stop": "acceleration\nat the stop",
-           "contact_force": "contact force", "moment": "bending moment"}
+           "contact_force": "contact force", "moment": "bending moment",
+           "impact_times": "instant\nof the impact", "rebound_peaks": "peak\nof the rebound"}
 OF_SCENE = "scene"
 
 

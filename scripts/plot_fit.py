@@ -26,6 +26,7 @@ class Fit:
             group = plots.group_of(file, "fit", "&fit")
             self.title = plots.title_of(file)
             self.quantity = plots.SIGNALS[plots.text_of(group.attrs["of"])].replace("\n", " ")
+            self.is_numbered = plots.text_of(group.attrs["of"]) in ("impact_times", "rebound_peaks")
             self.names = [plots.text_of(name) for name in group["name"][()]]
             self.units = [plots.text_of(unit) for unit in group["unit"][()]]
             self.estimate = group["estimate"][()]
@@ -69,12 +70,12 @@ def draw_signal(upper, lower, fit):
     upper.plot(time*fit.time, measured*fit.model, color=plots.COLOURS[1], linewidth=0.9, label="model")
     upper.set_ylabel(plots.with_unit(fit.quantity, unit))
     upper.tick_params(labelbottom=False)
-    upper.legend(loc="upper right", ncols=2)
+    upper.legend(loc="upper left" if fit.is_numbered else "upper right", ncols=2)
     upper.set_title(fit.title)
     lower.plot(time*fit.time, residual*fit.residual, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[0])
     lower.axhline(0.0, color=plots.COLOURS[1], linewidth=0.7)
     lower.set_ylabel(plots.with_unit("residual", residual_unit))
-    lower.set_xlabel(plots.with_unit("time", time_unit))
+    lower.set_xlabel(plots.with_unit("number" if fit.is_numbered else "time", time_unit))
     lower.figure.align_ylabels([upper, lower])
 
 

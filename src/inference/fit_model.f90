@@ -6,14 +6,14 @@ module fit_model
    use case_runs, only: run_next, runner_t
    use failures, only: failure_t
    use history_list, only: force_stop
-   use inference_settings, only: fit_settings_t, is_of_tip, is_velocity, observed_acceleration_tip, observed_force, &
-      quantity_observed
+   use inference_settings, only: fit_settings_t, is_feature, is_of_tip, is_velocity, observed_acceleration_tip, &
+      observed_force, observed_impacts, quantity_observed
    use kinds, only: pi, wp
    use least_squares, only: residuals_t
    use measure_list, only: peak_count
    use motion_run, only: set_store_t
    use quantities, only: quantity_named, units_t
-   use response_types, only: response_t
+   use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: output_settings_t
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -247,8 +247,9 @@ contains
       last = self%runner%scene%response%duration
       output%history = .false.
       output%history(force_stop) = self%fit%observed == observed_force
-      output%measures = present(row_response)
+      output%measures = present(row_response) .or. is_feature(self%fit%observed)
       output%max_peaks = peak_count
+      if (is_feature(self%fit%observed)) output%max_peaks = max(peak_count, nint(time(size(time))))
       if (self%fit%observed == observed_acceleration_tip) then
          allocate (instants, source=limits_of_cells(time))
       else
@@ -257,7 +258,8 @@ contains
       ! before the run the beam is in its initial state
       instants = min(max(instants/unit_of_time, 0.0_wp), last)
       allocate (place(size(instants)), source=0)
-      if (self%fit%observed /= observed_force) call request_shapes(instants, output, place)
+      if (.not. (self%fit%observed == observed_force .or. is_feature(self%fit%observed))) call request_shapes( &
+         instants, output, place)
       self%runner%scene%output = output
       call run_next(self%runner, values, response, analysed, error, self%sets, of_run)
       if (allocated(error)) then
@@ -265,7 +267,9 @@ contains
          return
       end if
       units = units_in(self%runner%scene)
-      if (self%fit%observed == observed_force) then
+      if (is_feature(self%fit%observed)) then
+         call find_features(response, self%fit%observed, nint(time), last, found)
+      else if (self%fit%observed == observed_force) then
          call interpolate(response%tau, response%history(force_stop)%values, time/unit_of_time, found)
       else
          associate (position => self%runner%beam%model%mesh%position)
@@ -291,6 +295,38 @@ contains
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(row_response)) row_response = response
    end subroutine raw_signal
+
+   !> Find features of a motion by their numbers. An impact that the run does not have counts as at its end, and a
+   !> rebound as without height.
+   pure subroutine find_features(response, observed, numbers, end, found)
+      type(response_t), intent(in) :: response
+      !> One of the `observed_` constants for which `is_feature` is true
+      integer, intent(in) :: observed
+      !> Numbers of the features, ascending, >= 1
+      integer, intent(in) :: numbers(:)
+      !> End of the run, tau
+      real(wp), intent(in) :: end
+      !> Instants of impacts, tau, or peak displacements eta
+      real(wp), intent(out) :: found(:)
+
+      real(wp), allocatable :: features(:)
+
+      if (observed == observed_impacts) then
+         allocate (features(0))
+         if (response%event_count > 0) then
+            associate (events => response%events(:response%event_count))
+               features = pack(events%tau, events%kind == event_impact .or. events%kind == event_contact)
+            end associate
+         end if
+         found = end
+      else
+         features = response%measures%peak_eta
+         found = 0.0_wp
+      end if
+      associate (there => count(numbers <= size(features)))
+         found(:there) = features(numbers(:there))
+      end associate
+   end subroutine find_features
 
    !> Request the shapes of the beam at some instants, each once.
    pure subroutine request_shapes(instants, output, place)

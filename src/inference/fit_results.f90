@@ -3,7 +3,7 @@ module fit_results
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use fit_model, only: max_name_length
    use fit_statistics, only: certainty_t
-   use inference_settings, only: observed_names, quantity_observed
+   use inference_settings, only: is_feature, observed_names, quantity_observed
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use quantities, only: units_t
@@ -83,7 +83,8 @@ contains
          //'cannot tell it', along=along)
       call group%add('least', fit%minimum, own, 'minimum value allowed', along=along)
       call group%add('greatest', fit%maximum, own, 'maximum value allowed', along=along)
-      call group%add('is_told', merge(1, 0, fit%certainty%is_determined), '1', '1: the signal determines it', along=along)
+      call group%add('is_told', merge(1, 0, fit%certainty%is_determined), '1', '1: the signal determines it', &
+         along=along)
       part = group%subgroup('joint')
       call part%add('first', [(i, i=1, n)], '1', 'number of a parameter', is_scale=.true.)
       call part%add('second', [(i, i=1, n)], '1', 'number of another', is_scale=.true.)
@@ -93,7 +94,11 @@ contains
       part = group%subgroup('signal')
       unit = unit_in(units_in(scene), quantity_observed(scene%fit%observed))
       if (unit == '') unit = '1'
-      call part%add('time', scene%fit%time, time_unit(units_in(scene)), 'time of the signal', is_scale=.true.)
+      if (is_feature(scene%fit%observed)) then
+         call part%add('time', scene%fit%time, '1', 'number of the impact or rebound', is_scale=.true.)
+      else
+         call part%add('time', scene%fit%time, time_unit(units_in(scene)), 'time of the signal', is_scale=.true.)
+      end if
       call part%add('measured', scene%fit%value, unit, 'signal', along='time')
       call part%add('model', fit%model, unit, 'signal of the model', along='time')
       call part%add('residual', scene%fit%value - fit%model, unit, 'what the model leaves', along='time')
@@ -137,14 +142,16 @@ contains
 
       type(table_t) :: table
       type(units_t) :: units
-      character(:), allocatable :: own
+      character(:), allocatable :: own, unit_of_time
 
       units = units_in(scene)
       own = unit_in(units, quantity_observed(scene%fit%observed))
       write (unit, '(a)') scene%name//': '//scene%title
+      unit_of_time = unit_in(units, 'time')
+      if (is_feature(scene%fit%observed)) unit_of_time = ''
       call print_line(unit, 'signal', trim(observed_names(scene%fit%observed))//' of '//scene%fit%data//', '// &
-         to_text(size(scene%fit%value))//' values from '//with_unit(scene%fit%time(1), unit_in(units, 'time')) &
-         //' to '//with_unit(scene%fit%time(size(scene%fit%time)), unit_in(units, 'time')))
+         to_text(size(scene%fit%value))//' values from '//with_unit(scene%fit%time(1), unit_of_time) &
+         //' to '//with_unit(scene%fit%time(size(scene%fit%time)), unit_of_time))
       call print_line(unit, 'starts', to_text(size(fit%sums))//', of which '//to_text(fit%agreeing)//' ended here'// &
          trim(merge(', and        ', '             ', any(ieee_is_nan(fit%sums))))//failures(fit))
       write (unit, '()')

@@ -67,7 +67,7 @@ contains
          sum_of_squares = huge(1.0_wp)
          do i = 1, size(shares)
             count = nint(shares(i)*real(all_values, wp))
-            if (count < max(2*n, 8)) cycle
+            if (count < min(max(2*n, 8), all_values)) cycle
             if (all_evaluations >= model%fit%evaluations) exit
             model%integrates = jumps(model%fit%observed) .and. i < size(shares)
             if (.not. jumps(model%fit%observed) .and. i == size(shares)) exit

@@ -11,7 +11,7 @@ module fit_study
    use fit_results, only: fit_t, print_fit, write_fit
    use fit_start, only: extras_of_fit, fit_from
    use fit_statistics, only: find_certainty, growth_rate, whiteness
-   use inference_settings, only: jumps, quantity_observed
+   use inference_settings, only: is_feature, jumps, quantity_observed
    use kinds, only: wp
    use least_squares, only: final_tolerance, minimise
    use motion_run, only: set_store_t
@@ -181,8 +181,8 @@ contains
       call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
          residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
       fit%is_exact = fit%certainty%noise < smallest_rest*model%spread
-      fit%growth_rate = growth_rate(scene%fit%time, jacobian(:, pack([(k, k=1, size(step))], &
-         fit%certainty%is_determined)))
+      if (.not. is_feature(scene%fit%observed)) fit%growth_rate = growth_rate(scene%fit%time, &
+         jacobian(:, pack([(k, k=1, size(step))], fit%certainty%is_determined)))
       noise = max(fit%certainty%noise, smallest_rest*model%spread)
       associate (time => scene%fit%time)
          if (fit%growth_rate*(time(size(time)) - time(1)) > chaotic) fit%horizon = time(1) + &

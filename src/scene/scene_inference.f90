@@ -1,7 +1,7 @@
 !> Names of &sensitivity, &fit and &uncertainty, and the checks and defaults of these groups.
 module scene_inference
-   use inference_settings, only: fit_settings_t, is_of_tip, observed_names, quantity_observed, sensitivity_settings_t, &
-      uncertainty_settings_t
+   use inference_settings, only: fit_settings_t, is_feature, is_of_tip, observed_names, quantity_observed, &
+      sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_named, measure_status, measure_table
    use name_hints, only: phrase_of
@@ -81,7 +81,8 @@ contains
          //'their units in a header', range_t(1, 1000), default='none: give one', is_optional=.true.))
       call table%bind(fit%observed, name_t('of', 'what was measured', default='none: give one', is_optional=.true.), &
          observed_names)
-      call table%bind(fit%time_column, name_t('time_column', 'column of the file with the time', columns))
+      call table%bind(fit%time_column, name_t('time_column', &
+         'column of the file with the time, or with the number of an impact or rebound', columns))
       call table%bind(fit%value_column, name_t('value_column', 'column with the values', columns))
       call table%bind(fit%noise_column, name_t('noise_column', &
          'column with the standard deviation of the noise of each value, in their unit; 0: none', &
@@ -314,6 +315,8 @@ contains
             call input%complain(group, 'noise_column', 'must differ from time_column and value_column')
          else if (fit%noise > 0.0_wp .and. fit%noise_column > 0) then
             call input%complain(group, 'noise', 'does not go with noise_column; give one of them')
+         else if (is_feature(fit%observed) .and. fit%time_shift > 0.0_wp) then
+            call input%complain(group, 'time_shift', 'does not go with numbered '//trim(observed_names(fit%observed)))
          else if (fit%start >= fit%end) then
             call input%complain(group, 'start end', 'no part of the signal is between start and end')
          else if (scene%response%method /= method_exact) then
@@ -363,10 +366,19 @@ contains
          end = min(fit%end, end)
          inside = pack([(i, i=1, size(signal%time))], signal%time >= fit%start .and. signal%time <= end)
          minimum_count = max(10, parameters + 4)
+         if (is_feature(fit%observed)) then
+            minimum_count = parameters + count([fit%has_offset, fit%has_scale]) + 1
+            end = min(end, maxval(signal%time))
+         end if
          if (size(inside) < minimum_count) then
             call input%complain(group, 'data', file//' has '//to_text(size(inside))//' values from '// &
                to_text(fit%start)//' to '//to_text(end)//', the end of what is fitted: must be at least ' &
                //to_text(minimum_count))
+            return
+         else if (is_feature(fit%observed) .and. any(abs(signal%time - anint(signal%time)) > 0.0_wp .or. &
+            signal%time < 1.0_wp)) then
+            call input%complain(group, 'data', file//': the time_column of '//trim(observed_names(fit%observed)) &
+               //' must have their numbers 1, 2, ...')
             return
          end if
          if (allocated(fit%time)) deallocate (fit%time, fit%value, fit%noise_of_value)
@@ -399,6 +411,10 @@ contains
 
       ! the last sample of the run
       end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
+      if (is_feature(scene%fit%observed)) then
+         end = huge(1.0_wp)
+         signal%time_unit = ''
+      end if
       if (scene%unit_system == 0 .or. scene%unit_system == system_none) then
          associate (units_of_file => [character(32) :: signal%time_unit, signal%value_unit])
             do i = 1, size(units_of_file)
@@ -410,7 +426,7 @@ contains
       end if
       units = units_of(scene%scales, scene%unit_system, .true.)
       quantity = quantity_observed(scene%fit%observed)
-      end = end*units%factor(quantity_named('time'))
+      if (.not. is_feature(scene%fit%observed)) end = end*units%factor(quantity_named('time'))
       if (signal%time_unit /= '') then
          call unit_ratio(signal%time_unit, unit_of(quantity_named('time'), units), ratio, problem)
          if (.not. allocated(problem)) signal%time = ratio*signal%time

@@ -6,7 +6,8 @@ module inference_settings
    implicit none (type, external)
    private
    public :: sensitivity_settings_t, fit_settings_t, uncertainty_settings_t, observed_names
-   public :: observed_acceleration_tip, observed_force, is_of_tip, is_velocity, jumps, quantity_observed
+   public :: observed_acceleration_tip, observed_force, observed_impacts, is_of_tip, is_velocity, is_feature, jumps
+   public :: quantity_observed
 
    !> Quantities that a measured signal may have, `of` in &fit.
    integer, parameter :: observed_displacement_tip = 1
@@ -15,8 +16,11 @@ module inference_settings
    integer, parameter :: observed_velocity_stop = 4
    integer, parameter :: observed_force = 5
    integer, parameter :: observed_acceleration_tip = 6
-   character(*), parameter :: observed_names(6) = [character(24) :: 'displacement_tip', 'velocity_tip', &
-      'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip']
+   !> Features of a motion instead of its path, numbered from 1: instants of impacts; peak displacements of rebounds.
+   integer, parameter :: observed_impacts = 7
+   integer, parameter :: observed_peaks = 8
+   character(*), parameter :: observed_names(8) = [character(24) :: 'displacement_tip', 'velocity_tip', &
+      'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip', 'impact_times', 'rebound_peaks']
 
    !> &sensitivity
    type :: sensitivity_settings_t
@@ -58,7 +62,8 @@ module inference_settings
       real(wp) :: time_shift = 0.0_wp
       !> Maximum number of runs from one start
       integer :: evaluations = 2000
-      !> Times, ascending, and values of the part that is fitted, in the units of the results, [samples]
+      !> Times (of features: numbers), ascending, and values of the part that is fitted, in the units of the results,
+      !> [samples]
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
       !> Standard deviation of the noise of each value, 0: that of the residuals; [samples]
@@ -92,6 +97,15 @@ contains
       is = any(observed == [observed_displacement_tip, observed_velocity_tip, observed_acceleration_tip])
    end function is_of_tip
 
+   !> Does a signal consist of numbered features instead of samples at times?
+   elemental function is_feature(observed) result(is)
+      !> One of the `observed_` constants
+      integer, intent(in) :: observed
+      logical :: is
+
+      is = observed == observed_impacts .or. observed == observed_peaks
+   end function is_feature
+
    !> Does a signal jump at impacts?
    elemental function jumps(observed)
       !> One of the `observed_` constants
@@ -117,12 +131,14 @@ contains
       character(len(observed_names)) :: quantity
 
       select case (observed)
-      case (observed_displacement_tip, observed_displacement_stop)
+      case (observed_displacement_tip, observed_displacement_stop, observed_peaks)
          quantity = 'displacement'
       case (observed_velocity_tip, observed_velocity_stop)
          quantity = 'velocity'
       case (observed_acceleration_tip)
          quantity = 'acceleration'
+      case (observed_impacts)
+         quantity = 'time'
       case default
          quantity = 'force'
       end select

@@ -5,9 +5,9 @@ module sweep_tables
    use number_text, only: to_text
    use quantities, only: name_in, units_t
    use reader_units, only: with_unit, scene_unit_of, unit_in
+   use run_tables, only: print_mesh
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use run_tables, only: print_mesh
    use scene_words, only: mesh_of_scene, print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
