@@ -11,7 +11,7 @@ module scene_needs
    use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, in_words
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
-   use run_settings, only: method_exact, run_settings_t
+   use run_settings, only: method_exact, moves_in_modes, run_settings_t
    use scene_beam_model, only: run_settings_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_contacts, only: has_one_contact, contacts_of
@@ -269,12 +269,12 @@ contains
       !> for each length of the step
       real(wp), parameter :: matrices = 40.0_wp
 
-      if (scene%response%method == method_exact .and. takes_few_modes(elements, run_settings_of(scene))) then
+      if (moves_in_modes(scene%response) .and. takes_few_modes(elements, run_settings_of(scene))) then
          associate (modes => max(scene%response%mode_count, base_count))
             call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
                to_text(modes)//' modes of '//to_text(elements)//' elements', advice)
          end associate
-      else if (scene%response%method == method_exact) then
+      else if (moves_in_modes(scene%response)) then
          call add_modes(elements, runs, advice//", or &response method = 'newmark'", need)
       else
          ! about 800 bytes for each element: skyline matrices, factors and vectors

@@ -4,17 +4,18 @@ module motion_run
    use beam_model, only: beam_model_t
    use beam_starts, only: check_table_of_start
    use contact_sets, only: set_store_t
-   use exact_motion, only: exact_response
+   use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: fail, failure_t, status_bad_input
    use few_modes, only: find_base_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_release
    use mass_choice, only: is_redistribution_more_accurate
+   use mode_choice, only: select_modes
    use newmark_motion, only: check_newmark, newmark_response
    use number_text, only: to_text
-   use response_types, only: response_t
-   use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
+   use response_types, only: mode_check_t, response_t
+   use run_settings, only: impulse_momentum, method_exact, method_newmark, moves_in_modes, run_settings_t
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
@@ -52,7 +53,7 @@ contains
       case (method_exact)
          call exact_response(model, settings, response, error, shared, sets, carried)
       case (method_newmark)
-         call newmark_response(model, settings, response, error, carried)
+         call step_motion(model, settings, response, error, shared, carried)
       end select
       ! with a single contact, its record would repeat the histories and measures of the run
       if (has_one_contact(settings, size(model%supports))) then
@@ -66,6 +67,73 @@ contains
       if (allocated(response%measures)) response%measures%mesh_elements = model%mesh%elements
    end subroutine run_motion
 
+   !> Compute the motion by Newmark's steps, in nodes or in modes.
+   subroutine step_motion(model, settings, response, error, shared, carried)
+      type(beam_model_t), intent(in) :: model
+      !> Settings of the run
+      type(run_settings_t), intent(in) :: settings
+      !> Receives events, histories and measures
+      type(response_t), intent(out) :: response
+      !> Set if the run fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> Modes from `find_shared_modes`
+      type(free_modes_t), intent(in), optional :: shared
+      !> The state from which the run continues, if its component `q` is allocated; on return the state at the end
+      type(section_state_t), intent(inout), optional :: carried
+
+      type(free_modes_t) :: modes
+      type(run_settings_t) :: settings_in_modes
+      type(mode_check_t) :: check
+      ! number of lowest modes of the run that this run continues, then of this run
+      integer :: lowest
+
+      if (.not. moves_in_modes(settings%response)) then
+         call newmark_response(model, settings, response, error, carried)
+         return
+      end if
+      lowest = unknown_modes
+      if (present(carried)) then
+         if (allocated(carried%q)) lowest = carried%lowest_modes
+      end if
+      call find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error, shared)
+      if (allocated(error)) return
+      call newmark_response(model, settings_in_modes, response, error, carried, modes)
+      if (present(carried)) carried%lowest_modes = lowest
+      response%mode_check = check
+   end subroutine step_motion
+
+   !> Find the modes in which Newmark's steps move: those of exact motion with the same settings.
+   subroutine find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error, shared)
+      type(beam_model_t), intent(in) :: model
+      !> Settings of the run
+      type(run_settings_t), intent(in) :: settings
+      type(free_modes_t), intent(out) :: modes
+      !> Settings of the run, with damping ratios and the mode of the start in the order of `modes`
+      type(run_settings_t), intent(out) :: settings_in_modes
+      !> On entry the number of lowest modes of the run that is continued, else `unknown_modes`; on return the number
+      !> chosen
+      integer, intent(inout) :: lowest
+      !> Number of modes, and how the number was found
+      type(mode_check_t), intent(out) :: check
+      !> Set if the modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+      !> Modes from `find_shared_modes`; absent or empty: the modes are computed
+      type(free_modes_t), intent(in), optional :: shared
+
+      type(free_modes_t), allocatable :: chosen
+
+      settings_in_modes = settings
+      ! trial runs are made by exact motion
+      settings_in_modes%response%method = method_exact
+      if (present(shared)) modes = shared
+      if (.not. allocated(modes%lambda)) call find_base_modes(model, settings_in_modes, modes, error)
+      if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, lowest, check, error)
+      if (allocated(error)) return
+      settings_in_modes%response%method = method_newmark
+      if (allocated(chosen)) modes = chosen
+      call select_modes(check%retained, modes, settings_in_modes)
+   end subroutine find_stepped_modes
+
    !> Check whether a run can start, as far as is known without running it.
    subroutine check_motion(model, settings, error)
       type(beam_model_t), intent(in) :: model
@@ -74,9 +142,21 @@ contains
       !> Set if the run cannot start
       type(failure_t), allocatable, intent(out) :: error
 
+      type(free_modes_t) :: modes
+      type(run_settings_t) :: settings_in_modes
+      type(mode_check_t) :: check
+      integer :: lowest
+
       call check_beam(model, settings, error)
-      if (settings%response%method == method_newmark .and. .not. allocated(error)) call check_newmark(model, settings, &
-         error)
+      if (settings%response%method /= method_newmark .or. allocated(error)) return
+      if (.not. moves_in_modes(settings%response)) then
+         call check_newmark(model, settings, error)
+      else if (settings%response%mode_count > 0 .or. settings%response%keep_all_modes) then
+         ! other numbers of modes are not known without trial runs
+         lowest = unknown_modes
+         call find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error)
+         if (.not. allocated(error)) call check_newmark(model, settings_in_modes, error, modes)
+      end if
    end subroutine check_motion
 
    !> Check whether the beam can start, by any method. A massless node needs exact motion and a single rigid stop, for
@@ -131,17 +211,17 @@ contains
       end if
    end subroutine check_mode_of_start
 
-   !> Find the modes that all exact runs of one beam share.
+   !> Find the modes that all runs of one beam share.
    subroutine find_shared_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs
       type(run_settings_t), intent(in) :: settings
-      !> Modes of the beam; empty for Newmark's method
+      !> Modes of the beam; empty for runs that do not move in modes
       type(free_modes_t), intent(out) :: modes
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      if (settings%response%method == method_exact) call find_base_modes(model, settings, modes, error)
+      if (moves_in_modes(settings%response)) call find_base_modes(model, settings, modes, error)
    end subroutine find_shared_modes
 
 end module motion_run

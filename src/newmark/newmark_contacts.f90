@@ -6,12 +6,12 @@ module newmark_contacts
    use complementarity, only: solve_complementarity
    use compliant_stop, only: contact_force
    use contact_measures, only: measure_impulse
-   use contact_rows, only: row_value, set_row_value
+   use contact_rows, only: row_value
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_unloaded, is_open, &
       is_force_free, spring_damper_force, no_rejection, newmark_run_t, contact_energy
-   use newmark_stepper, only: restart_acceleration
+   use newmark_stepper, only: impose_row_value, restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_closed_impulse, event_capture, event_contact, event_impact, &
       event_release, &
@@ -137,7 +137,8 @@ contains
             call accelerate(state%beam%acceleration, members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) call set_row_value(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
+            if (reaction(k) > 0.0_wp) call impose_row_value(run%stepper, run%contacts(members(k))%row, 0.0_wp, &
+               state%beam%acceleration)
             call close_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do

@@ -8,6 +8,7 @@
 module newmark_energies
    use contact_rows, only: row_value, band, contact_row_t
    use kinds, only: wp
+   use modal_steps, only: loss_of_modes
    use newmark_stepper, only: newmark_state_t, newmark_stepper_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
@@ -61,6 +62,10 @@ contains
       real(wp), intent(out) :: dissipated
 
       dissipated = 0.0_wp
+      if (allocated(stepper%point_shape)) then
+         dissipated = step*loss_of_modes(stepper%order, stepper%damping%values, old%velocity(1), new%velocity(1))
+         return
+      end if
       if (stepper%stiffness_damping <= 0.0_wp .and. .not. stepper%uses_skyline) return
       associate (n => stepper%order)
          call find_mean_velocity(n, old%velocity, new%velocity, stepper%work)
@@ -111,9 +116,10 @@ contains
       end do
    end function quadratic_form
 
-   !> Momentum w . M* v of the beam along the row vector w of a contact, and mass w . M* w. The only entry of w is 1 or
-   !> -1, so the mass is one entry of the diagonal of M*.
-   pure subroutine momentum_along(stepper, state, row, momentum, mass)
+   !> Momentum u . M* v of the beam and mass u . M* u, with u the motion in which only the node at a contact moves, with
+   !> the normal velocity 1. In degrees of freedom of the nodes u is the row vector of the contact, whose only entry is 1
+   !> or -1, so the mass is one entry of the diagonal of M*.
+   pure subroutine momentum_along(stepper, state, row, momentum, mass, nodal_shape)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
@@ -121,9 +127,17 @@ contains
       type(contact_row_t), intent(in) :: row
       real(wp), intent(out) :: momentum
       real(wp), intent(out) :: mass
+      !> Velocities of the modes if only the node moves, with the velocity 1, [modes]; absent: the degrees of freedom are
+      !> those of the nodes
+      real(wp), intent(in), optional :: nodal_shape(:)
 
       associate (n => stepper%order)
          call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
+         if (present(nodal_shape)) then
+            momentum = row%sign*dot_product(nodal_shape, stepper%result(1:n))
+            mass = dot_product(nodal_shape, stepper%mass%values*nodal_shape)
+            return
+         end if
          momentum = row_value(row, stepper%result)
       end associate
       mass = stepper%mass%values(stepper%mass%diagonal(row%dof))

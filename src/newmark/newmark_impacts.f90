@@ -5,7 +5,6 @@
 !> `impact_problem`.
 module newmark_impacts
    use complementarity, only: solve_active
-   use contact_rows, only: set_row_value
    use failures, only: failure_t
    use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, stays_closed, is_arrested, is_hit, &
       gets_impulse, &
@@ -17,7 +16,7 @@ module newmark_impacts
    use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, &
       no_rejection
    use newmark_stability, only: highest_frequency
-   use newmark_stepper, only: newmark_stepper_t
+   use newmark_stepper, only: impose_row_value, newmark_stepper_t, place_points_in_column
    use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
    use run_settings, only: impulse_nodal
    implicit none (type, external)
@@ -166,7 +165,7 @@ contains
          end do
          do k = 1, n
             associate (contact => run%contacts(members(k)))
-               call set_row_value(contact%row, 0.0_wp, state%beam%velocity)
+               call impose_row_value(run%stepper, contact%row, 0.0_wp, state%beam%velocity)
                if (contact%status == is_constrained) then
                   call record_closed_impulse(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
@@ -237,15 +236,23 @@ contains
       type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
-      ! mass and momentum of the node along the row of the contact
-      real(wp) :: mass, momentum
+      ! mass and momentum of the node along the row of the contact, and change of its velocity, upwards
+      real(wp) :: jump, mass, momentum
 
-      associate (beam => run%states(run%now)%beam)
+      associate (beam => run%states(run%now)%beam, n => run%stepper%order)
          do i = 1, size(struck)
             associate (row => run%contacts(struck(i)%contact)%row)
+               if (allocated(run%modes)) then
+                  call momentum_along(run%stepper, beam, row, momentum, mass, run%modes%nodal_mass(:n))
+                  call find_nodal_impulse(mass, momentum, struck(i))
+                  jump = row%sign*(struck(i)%after - struck(i)%before)
+                  beam%velocity(1:n) = beam%velocity(1:n) + jump*run%modes%nodal_mass(:n)
+                  call place_points_in_column(run%stepper, beam%velocity)
+                  cycle
+               end if
                call momentum_along(run%stepper, beam, row, momentum, mass)
                call find_nodal_impulse(mass, momentum, struck(i))
-               call set_row_value(row, struck(i)%after, beam%velocity)
+               call impose_row_value(run%stepper, row, struck(i)%after, beam%velocity)
             end associate
          end do
       end associate
@@ -266,8 +273,8 @@ contains
             velocity(:) = velocity + struck(i)%impulse*run%mass_columns(:, struck(i)%contact)
          end do
          do i = 1, size(struck)
-            if (struck(i)%impulse > 0.0_wp) call set_row_value(run%contacts(struck(i)%contact)%row, struck(i)%after, &
-               velocity)
+            if (struck(i)%impulse > 0.0_wp) call impose_row_value(run%stepper, run%contacts(struck(i)%contact)%row, &
+               struck(i)%after, velocity)
          end do
       end associate
    end subroutine distribute_impulses

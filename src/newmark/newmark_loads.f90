@@ -13,6 +13,7 @@ module newmark_loads
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
+   use mode_choice, only: rates_of_modes
    use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
@@ -26,7 +27,7 @@ contains
 
    !> Collect the loads of a run, and the instants at which a load may jump.
    subroutine prepare_loads(model, settings, run)
-      !> The beam with its rigid supports fixed
+      !> The beam, in degrees of freedom of its nodes
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
@@ -40,6 +41,7 @@ contains
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness <= 0.0_wp) run%loads%vector(model%supports(i)%dof, :) = 0.0_wp
       end do
+      if (allocated(run%modes)) run%loads%vector = matmul(transpose(run%modes%mode), run%loads%vector)
       do g = 1, run%loads%count
          associate (instants => jumps_of(run%loads%course(g)))
             run%jumps = [run%jumps, pack(instants, instants > 0.0_wp .and. instants <= settings%response%duration)]
@@ -155,41 +157,47 @@ contains
    !> Damping besides 2 zeta K: proportional to M, or modal damping, the sum of 2 xi_i W_i (M phi_i)(M phi_i)^T over the
    !> modes phi_i, with M-norm 1, of frequency W_i and damping ratio xi_i. That matrix is full, so the matrices of the
    !> supported beam are extended to the full profile.
-   subroutine additional_damping(settings, model, supported, damping, error)
+   subroutine additional_damping(settings, model, supported, modes, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam before its rigid supports are fixed; `find_free_modes` takes the supports into account, and the modes
       !> that it finds have the damping ratios
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile
+      !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile, unless its
+      !> degrees of freedom are modes
       type(beam_model_t), intent(inout) :: supported
+      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
+      type(free_modes_t), allocatable, intent(in) :: modes
       !> Damping besides 2 zeta K; unallocated: there is none
       type(skyline_t), allocatable, intent(out) :: damping
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      type(free_modes_t) :: modes
+      type(free_modes_t) :: damped
       ! M phi_i
       real(wp), allocatable :: force(:)
       integer :: column, i, row
 
-      if (allocated(settings%mode_ratios)) then
+      if (allocated(modes)) then
+         allocate (damping, source=supported%mass)
+         damping%values = rates_of_modes(settings, modes%square)
+      else if (allocated(settings%mode_ratios)) then
          ! `find_free_modes` needs the model before its rigid supports are fixed, because it attaches supports to the
          ! modes of the unsupported beam, whose mass matrix includes all degrees of freedom
-         call find_free_modes(model, modes, error)
+         call find_free_modes(model, damped, error)
          if (allocated(error)) return
          supported%stiffness = full_profile(supported%stiffness)
          supported%mass = full_profile(supported%mass)
          allocate (damping, source=supported%mass)
          damping%values = 0.0_wp
          allocate (force(supported%mass%order))
-         do i = 1, size(modes%square)
-            call multiply(supported%mass, modes%mode(:, i), force)
+         do i = 1, size(damped%square)
+            call multiply(supported%mass, damped%mode(:, i), force)
             ! the last ratio holds for all higher modes
             associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
                do column = 1, damping%order
                   do row = 1, column
                      associate (entry => damping%values(damping%diagonal(column) - column + row))
-                        entry = entry + 2.0_wp*ratio*sqrt(modes%square(i))*force(row)*force(column)
+                        entry = entry + 2.0_wp*ratio*sqrt(damped%square(i))*force(row)*force(column)
                      end associate
                   end do
                end do

@@ -1,10 +1,10 @@
 !> Bending moments of a Newmark run at the requested positions, from displacements y, velocities v and accelerations a
-!> of the degrees of freedom, without modes (docs/theory.md, section 19). Between the ends of steps moments are
-!> interpolated linearly.
+!> of the degrees of freedom (docs/theory.md, section 19). Between the ends of steps moments are interpolated linearly.
 !>
 !> Newmark steps satisfy M* a + C* v + K y = F with matrices M* and C* that contain terms in K (`newmark_stepper`), so
 !> the moments contain these terms too.
 module newmark_moments
+   use applied_loads, only: applied_loads_t, gather_loads
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_courses, only: value_at
@@ -20,7 +20,7 @@ module newmark_moments
 contains
 
    !> Compute the weights of the moments, and the coefficients of M* and C*.
-   pure subroutine start_moments(model, settings, response, run)
+   subroutine start_moments(model, settings, response, run)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       !> The response, whose moments are allocated if the scene requests them
@@ -31,6 +31,7 @@ contains
       if (.not. allocated(response%moments)) return
       allocate (run%place_weights)
       call find_place_weights(model, settings, run%loads, run%place_weights)
+      if (allocated(run%modes)) call find_modal_weights(model, settings, run)
       associate (scheme => settings%response, stepper => run%stepper)
          run%share_of_damping = (scheme%newmark_gamma - 0.5_wp)*stepper%step
          run%share_of_stiffness = 2.0_wp*settings%zeta*run%share_of_damping &
@@ -45,6 +46,40 @@ contains
          call factorise(run%bare_mass, run%error)
       end associate
    end subroutine start_moments
+
+   !> Turn the weights of degrees of freedom of the nodes into weights of modes, and add the static response of
+   !> truncated modes to loads and contact forces.
+   subroutine find_modal_weights(model, settings, run)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> The run, with its contacts and weights
+      type(newmark_run_t), intent(inout) :: run
+
+      ! moment at each place per unit of force on each degree of freedom of the nodes, by truncated modes
+      real(wp), allocatable :: static(:, :)
+      ! the loads on these degrees of freedom
+      type(applied_loads_t) :: loads
+      integer :: k
+
+      associate (weights => run%place_weights, modes => run%modes)
+         if (allocated(modes%truncated_mode)) then
+            static = matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), weights%stiffness) &
+               /spread(modes%truncated_square, 2, size(weights%stiffness, 2)))
+            if (run%loads%count > 0) then
+               call gather_loads(model, settings, loads)
+               weights%load = weights%load + matmul(transpose(loads%vector), static)
+            end if
+            allocate (run%contact_moment(size(run%contacts), size(static, 2)))
+            do k = 1, size(run%contacts)
+               associate (contact => run%contacts(k)%contact)
+                  run%contact_moment(k, :) = contact%sign*static(model%stop_dofs(contact%stop), :)
+               end associate
+            end do
+         end if
+         weights%stiffness = matmul(transpose(modes%mode), weights%stiffness)
+         weights%mass = matmul(transpose(modes%mode), weights%mass)
+      end associate
+   end subroutine find_modal_weights
 
    !> Bending moments of the present state, from M* a + C* v + K y. The terms in K depend on the curvature at the cross
    !> section; M, and the damping in proportion to M or given for each mode, contribute as forces distributed along the
@@ -72,6 +107,7 @@ contains
             strained = y + stepper%stiffness_damping*v + run%share_of_stiffness*a
          end associate
          moment = matmul(strained, run%place_weights%stiffness) + matmul(accelerated, run%place_weights%mass)
+         if (allocated(run%contact_moment)) moment = moment + matmul(state%force, run%contact_moment)
          do g = 1, run%loads%count
             moment = moment + value_at(run%loads%course(g), state%load_tau)*run%place_weights%load(g, :)
          end do

@@ -9,8 +9,9 @@ module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use contact_measures, only: open_measures
-   use contact_rows, only: row_value, band, contact_row_t, set_row_value
+   use contact_rows, only: row_value, band, contact_row_t
    use failures, only: fail, failure_t, status_bad_input
+   use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
    use moment_places, only: open_moments
@@ -20,13 +21,14 @@ module newmark_motion
    use newmark_flights, only: record_flight_start
    use newmark_limits, only: explain_mesh_error, check_ledger, check_mesh, divide_step
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
+   use newmark_modes, only: find_rest_in_modes, make_modal_model
    use newmark_moments, only: moments_now, start_moments
    use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_sections, only: resume, state_of, take_over
    use newmark_start, only: begin_at_contacts, make_start
-   use newmark_stepper, only: deepest_level, make_newmark_stepper
+   use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: to_text
    use response_records, only: open_records, open_contact_record
@@ -36,7 +38,7 @@ module newmark_motion
    use run_progress, only: report_progress
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
    use section_types, only: section_state_t
-   use skyline_matrix, only: skyline_t, solve_factorised
+   use skyline_matrix, only: skyline_t
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
    use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of
@@ -49,7 +51,7 @@ contains
 
    !> Compute the motion from the start, mostly rest in the static shape of a force at the release contact, to the end
    !> of the run.
-   subroutine newmark_response(model, settings, response, error, carried)
+   subroutine newmark_response(model, settings, response, error, carried, modes)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -59,6 +61,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> The state from which the run continues, if it has one; on return the state at the end
       type(section_state_t), intent(inout), optional :: carried
+      !> Modes that are the degrees of freedom of the steps; absent: the degrees of freedom are those of the nodes
+      type(free_modes_t), intent(in), optional :: modes
 
       ! minimum number of samples at which the energy balance is checked, if energies are not recorded
       integer, parameter :: min_checks = 8
@@ -68,7 +72,7 @@ contains
       ! the run continues from the state `carried`
       logical :: is_continued
 
-      call make_run(model, settings, run, error)
+      call make_run(model, settings, run, error, modes)
       if (allocated(error)) return
       is_continued = .false.
       if (present(carried)) is_continued = allocated(carried%q)
@@ -174,20 +178,22 @@ contains
    end subroutine finish
 
    !> Check whether a run can start, as far as is known without running it.
-   subroutine check_newmark(model, settings, error)
+   subroutine check_newmark(model, settings, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> Set if the run cannot start
       type(failure_t), allocatable, intent(out) :: error
+      !> Modes that are the degrees of freedom of the steps; absent: the degrees of freedom are those of the nodes
+      type(free_modes_t), intent(in), optional :: modes
 
       type(newmark_run_t) :: run
 
-      call make_run(model, settings, run, error)
+      call make_run(model, settings, run, error, modes)
    end subroutine check_newmark
 
    !> Check the step and the contacts, and make the stepper, the stops and the initial state.
-   subroutine make_run(model, settings, run, error)
+   subroutine make_run(model, settings, run, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -195,11 +201,14 @@ contains
       type(newmark_run_t), intent(out) :: run
       !> Set if the step is too long for the scheme, or the beam cannot start with these contacts
       type(failure_t), allocatable, intent(out) :: error
+      !> Modes that are the degrees of freedom of the steps
+      type(free_modes_t), intent(in), optional :: modes
 
+      ! the beam in its degrees of freedom, with its rigid supports fixed
       type(beam_model_t) :: supported
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
-      real(wp), allocatable :: shape(:)
+      real(wp), allocatable :: point_shape(:, :), shape(:)
       real(wp) :: kinetic
       integer :: k
 
@@ -213,26 +222,31 @@ contains
       if (settings%start%kind == start_release) call find_static_start(model, contacts, shape, error)
       if (allocated(error)) return
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
-      supported = constrain_supports(model)
+      if (present(modes)) then
+         run%modes = modes
+         call make_modal_model(model, modes, supported, point_shape)
+      else
+         supported = constrain_supports(model)
+      end if
       if (run%release_contact > 0) then
-         supported%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
+         supported%stop_dof = supported%stop_dofs(contacts(run%release_contact)%stop)
          run%height = contacts(run%release_contact)%sign*contacts(run%release_contact)%height
       end if
       call divide_step(supported, settings%zeta, settings%response, run%steps_per_sample, error)
       if (allocated(error)) return
       ! this check precedes `additional_damping`, which may extend the matrices to the full profile
-      call check_mesh(supported, error)
+      if (.not. allocated(run%modes)) call check_mesh(supported, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call explain_mesh_error(error)
          return
       end if
-      call prepare_loads(supported, settings, run)
-      call additional_damping(settings, model, supported, damping, error)
+      call prepare_loads(model, settings, run)
+      call additional_damping(settings, model, supported, run%modes, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(supported, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%steps_per_sample, wp), &
-            run%stepper, error, damping)
+            run%stepper, error, damping, point_shape)
       end associate
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
@@ -240,7 +254,7 @@ contains
          return
       end if
       run%states(2) = run%states(1)
-      call make_contacts(model, contacts, run, error)
+      call make_contacts(supported, contacts, run, error)
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
@@ -249,8 +263,9 @@ contains
    end subroutine make_run
 
    !> Prepare the contacts of the run.
-   subroutine make_contacts(model, contacts, run, error)
-      type(beam_model_t), intent(in) :: model
+   subroutine make_contacts(supported, contacts, run, error)
+      !> The beam in its degrees of freedom
+      type(beam_model_t), intent(in) :: supported
       type(contact_t), intent(in) :: contacts(:)
       !> Receives the contacts
       type(newmark_run_t), intent(inout) :: run
@@ -261,13 +276,12 @@ contains
       logical :: is_active(size(contacts))
 
       n = size(contacts)
-      allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%order + band, n), run%mobility(n, n), &
+      allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%length + band, n), run%mobility(n, n), &
          run%closed(n), run%rows(n, n), run%right(n), run%violates(n), run%event_ahead(n), run%arrives(n), &
          run%leaves(n))
       run%event_ahead = .false.
-      run%contacts%row = [(contact_row_t(model%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
+      run%contacts%row = [(contact_row_t(supported%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
       is_active = active_contacts(contacts, run%contacts%row%dof)
-      run%mass_columns = 0.0_wp
       do k = 1, n
          associate (contact => run%contacts(k))
             contact%contact = contacts(k)
@@ -277,8 +291,7 @@ contains
             contact%is_viscous = contacts(k)%settings%law == law_spring_damper
             call check_contact(run, k, error)
             if (allocated(error)) return
-            call set_row_value(contact%row, 1.0_wp, run%mass_columns(:, k))
-            call solve_factorised(run%stepper%mass_factors, run%mass_columns(1:run%stepper%order, k))
+            call solve_mass_for_row(run%stepper, contact%row, run%mass_columns(:, k))
          end associate
       end do
       do k = 1, n
@@ -433,7 +446,11 @@ contains
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         call find_static_rest(model, run%contacts%contact, forces, energy, error)
+         if (allocated(run%modes)) then
+            call find_rest_in_modes(run, forces, energy)
+         else
+            call find_static_rest(model, run%contacts%contact, forces, energy, error)
+         end if
          if (allocated(error)) return
       end if
       call open_measures(size(run%contacts), run%release_contact, .true., settings%output%max_peaks, &

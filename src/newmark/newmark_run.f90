@@ -10,6 +10,7 @@ module newmark_run
    use contact_measures, only: measurer_t
    use contact_rows, only: row_value, contact_row_t
    use failures, only: failure_t
+   use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use moment_places, only: place_weights_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
@@ -115,7 +116,7 @@ module newmark_run
    type :: contact_factors_t
       !> The coefficients have been computed
       logical :: made = .false.
-      !> A^-1 w_j of each contact row, padded with zeros, [-2 : order + 3, contacts]
+      !> A^-1 w_j of each contact row, padded with zeros, [-2 : length + 3, contacts]
       real(wp), allocatable :: columns(:, :)
       !> Acceleration at contact j due to a unit force at contact l over the step, w_j . A^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: gains(:, :)
@@ -164,6 +165,8 @@ module newmark_run
 
    type, extends(run_progress_t) :: newmark_run_t
       type(newmark_stepper_t) :: stepper
+      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
+      type(free_modes_t), allocatable :: modes
       type(newmark_contact_t), allocatable :: contacts(:)
       !> Index of the contact from which the beam is released, to which the histories of the run refer; 0: there are no
       !> contacts
@@ -172,7 +175,7 @@ module newmark_run
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
-      !> M*^-1 w_j of each contact row, padded with zeros, [-2 : order + 3, contacts]
+      !> M*^-1 w_j of each contact row, padded with zeros, [-2 : length + 3, contacts]
       real(wp), allocatable :: mass_columns(:, :)
       !> Mobility matrix of the contacts, w_j . M*^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: mobility(:, :)
@@ -218,6 +221,9 @@ module newmark_run
       real(wp), allocatable :: jumps(:)
       !> Weights of the bending moments at the requested positions; unallocated: no moments are requested
       type(place_weights_t), allocatable :: place_weights
+      !> Moment at each place per unit of contact force by the static response of truncated modes, [contacts, places];
+      !> unallocated: no mode is truncated
+      real(wp), allocatable :: contact_moment(:, :)
       !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
       real(wp) :: share_of_stiffness = 0.0_wp
       real(wp) :: share_of_damping = 0.0_wp

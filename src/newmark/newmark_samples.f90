@@ -4,6 +4,7 @@ module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_modes, only: in_nodes
    use newmark_moments, only: moments_now
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
@@ -64,8 +65,17 @@ contains
       !> Receives the shapes
       type(response_t), intent(inout) :: response
 
-      call interpolate_shapes(run%root_dofs, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
-         step, run%height, run%next_shape, response)
+      if (run%next_shape > size(response%shape_tau)) return
+      if (response%shape_tau(run%next_shape) > instant_of(run)) return
+      associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam)
+         if (allocated(run%modes)) then
+            call interpolate_shapes(run%root_dofs, in_nodes(run%modes, old), in_nodes(run%modes, new), &
+               instant_of(run), step, run%height, run%next_shape, response)
+         else
+            call interpolate_shapes(run%root_dofs, old, new, instant_of(run), step, run%height, run%next_shape, &
+               response)
+         end if
+      end associate
    end subroutine shapes_in_step
 
    !> Interpolate the requested shapes within a step: displacements by the Hermite cubic through both states, velocities

@@ -56,18 +56,29 @@ contains
       displacement = 0.0_wp
       velocity = 0.0_wp
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      call make_flexible(model, supported, contacts, flexible)
-      associate (state => run%states(1), n => run%stepper%order, start => settings%start)
-         allocate (state%beam%displacement(1 - band:n + band), state%beam%velocity(1 - band:n + band), &
-            state%beam%acceleration(1 - band:n + band), state%force(size(contacts)), &
+      call make_flexible(model, supported, run%stepper%point_shape, contacts, flexible)
+      associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band, &
+         start => settings%start)
+         allocate (state%beam%displacement(1 - band:last), state%beam%velocity(1 - band:last), &
+            state%beam%acceleration(1 - band:last), state%force(size(contacts)), &
             state%indentation(size(contacts)), state%branch_force(size(contacts)), source=0.0_wp)
          if (run%loads%count > 0) then
-            allocate (state%beam%load(1 - band:n + band), source=0.0_wp)
+            allocate (state%beam%load(1 - band:last), source=0.0_wp)
             call load_at(run, 0.0_wp, state%beam%load)
          end if
          select case (start%kind)
          case (start_release)
-            displacement = release_shape
+            if (allocated(run%modes)) then
+               associate (released => run%release_contact)
+                  call flexible%bend(0.0_wp, flexible%row(:, released:released), shape, error)
+                  if (allocated(error)) return
+                  ! a gap of 1 at the release contact of height h is the displacement 1 + h along its row
+                  displacement = shape(:, 1)*((1.0_wp + contacts(released)%height) &
+                     /dot_product(flexible%row(:, released), shape(:, 1)))
+               end associate
+            else
+               displacement = release_shape
+            end if
          case (start_balance)
             if (run%loads%count > 0) then
                call flexible%bend(0.0_wp, reshape(state%beam%load(1:n), [n, 1]), shape, error)
@@ -78,7 +89,11 @@ contains
             where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
                state%force/static_stiffness(contacts%settings)
          case (start_velocity, start_drop, start_mode, start_table)
-            call set_in_motion(model, supported, start, displacement, velocity, error)
+            if (allocated(run%modes)) then
+               call set_modes_in_motion(model, run%modes, start, displacement, velocity)
+            else
+               call set_in_motion(model, supported, start, displacement, velocity, error)
+            end if
          end select
          if (allocated(error)) return
          if (start%kind /= start_release) call check_start(flexible, contacts, state%force, displacement, error)
@@ -92,10 +107,12 @@ contains
    end subroutine make_start
 
    !> Collect the matrices and contact rows of the beam.
-   pure subroutine make_flexible(model, supported, contacts, flexible)
+   pure subroutine make_flexible(model, supported, point_shape, contacts, flexible)
       type(beam_model_t), intent(in) :: model
       !> The beam with its rigid supports fixed
       type(beam_model_t), intent(in) :: supported
+      !> Displacement of each point per unit of each mode; unallocated: the degrees of freedom are not modes
+      real(wp), allocatable, intent(in) :: point_shape(:, :)
       type(contact_t), intent(in) :: contacts(:)
       type(finite_beam_t), intent(out) :: flexible
 
@@ -105,6 +122,12 @@ contains
       flexible%mass = supported%mass
       allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
+         if (allocated(point_shape)) then
+            ! the points follow the modes in a state vector
+            flexible%row(:, k) = contacts(k)%sign*point_shape(:, supported%stop_dofs(contacts(k)%stop) &
+               - supported%stiffness%order)
+            cycle
+         end if
          associate (dof => model%stop_dofs(contacts(k)%stop))
             if (.not. any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp)) flexible%row(dof, k) = &
                contacts(k)%sign
@@ -177,6 +200,30 @@ contains
       call solve_factorised(factors, displacement)
       call solve_factorised(factors, velocity)
    end subroutine set_in_motion
+
+   !> Initial velocities of modes, and for a mode or a table initial displacements.
+   pure subroutine set_modes_in_motion(model, modes, start, displacement, velocity)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(start_settings_t), intent(in) :: start
+      !> Displacements and velocities of the modes, [modes]
+      real(wp), intent(inout) :: displacement(:)
+      real(wp), intent(inout) :: velocity(:)
+
+      ! momenta of the degrees of freedom of the nodes
+      real(wp) :: momentum(model%mass%order, 2)
+
+      if (is_in_mode(start)) then
+         associate (tip => modes%mode(modes%tip_dof, start%mode))
+            if (start%kind == start_mode) displacement(start%mode) = start%displacement/tip
+            velocity(start%mode) = start%velocity/tip
+         end associate
+         return
+      end if
+      call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
+      displacement = matmul(momentum(:, 1), modes%mode)
+      velocity = matmul(momentum(:, 2), modes%mode)
+   end subroutine set_modes_in_motion
 
    !> Close the contacts that carry the beam at the start, are hit there, or have a compressive reaction.
    pure subroutine begin_at_contacts(run, response)

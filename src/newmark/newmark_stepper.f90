@@ -23,28 +23,34 @@
 !> The half bandwidth of the beam's matrices is three, so product and solution run over diagonals, and vectors are
 !> padded with zeros at both ends instead of testing for the ends. A whole step thus takes less time than the general
 !> skyline product and solution alone (measured at 8 elements: 0.10 against 0.18 microseconds).
+!>
+!> The degrees of freedom y may be modes of the beam instead of displacements and slopes of its nodes. K, M* and C* are
+!> then diagonal, and a state vector holds the displacements of points of the beam behind those of the modes (module
+!> `modal_steps`), so that the row of a contact has one entry only in both cases.
 module newmark_stepper
+   use banded_steps, only: add_column, add_column_and_correct, correct, negative_product, predict, solve_banded
    use beam_model, only: beam_model_t
-   use contact_rows, only: band, contact_row_t, set_row_value
+   use contact_rows, only: band, contact_row_t, row_value, set_row_value
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
+   use modal_steps, only: place_points, predict_modes
    use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
-   public :: make_newmark_stepper, make_factors, solve_for_row, predict_step, finish_step
-   public :: restart_acceleration, add_column, copy_state
+   public :: make_newmark_stepper, make_factors, solve_for_row, solve_mass_for_row, predict_step, finish_step
+   public :: restart_acceleration, copy_state, impose_row_value, place_points_in_column
 
    !> Maximum number of halvings of a step.
    integer, parameter :: deepest_level = 40
 
    !> Displacement, velocity and acceleration of all degrees of freedom.
    type :: newmark_state_t
-      !> y, y', y'' of the degrees of freedom, padded with zeros, [-2 : order + 3]
+      !> y, y', y'' of the degrees of freedom, and of points if these are modes, padded with zeros, [-2 : length + 3]
       real(wp), allocatable :: displacement(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: acceleration(:)
-      !> Applied loads, padded with zeros; unallocated: there are none
+      !> Applied loads on the degrees of freedom, padded with zeros; unallocated: there are none
       real(wp), allocatable :: load(:)
    end type newmark_state_t
 
@@ -62,18 +68,25 @@ module newmark_stepper
       real(wp) :: lower_left(2) = 0.0_wp
       !> Skyline factors of A, used instead of the diagonals if the stepper `uses_skyline`
       type(skyline_t) :: skyline_factors
+      !> Diagonals of K, of C* and of A^-1 if the degrees of freedom are modes, [order, 3]
+      real(wp), allocatable :: diagonals(:, :)
    end type newmark_factors_t
 
    type :: newmark_stepper_t
       !> Number of degrees of freedom
       integer :: order = 0
-      !> Degrees of freedom of the stop point and of the tip
+      !> Number of entries of a state vector without its padding: degrees of freedom, and points behind modes
+      integer :: length = 0
+      !> Displacement of each point per unit of each mode, [order, points]; unallocated: the degrees of freedom are
+      !> displacements and slopes of nodes
+      real(wp), allocatable :: point_shape(:, :)
+      !> Entries of the stop point and of the tip in a state vector
       integer :: stop_dof = 0
       integer :: tip_dof = 0
       !> 2 zeta + (gamma - 1/2) step, so that C* = `stiffness_damping` K if C = 2 zeta K
       real(wp) :: stiffness_damping = 0.0_wp
-      !> C* is not a multiple of K, or the root is not fixed: products and solutions use skyline matrices instead of
-      !> diagonals, and `damping` is C*
+      !> C* is not a multiple of K, or the root is not fixed, or the degrees of freedom are modes: products and
+      !> solutions use skyline matrices instead of bands, and `damping` is C*
       logical :: uses_skyline = .false.
       type(skyline_t) :: damping
       !> Length of the undivided step
@@ -88,7 +101,7 @@ module newmark_stepper
       type(newmark_factors_t), allocatable :: factors(:)
       !> Number of factorisations so far
       integer :: factorisations = 0
-      !> Work arrays for the argument and the result of a matrix product, padded with zeros, [-2 : order + 3]
+      !> Work arrays for the argument and the result of a matrix product, padded with zeros, [-2 : length + 3]
       real(wp), allocatable :: work(:)
       real(wp), allocatable :: result(:)
    end type newmark_stepper_t
@@ -96,7 +109,7 @@ module newmark_stepper
 contains
 
    !> Prepare everything that does not depend on the length of the step.
-   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, more_damping)
+   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, more_damping, point_shape)
       type(beam_model_t), intent(in) :: model
       !> Damping C = 2 zeta K
       real(wp), intent(in) :: zeta
@@ -111,11 +124,19 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Damping besides 2 zeta K, with the profile of the model; absent: there is none
       type(skyline_t), intent(in), optional :: more_damping
+      !> Displacement of each point per unit of each mode, [order, points]; unallocated or absent: the degrees of
+      !> freedom of the model are not modes
+      real(wp), allocatable, intent(in), optional :: point_shape(:, :)
 
       integer :: column, row
       real(wp) :: entry
 
       stepper%order = model%stiffness%order
+      stepper%length = stepper%order
+      if (present(point_shape)) then
+         if (allocated(point_shape)) stepper%point_shape = point_shape
+      end if
+      if (allocated(stepper%point_shape)) stepper%length = stepper%order + size(stepper%point_shape, 2)
       stepper%stop_dof = model%stop_dof
       stepper%tip_dof = model%tip_dof
       stepper%stiffness_damping = 2.0_wp*zeta + (gamma - 0.5_wp)*step
@@ -125,7 +146,7 @@ contains
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
       ! the root's degrees of freedom are numbered last, outside the band of those to which they are coupled
-      stepper%uses_skyline = present(more_damping) .or. any(model%root_dofs > 0)
+      stepper%uses_skyline = present(more_damping) .or. any(model%root_dofs > 0) .or. allocated(stepper%point_shape)
       if (present(more_damping)) then
          stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), more_damping)
          stepper%damping = combine(stepper%stiffness_damping, stepper%stiffness, 1.0_wp, more_damping)
@@ -150,8 +171,8 @@ contains
       if (allocated(error)) return
       stepper%factorisations = 1
       allocate (stepper%factors(0:deepest_level))
-      allocate (stepper%work(1 - band:stepper%order + band), source=0.0_wp)
-      allocate (stepper%result(1 - band:stepper%order + band), source=0.0_wp)
+      allocate (stepper%work(1 - band:stepper%length + band), source=0.0_wp)
+      allocate (stepper%result(1 - band:stepper%length + band), source=0.0_wp)
    end subroutine make_newmark_stepper
 
    !> Make the factors for the step h = step/2^level, unless they exist.
@@ -192,6 +213,12 @@ contains
                factors%lower_left = matrix%values(last - 5:last - 4)
             end associate
          end if
+         if (allocated(stepper%point_shape)) then
+            allocate (factors%diagonals(n, 3))
+            factors%diagonals(:, 1) = stepper%stiffness%values
+            factors%diagonals(:, 2) = stepper%damping%values
+            factors%diagonals(:, 3) = factors%reciprocal_pivot
+         end if
          factors%made = .true.
       end associate
    end subroutine make_factors
@@ -204,13 +231,83 @@ contains
       integer, intent(in) :: level
       !> Row vector w, which gives the normal displacement at the contact
       type(contact_row_t), intent(in) :: row
-      !> A^-1 w, padded with zeros, [-2 : order + 3]
+      !> A^-1 w, padded with zeros, [-2 : length + 3]
       real(wp), intent(out) :: column(1 - band:)
 
-      column = 0.0_wp
-      call set_row_value(row, 1.0_wp, column)
+      call load_row(stepper, row, column)
       call solve(stepper, stepper%factors(level), column)
+      call place_points_in_column(stepper, column)
    end subroutine solve_for_row
+
+   !> M*^-1 w: the velocity after a unit impulse at a contact.
+   pure subroutine solve_mass_for_row(stepper, row, column)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> Row vector w, which gives the normal displacement at the contact
+      type(contact_row_t), intent(in) :: row
+      !> M*^-1 w, padded with zeros, [-2 : length + 3]
+      real(wp), intent(out) :: column(1 - band:)
+
+      call load_row(stepper, row, column)
+      call solve_factorised(stepper%mass_factors, column(1:stepper%order))
+      call place_points_in_column(stepper, column)
+   end subroutine solve_mass_for_row
+
+   !> The load vector w of a unit force at a contact.
+   pure subroutine load_row(stepper, row, load)
+      type(newmark_stepper_t), intent(in) :: stepper
+      type(contact_row_t), intent(in) :: row
+      !> w, padded with zeros
+      real(wp), intent(out) :: load(1 - band:)
+
+      load = 0.0_wp
+      if (allocated(stepper%point_shape)) then
+         load(1:stepper%order) = row%sign*stepper%point_shape(:, row%dof - stepper%order)
+      else
+         call set_row_value(row, 1.0_wp, load)
+      end if
+   end subroutine load_row
+
+   !> Set the entries of the points in a vector of modes.
+   pure subroutine place_points_in_column(stepper, column)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> Vector, padded with zeros
+      real(wp), intent(inout) :: column(1 - band:)
+
+      integer :: p
+
+      if (.not. allocated(stepper%point_shape)) return
+      associate (n => stepper%order)
+         do p = 1, size(stepper%point_shape, 2)
+            column(n + p) = dot_product(column(1:n), stepper%point_shape(:, p))
+         end do
+      end associate
+   end subroutine place_points_in_column
+
+   !> Set w . x to an exact value; before, it differs from this value by rounding errors only. In modes these rounding
+   !> errors are removed from the modes, too, because they would add up from step to step.
+   pure subroutine impose_row_value(stepper, row, value, vector)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> Row vector w of the contact
+      type(contact_row_t), intent(in) :: row
+      real(wp), intent(in) :: value
+      !> x, padded
+      real(wp), intent(inout) :: vector(1 - band:)
+
+      real(wp) :: change, norm
+      integer :: i
+
+      if (allocated(stepper%point_shape)) then
+         change = row%sign*(value - row_value(row, vector))
+         associate (shape => stepper%point_shape, p => row%dof - stepper%order)
+            norm = sum(shape(:, p)**2)
+            if (norm > 0.0_wp) change = change/norm
+            do i = 1, stepper%order
+               vector(i) = vector(i) + change*shape(i, p)
+            end do
+         end associate
+      end if
+      call set_row_value(row, value, vector)
+   end subroutine impose_row_value
 
    !> Solve A x = b.
    pure subroutine solve(stepper, factors, x)
@@ -257,92 +354,21 @@ contains
       type(newmark_state_t), intent(inout) :: new
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
+         if (allocated(stepper%point_shape)) then
+            new%acceleration(1:) = 0.0_wp
+            if (allocated(old%load)) new%acceleration(1:) = new%load(1:)
+            call predict_modes(stepper%order, h, factors%diagonals, old%displacement(1), old%velocity(1), &
+               old%acceleration(1), new%displacement(1), new%velocity(1), new%acceleration(1))
+            call place_points(stepper%order, stepper%length - stepper%order, stepper%point_shape, &
+               new%displacement(1), new%velocity(1), new%acceleration(1))
+            return
+         end if
          call predict(stepper%order, h, stepper%stiffness_damping, &
             old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call find_forces(stepper, new)
          call solve(stepper, factors, new%acceleration)
       end associate
    end subroutine predict_step
-
-   !> Predictors of displacement, y + h v + h^2 a/4, and velocity, v + h a/2, and the combination of both by which
-   !> stiffness and damping forces are a single product with K.
-   pure subroutine predict(order, h, stiffness_damping, y, v, a, y_new, v_new, combined)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> Length of the step
-      real(wp), intent(in) :: h
-      !> C* as a multiple of K
-      real(wp), intent(in) :: stiffness_damping
-      !> State at the beginning
-      real(wp), intent(in) :: y(1 - band:order + band)
-      real(wp), intent(in) :: v(1 - band:order + band)
-      real(wp), intent(in) :: a(1 - band:order + band)
-      !> Predictors
-      real(wp), intent(inout) :: y_new(1 - band:order + band)
-      real(wp), intent(inout) :: v_new(1 - band:order + band)
-      !> Predictor of displacement + `stiffness_damping` times that of velocity
-      real(wp), intent(inout) :: combined(1 - band:order + band)
-
-      real(wp) :: factor_y, factor_v
-      integer :: i
-
-      factor_y = 0.25_wp*h*h
-      factor_v = 0.5_wp*h
-      do i = 1, order
-         y_new(i) = y(i) + (h*v(i) + factor_y*a(i))
-         v_new(i) = v(i) + factor_v*a(i)
-         combined(i) = y_new(i) + stiffness_damping*v_new(i)
-      end do
-   end subroutine predict
-
-   !> Product -K x by diagonals.
-   pure subroutine negative_product(order, diagonals, x, product)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> K(i, i + k) at (i, k)
-      real(wp), intent(in) :: diagonals(order, -band:band)
-      !> x, padded with zeros
-      real(wp), intent(in) :: x(1 - band:order + band)
-      !> -K x; the padding stays as it is
-      real(wp), intent(inout) :: product(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         product(i) = -(diagonals(i, -3)*x(i - 3) + diagonals(i, -2)*x(i - 2) + diagonals(i, -1)*x(i - 1) &
-            + diagonals(i, 0)*x(i) &
-            + diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3))
-      end do
-   end subroutine negative_product
-
-   !> Solve L D L^T x = b. In each sum the entry of x computed last comes last, so that most operations do not wait for
-   !> it.
-   pure subroutine solve_banded(order, lower, lower_left, reciprocal_pivot, x)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> L(i, i - k) at (i, k), padded with zeros
-      real(wp), intent(in) :: lower(order + band, band)
-      !> L(order, order - 5) and L(order, order - 4)
-      real(wp), intent(in) :: lower_left(2)
-      !> 1/D
-      real(wp), intent(in) :: reciprocal_pivot(order)
-      !> b; x on return
-      real(wp), intent(inout) :: x(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         x(i) = ((x(i) - lower(i, 3)*x(i - 3)) - lower(i, 2)*x(i - 2)) - lower(i, 1)*x(i - 1)
-      end do
-      if (order > 5) x(order) = x(order) - (lower_left(1)*x(order - 5) + lower_left(2)*x(order - 4))
-      do i = 1, order
-         x(i) = x(i)*reciprocal_pivot(i)
-      end do
-      if (order > 5) x(order - 5:order - 4) = x(order - 5:order - 4) - lower_left*x(order)
-      do i = order, 1, -1
-         x(i) = ((x(i) - lower(i + 3, 3)*x(i + 3)) - lower(i + 2, 2)*x(i + 2)) - lower(i + 1, 1)*x(i + 1)
-      end do
-   end subroutine solve_banded
 
    !> Add the accelerations of the contact forces, and correct the predictors.
    pure subroutine finish_step(stepper, level, contacts, columns, count, closed, forces, state)
@@ -352,8 +378,8 @@ contains
       integer, intent(in) :: level
       !> Number of all contacts
       integer, intent(in) :: contacts
-      !> A^-1 w of all contacts, padded with zeros, [-2 : order + 3, contacts]
-      real(wp), intent(in) :: columns(1 - band:stepper%order + band, contacts)
+      !> A^-1 w of all contacts, padded with zeros, [-2 : length + 3, contacts]
+      real(wp), intent(in) :: columns(1 - band:stepper%length + band, contacts)
       !> Number of contacts with a force
       integer, intent(in) :: count
       !> Indices of these contacts
@@ -367,80 +393,17 @@ contains
 
       associate (h => stepper%factors(level)%step)
          do j = 1, count - 1
-            call add_column(stepper%order, forces(j), columns(1 - band, closed(j)), state%acceleration)
+            call add_column(stepper%length, forces(j), columns(1 - band, closed(j)), state%acceleration)
          end do
          if (count > 0) then
-            call add_column_and_correct(stepper%order, forces(count), columns(1 - band, closed(count)), &
+            call add_column_and_correct(stepper%length, forces(count), columns(1 - band, closed(count)), &
                0.25_wp*h*h, 0.5_wp*h, state%displacement, state%velocity, state%acceleration)
          else
-            call correct(stepper%order, 0.25_wp*h*h, 0.5_wp*h, state%displacement, state%velocity, state%acceleration)
+            call correct(stepper%length, 0.25_wp*h*h, 0.5_wp*h, state%displacement, state%velocity, &
+               state%acceleration)
          end if
       end associate
    end subroutine finish_step
-
-   !> Add the acceleration due to a contact force.
-   pure subroutine add_column(order, force, column, acceleration)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      real(wp), intent(in) :: force
-      !> A^-1 w or M*^-1 w
-      real(wp), intent(in) :: column(1 - band:order + band)
-      real(wp), intent(inout) :: acceleration(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         acceleration(i) = acceleration(i) + force*column(i)
-      end do
-   end subroutine add_column
-
-   !> Add a contact force, and correct the predictors: a + f A^-1 w, y + h^2 a/4, v + h a/2. One loop does both, because
-   !> besides product and solution these operations take most of the time of a step in contact.
-   pure subroutine add_column_and_correct(order, force, column, factor_y, factor_v, y, v, a)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> f
-      real(wp), intent(in) :: force
-      !> A^-1 w
-      real(wp), intent(in) :: column(1 - band:order + band)
-      !> h^2/4
-      real(wp), intent(in) :: factor_y
-      !> h/2
-      real(wp), intent(in) :: factor_v
-      !> Predictors; the state on return
-      real(wp), intent(inout) :: y(1 - band:order + band)
-      real(wp), intent(inout) :: v(1 - band:order + band)
-      real(wp), intent(inout) :: a(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         a(i) = a(i) + force*column(i)
-         y(i) = y(i) + factor_y*a(i)
-         v(i) = v(i) + factor_v*a(i)
-      end do
-   end subroutine add_column_and_correct
-
-   !> Correct the predictors: y + h^2 a/4, v + h a/2
-   pure subroutine correct(order, factor_y, factor_v, y, v, a)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> h^2/4
-      real(wp), intent(in) :: factor_y
-      !> h/2
-      real(wp), intent(in) :: factor_v
-      !> Predictors; the state on return
-      real(wp), intent(inout) :: y(1 - band:order + band)
-      real(wp), intent(inout) :: v(1 - band:order + band)
-      real(wp), intent(in) :: a(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         y(i) = y(i) + factor_y*a(i)
-         v(i) = v(i) + factor_v*a(i)
-      end do
-   end subroutine correct
 
    !> The acceleration from the equation of motion without contact forces, after velocities or loads have jumped.
    pure subroutine restart_acceleration(stepper, state)
@@ -452,6 +415,8 @@ contains
       stepper%work = state%displacement + stepper%stiffness_damping*state%velocity
       call find_forces(stepper, state)
       call solve_factorised(stepper%mass_factors, state%acceleration(1:stepper%order))
+      if (allocated(stepper%point_shape)) call place_points(stepper%order, stepper%length - stepper%order, &
+         stepper%point_shape, state%displacement(1), state%velocity(1), state%acceleration(1))
    end subroutine restart_acceleration
 
    !> Copy a state without allocating.

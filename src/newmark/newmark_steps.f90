@@ -11,8 +11,9 @@
 !>
 !> During a trial step `states(now)` is the state at the beginning, and `states(3 - now)` the state at the end.
 module newmark_steps
+   use banded_steps, only: add_column
    use compliant_stop, only: contact_force, mean_force_coefficients
-   use contact_rows, only: row_value, band, set_row_value
+   use contact_rows, only: row_value, band
    use kinds, only: wp
    use motion_intervals, only: observed_contact_t
    use newmark_energies, only: beam_dissipation
@@ -20,7 +21,7 @@ module newmark_steps
    use newmark_run, only: indentation_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
       is_open, &
       is_force_free, newmark_run_t, contact_energy, whole_step
-   use newmark_stepper, only: add_column, deepest_level, finish_step, make_factors, predict_step, solve_for_row
+   use newmark_stepper, only: deepest_level, finish_step, impose_row_value, make_factors, predict_step, solve_for_row
    use run_observers, only: observe
    implicit none (type, external)
    private
@@ -40,7 +41,7 @@ contains
       if (allocated(run%error)) return
       associate (factors => run%factors(level), contacts => run%contacts, n => size(run%contacts))
          ! vectors are padded with `band` zeros at both ends, the half bandwidth of the beam's matrices
-         allocate (factors%columns(1 - band:run%stepper%order + band, n), factors%gains(n, n), factors%stops(n))
+         allocate (factors%columns(1 - band:run%stepper%length + band, n), factors%gains(n, n), factors%stops(n))
          do k = 1, n
             call solve_for_row(run%stepper, level, contacts(k)%row, factors%columns(:, k))
             if (allocated(contacts(k)%stop)) factors%stops(k) = contacts(k)%stop%step(run%stepper%factors(level)%step)
@@ -93,9 +94,9 @@ contains
          associate (row => run%contacts(run%closed(j))%row, old => run%states(run%now)%beam, &
             new => run%states(3 - run%now)%beam)
             ! these values are exact but for rounding errors
-            new%displacement(row%dof) = old%displacement(row%dof)
-            call set_row_value(row, 0.0_wp, new%velocity)
-            call set_row_value(row, 0.0_wp, new%acceleration)
+            call impose_row_value(run%stepper, row, row_value(row, old%displacement), new%displacement)
+            call impose_row_value(run%stepper, row, 0.0_wp, new%velocity)
+            call impose_row_value(run%stepper, row, 0.0_wp, new%acceleration)
          end associate
       end do
       if (run%yields) call move_open_contacts(run, level)
@@ -273,7 +274,7 @@ contains
 
       associate (new => run%states(3 - run%now))
          new%force(k) = new%force(k) + force
-         call add_column(run%stepper%order, force, run%mass_columns(:, k), new%beam%acceleration)
+         call add_column(run%stepper%length, force, run%mass_columns(:, k), new%beam%acceleration)
       end associate
    end subroutine add_force
 

@@ -165,6 +165,11 @@ contains
          words = trim(method_names(response%method))
          if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
             ', gamma = '//rounded(response%newmark_gamma)
+         if (response%method == method_newmark .and. response%mode_count > 0) then
+            words = words//', in '//to_text(response%mode_count)//' modes'
+         else if (response%steps_modes) then
+            words = words//', in modes'
+         end if
          words = words//phrase(units, ', {d tau~dt} = ', 'time', response%step) &
             //phrase(units, ', to {tau~t} = ', 'time', response%duration)
       end associate

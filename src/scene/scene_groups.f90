@@ -49,7 +49,6 @@ module scene_groups
    ! Conditions that several names have in common: damping, method, refinement, groups that the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
-   type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
    type(condition_t), parameter :: refinement = condition_t(name='refine')
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
@@ -285,16 +284,16 @@ contains
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
       call table%bind(response%accuracy, name_t('accuracy', 'share of the maximum displacement by which leaving out ' &
-         //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), exact))
+         //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.)))
       tolerance = 0.0_wp
       if (response%mode_tolerance < huge(tolerance)) tolerance = response%mode_tolerance
       call table%bind(tolerance, name_t('mode_tolerance', &
-         'eta by which leaving out modes may change the motion at most', mode_range, exact, &
-         default='as accuracy asks', is_optional=.true.))
+         'eta by which leaving out modes may change the motion at most', mode_range, default='as accuracy asks', &
+         is_optional=.true.))
       if (tolerance > 0.0_wp) response%mode_tolerance = tolerance
-      call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
+      call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode'))
       call table%bind(response%mode_count, name_t('modes', 'number of the lowest modes of the free beam to keep', &
-         range_t(1.0_wp, 2.0_wp*real(max_elements, wp)), exact, default='as accuracy asks', is_optional=.true., &
+         range_t(1.0_wp, 2.0_wp*real(max_elements, wp)), default='as accuracy asks', is_optional=.true., &
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 

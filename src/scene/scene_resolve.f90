@@ -8,7 +8,7 @@ module scene_resolve
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use quantities, only: system_none
-   use run_settings, only: method_exact, response_settings_t
+   use run_settings, only: method_newmark, moves_in_modes, response_settings_t
    use scene_beam, only: mean_section, resolve_beam
    use scene_body, only: check_masses, check_root
    use scene_groups, only: give_changes
@@ -236,10 +236,10 @@ contains
       ! the error estimate also runs on meshes with two and four times as many elements
       if (scene%mesh%estimate) elements = 4*elements
       if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= max_elements_damped) return
-      if (scene%response%method == method_exact .or. scene%mesh%tolerance > 0.0_wp) return
+      if (moves_in_modes(scene%response) .or. scene%mesh%tolerance > 0.0_wp) return
       problem = "with method = 'newmark' damping of single modes needs full matrices, for at most "// &
          to_text(max_elements_damped)//' elements, not for '//to_text(elements)// &
-         ": take method = 'exact', or damping by "//'zeta and zeta_mass, or fewer elements'
+         ": give modes, take method = 'exact', or damping by "//'zeta and zeta_mass, or fewer elements'
    end function problem_with_damping
 
    !> Check &response.
@@ -261,6 +261,8 @@ contains
       if (input%has('response', 'mode_tolerance') .and. .not. response%mode_tolerance < huge(1.0_wp)) then
          response%keep_all_modes = .true.
       end if
+      response%steps_modes = response%method == method_newmark .and. (response%keep_all_modes .or. &
+         input%has('response', 'accuracy') .or. input%has('response', 'mode_tolerance'))
 
    contains
 

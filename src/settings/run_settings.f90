@@ -17,7 +17,7 @@ module run_settings
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: statistics_settings_t, poincare_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
-   public :: stop_released_from, count_samples, end_of_run
+   public :: stop_released_from, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -116,6 +116,8 @@ module run_settings
       logical :: keep_all_modes = .false.
       !> `exact`: number of the lowest modes that are used; 0: as many as `accuracy` requires
       integer :: mode_count = 0
+      !> Newmark: the degrees of freedom are modes, chosen as for `exact`, also if `mode_count` is 0
+      logical :: steps_modes = .false.
    end type response_settings_t
 
    !> &output: contents of the results file besides the events
@@ -231,6 +233,14 @@ contains
 
       samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
    end function count_samples
+
+   !> Does the run move in modes of the beam? Newmark's steps do so if the settings ask for modes.
+   pure function moves_in_modes(response) result(answer)
+      type(response_settings_t), intent(in) :: response
+      logical :: answer
+
+      answer = response%method == method_exact .or. response%steps_modes .or. response%mode_count > 0
+   end function moves_in_modes
 
    !> The end of a run, tau; with Newmark's method the run ends at the last sample.
    pure function end_of_run(response) result(tau)

@@ -1233,6 +1233,11 @@ contains
       call put(draft, 'response', 'method', '''newmark''')
       call put(draft, 'response', 'newmark_scheme', trim(schemes(1 + int(4.0_wp*number()))))
       call put(draft, 'response', 'substep', '.true.')
+      if (chance(0.4_wp)) then
+         call put(draft, 'response', 'modes', to_text(3 + int(6.0_wp*number())))
+      else if (chance(0.3_wp)) then
+         call put(draft, 'response', 'keep_all_modes', '.true.')
+      end if
       call put(draft, 'response', 'duration', to_text(between(0.5_wp, 8.0_wp, .true.)))
       if (chance(0.3_wp)) call put(draft, 'stress', 'position', list([number()]))
    end subroutine draw_steps

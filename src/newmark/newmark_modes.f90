@@ -1,0 +1,98 @@
+!> Newmark's steps in modes of the beam: the beam as a model whose degrees of freedom are modes, so that its matrices
+!> are diagonal, and the way back from modes to nodes (docs/theory.md, section 10).
+!>
+!> The modes are those of exact motion: the lowest modes and, on large meshes, residual modes, which give stops and
+!> loads the static flexibility of all other modes.
+module newmark_modes
+   use beam_model, only: beam_model_t
+   use contact_rows, only: band
+   use contact_starts, only: find_static_forces
+   use free_modes, only: free_modes_t
+   use kinds, only: lambda1_power4, wp
+   use newmark_run, only: is_inactive, newmark_run_t
+   use newmark_stepper, only: newmark_state_t
+   use skyline_matrix, only: make_skyline
+   implicit none (type, external)
+   private
+   public :: make_modal_model, find_rest_in_modes, in_nodes
+
+contains
+
+   !> Make the model of a beam in its modes.
+   pure subroutine make_modal_model(model, modes, modal, point_shape)
+      type(beam_model_t), intent(in) :: model
+      !> The modes, of unit modal mass
+      type(free_modes_t), intent(in) :: modes
+      !> K and M of the modes; `stop_dof`, `stop_dofs` and `tip_dof` are the entries of these points in a state vector
+      !> (module `modal_steps`). Supports are part of the modes
+      type(beam_model_t), intent(out) :: modal
+      !> Displacement of each point per unit of each mode, [modes, points]
+      real(wp), allocatable, intent(out) :: point_shape(:, :)
+
+      ! degrees of freedom of the points in the model, with repetitions and without
+      integer, allocatable :: named(:), dofs(:)
+      integer :: i
+
+      modal = model
+      associate (order => size(modes%square))
+         call make_skyline(modal%stiffness, [(i, i=1, order)])
+         modal%mass = modal%stiffness
+         modal%stiffness%values = lambda1_power4*modes%square
+         modal%mass%values = 1.0_wp
+         modal%supports = modal%supports(:0)
+         modal%root_dofs = 0
+         named = [model%tip_dof, model%stop_dof, model%stop_dofs]
+         dofs = pack(named, [(findloc(named, named(i), dim=1) == i, i=1, size(named))])
+         point_shape = transpose(modes%mode(dofs, :))
+         modal%tip_dof = order + 1
+         modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
+         modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]
+      end associate
+   end subroutine make_modal_model
+
+   !> Static equilibrium on the active contacts without loads, in the modes of the run.
+   pure subroutine find_rest_in_modes(run, forces, energy)
+      !> The run, with its contacts
+      type(newmark_run_t), intent(in) :: run
+      !> Force P of each contact
+      real(wp), intent(out) :: forces(:)
+      !> Strain energy of the beam and of all springs
+      real(wp), intent(out) :: energy
+
+      real(wp), allocatable :: active_forces(:), compliance(:, :), value(:, :)
+      ! indices of the active contacts
+      integer, allocatable :: place(:)
+      integer :: k
+
+      place = pack([(k, k=1, size(run%contacts))], run%contacts%status /= is_inactive)
+      allocate (active_forces(size(place)), compliance(size(place), size(place)), &
+         value(run%stepper%order, size(place)))
+      do k = 1, size(place)
+         associate (row => run%contacts(place(k))%row)
+            value(:, k) = row%sign*run%stepper%point_shape(:, row%dof - run%stepper%order)
+         end associate
+      end do
+      compliance = matmul(transpose(value), value/spread(run%modes%square, 2, size(place)))
+      associate (contacts => run%contacts(place)%contact)
+         call find_static_forces(contacts, -contacts%height, compliance, active_forces)
+      end associate
+      energy = 0.5_wp*dot_product(active_forces, matmul(compliance, active_forces))
+      forces = 0.0_wp
+      forces(place) = active_forces
+   end subroutine find_rest_in_modes
+
+   !> Displacements and velocities of the nodes that belong to a state of the modes.
+   pure function in_nodes(modes, state) result(nodes)
+      type(free_modes_t), intent(in) :: modes
+      !> Displacement and velocity of the modes
+      type(newmark_state_t), intent(in) :: state
+      type(newmark_state_t) :: nodes
+
+      associate (dofs => size(modes%mode, 1), count => size(modes%mode, 2))
+         allocate (nodes%displacement(1 - band:dofs + band), nodes%velocity(1 - band:dofs + band), source=0.0_wp)
+         nodes%displacement(1:dofs) = matmul(modes%mode, state%displacement(1:count))
+         nodes%velocity(1:dofs) = matmul(modes%mode, state%velocity(1:count))
+      end associate
+   end function in_nodes
+
+end module newmark_modes
