@@ -5,29 +5,31 @@ module motion_errors
    use free_modes, only: free_modes_t
    use history_list, only: eta_stop, eta_tip
    use kinds, only: lambda1_power4, wp
+   use load_settings, only: start_release
    use mode_choice, only: rates_of_modes
    use response_types, only: event_capture, event_contact, event_impact, response_t
-   use run_settings, only: run_settings_t
+   use run_settings, only: run_settings_t, side_below
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
    private
    public :: motion_errors_t, run_results_t, impulse_balance_t, make_balance, results_of, difference_of, extrapolate, &
-      horizon_of
+      horizon_of, energy_unit
 
    !> Quantities by which a run is compared, up to the end of comparison (the horizon).
    type :: run_results_t
       !> Instant tau and velocity d eta/d tau of the first impact
       real(wp) :: impact_tau = 0.0_wp
       real(wp) :: impact_velocity = 0.0_wp
-      !> Energy of beam and stop at the horizon, over the initial energy
+      !> Energy of beam and stops at the horizon, in `energy_unit`
       real(wp) :: energy = 0.0_wp
-      !> Impulse of the contact force up to the horizon
+      !> Impulse of the contact force up to the horizon; 0 without a balance of impulses
       real(wp) :: impulse = 0.0_wp
       !> Displacement eta at stop and tip at the samples up to the horizon, [samples, 2]
       real(wp), allocatable :: history(:, :)
    end type run_results_t
 
-   !> Quantities of a beam that the balance of impulses requires.
+   !> Quantities of a beam that is released from its only stop, without loads, that the balance of impulses requires;
+   !> unallocated components: there is no balance.
    type :: impulse_balance_t
       !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and s at
       !> the stop
@@ -45,19 +47,21 @@ module motion_errors
       real(wp) :: impact_velocity = 0.0_wp
       !> Maximum difference of eta of stop and tip
       real(wp) :: history = 0.0_wp
-      !> Difference of the energy at the horizon, over the initial energy
+      !> Difference of the energy at the horizon, in `energy_unit`
       real(wp) :: energy = 0.0_wp
       !> Relative difference of the contact impulse
       real(wp) :: impulse = 0.0_wp
-      !> Maximum error of the energy balance of the first run, over the initial energy
+      !> Maximum error of the energy balance of the first run, in `energy_unit`
       real(wp) :: ledger = 0.0_wp
    end type motion_errors_t
 
 contains
 
    !> End of the comparison of two runs: the peak of the third rebound, or the end of the run if there are fewer
-   !> rebounds; rounded down to an instant that all runs sample.
-   pure function horizon_of(response, duration, grid) result(horizon)
+   !> rebounds, or loads or several contacts; rounded down to an instant that all runs sample.
+   pure function horizon_of(settings, response, duration, grid) result(horizon)
+      !> Settings of the run
+      type(run_settings_t), intent(in) :: settings
       !> Run with measures
       type(response_t), intent(in) :: response
       !> Length of the run, tau
@@ -69,9 +73,20 @@ contains
       integer, parameter :: third = 3
 
       horizon = duration
-      if (size(response%measures%peak_tau) >= third) horizon = response%measures%peak_tau(third)
+      if (is_released_from_one_stop(settings) .and. size(response%measures%peak_tau) >= third) then
+         horizon = response%measures%peak_tau(third)
+      end if
       horizon = grid*real(floor(horizon/grid*(1.0_wp + 8.0_wp*epsilon(1.0_wp))), wp)
    end function horizon_of
+
+   !> Does the run begin with the release of the beam from its only stop, below the beam, and has it no loads?
+   pure function is_released_from_one_stop(settings) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = settings%start%kind == start_release .and. settings%stop%side == side_below .and. &
+         .not. (allocated(settings%more_stops) .or. allocated(settings%forces) .or. allocated(settings%bases))
+   end function is_released_from_one_stop
 
    !> Extract the compared quantities of a run.
    pure subroutine results_of(response, horizon, balance, results, every)
@@ -99,13 +114,26 @@ contains
          end associate
       end do
       associate (energy => response%energy)
-         results%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/response%initial_energy
+         results%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/energy_unit(response)
       end associate
-      results%impulse = contact_impulse(response, balance, last, stride)
+      if (allocated(balance%mass)) results%impulse = contact_impulse(response, balance, last, stride)
       allocate (results%history((last - 1)/stride + 1, 2))
       results%history(:, 1) = response%history(eta_stop)%values(:last:stride)
       results%history(:, 2) = response%history(eta_tip)%values(:last:stride)
    end subroutine results_of
+
+   !> Energy to which errors of energies refer: the initial energy, or the maximum energy of a run that starts at rest.
+   pure function energy_unit(response) result(unit)
+      !> Run with energies
+      type(response_t), intent(in) :: response
+      real(wp) :: unit
+
+      unit = response%initial_energy
+      associate (energy => response%energy)
+         if (.not. unit > 0.0_wp) unit = maxval(energy%kinetic + energy%strain + energy%stop)
+      end associate
+      if (.not. unit > 0.0_wp) unit = 1.0_wp
+   end function energy_unit
 
    !> Impulse of the contact force on the beam up to the last sample. With the static displacement s under a unit force
    !> at the stop, s.(M a + C v + K y) = s_c f (with velocities v and accelerations a) and s.K y = y_c, and the integral
@@ -140,7 +168,7 @@ contains
       end associate
    end function contact_impulse
 
-   !> Compute the quantities of the balance of impulses.
+   !> Compute the quantities of the balance of impulses of a beam that is released from its only stop, without loads.
    pure subroutine make_balance(model, modes, settings, balance, error)
       type(beam_model_t), intent(in) :: model
       !> All modes of the beam
@@ -155,6 +183,7 @@ contains
       ! s, M s and C s
       real(wp), dimension(model%stiffness%order) :: static, momentum, damping
 
+      if (.not. is_released_from_one_stop(settings)) return
       factors = model%stiffness
       call factorise(factors, error)
       if (allocated(error)) return

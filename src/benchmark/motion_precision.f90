@@ -6,13 +6,14 @@
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
-   use motion_errors, only: impulse_balance_t, difference_of, extrapolate, results_of, horizon_of, make_balance, &
+   use motion_errors, only: energy_unit, impulse_balance_t, difference_of, extrapolate, results_of, horizon_of, &
+      make_balance, &
       run_results_t
    use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_motion, task_run, task_t
    use precision_types, only: beam_run_t, check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, &
       varied_step
    use response_types, only: balance_error
-   use run_settings, only: response_settings_t, strict_mode_tolerance
+   use run_settings, only: moves_in_modes, response_settings_t, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: run_settings_of
    use scene_types, only: integrator_average, integrator_exact, mass_auto, mass_consistent, mass_redistributed, &
       precision_settings_t, scene_t
@@ -43,20 +44,22 @@ contains
 
       ! references of the runs on the mesh of the scene, and of the runs on other meshes
       type(task_t) :: reference, finest
+      type(run_settings_t) :: settings
       integer :: i
 
+      settings = run_settings_of(scene)
       call list_entries(scene, study%motion)
       call make_reference(scene, scene%mesh%elements, scene%mesh%mass, reference, error)
       if (allocated(error)) return
-      study%horizon = horizon_of(reference%response, scene%precision%duration, grid_of(scene))
+      study%horizon = horizon_of(settings, reference%response, scene%precision%duration, grid_of(scene))
       if (any(study%motion%varied == varied_mesh)) then
          associate (elements => refinement*maxval(study%motion%elements))
             call make_reference(scene, elements, merge(mass_auto, scene%mesh%mass, scene%precision%against_beam), &
                finest, error)
          end associate
          if (allocated(error)) return
-         if (scene%precision%against_beam) study%horizon = horizon_of(finest%response, scene%precision%duration, &
-            grid_of(scene))
+         if (scene%precision%against_beam) study%horizon = horizon_of(settings, finest%response, &
+            scene%precision%duration, grid_of(scene))
          finest%output%shape_times = [0.0_wp, study%horizon]
          call finest%run(error)
          if (allocated(error)) return
@@ -369,13 +372,13 @@ contains
       if (.not. allocated(error)) then
          call results_of(task%response, horizon, balance, results, max(every(1), 1))
          entry%errors = difference_of(results, exact)
-         entry%errors%ledger = balance_error(task%response)/task%response%initial_energy
+         entry%errors%ledger = balance_error(task%response)/energy_unit(task%response)
          task%output = no_output()
          call measure_time(task, scene%precision, entry%whole, error)
       end if
-      ! Newmark's method computes no modes, so there is no other time
+      ! steps on the matrices of the mesh need no modes, so there is no other time
       entry%motion = entry%whole
-      if (.not. allocated(error) .and. entry%contender == integrator_exact) then
+      if (.not. allocated(error) .and. moves_in_modes(task%settings)) then
          task%action = task_motion
          call measure_time(task, scene%precision, entry%motion, error)
       end if

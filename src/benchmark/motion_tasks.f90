@@ -139,6 +139,7 @@ contains
       ! the mode tolerance alone decides how many modes are used
       settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
+      settings%mode_count = precision%mode_count
       if (contender == integrator_exact) return
       settings%method = method_newmark
       settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2

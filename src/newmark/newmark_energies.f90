@@ -117,8 +117,8 @@ contains
    end function quadratic_form
 
    !> Momentum u . M* v of the beam and mass u . M* u, with u the motion in which only the node at a contact moves, with
-   !> the normal velocity 1. In degrees of freedom of the nodes u is the row vector of the contact, whose only entry is 1
-   !> or -1, so the mass is one entry of the diagonal of M*.
+   !> the normal velocity 1. In degrees of freedom of the nodes u is the row vector of the contact, whose only entry is
+   !> 1 or -1, so the mass is one entry of the diagonal of M*.
    pure subroutine momentum_along(stepper, state, row, momentum, mass, nodal_shape)
       !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -127,8 +127,8 @@ contains
       type(contact_row_t), intent(in) :: row
       real(wp), intent(out) :: momentum
       real(wp), intent(out) :: mass
-      !> Velocities of the modes if only the node moves, with the velocity 1, [modes]; absent: the degrees of freedom are
-      !> those of the nodes
+      !> Velocities of the modes if only the node moves, with the velocity 1, [modes]; absent: the degrees of freedom
+      !> are those of the nodes
       real(wp), intent(in), optional :: nodal_shape(:)
 
       associate (n => stepper%order)

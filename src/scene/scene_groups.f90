@@ -338,6 +338,8 @@ contains
       call table%bind(precision%duration, name_t('duration', 'length of the runs, tau', duration_range, a_stop))
       call table%bind(precision%steps, name_t('steps', "Newmark's steps d tau; tolerances fall with their squares", &
          range_t(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))
+      call table%bind(precision%mode_count, name_t('modes', 'number of the lowest modes in which all methods move', &
+         range_t(1.0_wp, 2.0_wp*real(max_elements, wp)), a_stop, default='as each method has it', is_optional=.true.))
       call table%bind(precision%hop_tolerances, name_t('hop_tolerances', 'hop tolerances of exact motion', hop_range, &
          a_stop, default='1e-2, 1e-3 ... 1e-12'))
       call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', &

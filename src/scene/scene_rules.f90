@@ -41,8 +41,7 @@ module scene_rules
       'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
       //'sweep best cases sensitivity stress output', ', which has beams, stops and runs of its own', &
       excludes_requests=.true.), &
-      exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
-      exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
+      exclusion_t('precision', 'support', ', which measures beams on their root and stops alone'), &
       exclusion_t('precision', 'response sweep best cases sensitivity stress output', ', which has runs of its own', &
       excludes_requests=.true.)]
 
@@ -70,9 +69,9 @@ module scene_rules
       demand_t('precision', 'against_beam', 'mesh_elements', 'needs mesh_elements too, the meshes to compare'), &
       demand_t('response', '', 'stop force base start', &
       'needs a stop; add &stop / (with or without names in it), or &force, &base or &start'), &
-      demand_t('force', '', 'response', a_response), &
-      demand_t('base', '', 'response', a_response), &
-      demand_t('start', '', 'response', a_response), &
+      demand_t('force', '', 'response precision', a_response), &
+      demand_t('base', '', 'response precision', a_response), &
+      demand_t('start', '', 'response precision', a_response), &
       demand_t('stress', '', 'response', a_response), &
       (demand_t(request_names(k), '', 'response', a_response), k=1, size(request_names)), &
       demand_t('sweep', '', 'response', a_response), &

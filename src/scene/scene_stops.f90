@@ -8,7 +8,7 @@ module scene_stops
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: rounded, to_text
    use program_identity, only: in_motion_and_benchmark
-   use run_settings, only: impulse_names, impulse_nodal, law_names, law_restitution, law_spring_damper, side_above, &
+   use run_settings, only: impulse_names, impulse_nodal, law_names, law_restitution, side_above, &
       side_below, side_both, side_names, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: scales_t, scene_t, support_motion_names, support_settings_t
@@ -360,11 +360,6 @@ contains
          if (stops(k)%law == law_restitution .and. stops(k)%impulse == impulse_nodal .and. &
             (size(stops) > 1 .or. stops(k)%side /= side_below)) call input%complain('stop', 'impulse', &
             "goes with one stop below the beam and no other; else take 'momentum'", k)
-         if (scene%wants_precision .and. &
-            (k > 1 .or. stops(k)%side /= side_below .or. stops(k)%law == law_spring_damper)) then
-            call input%complain('stop', 'side law', 'does not go with &precision, which measures one stop below the ' &
-               //'beam, rigid or of three elements', k)
-         end if
          do i = 1, k - 1
             if (.not. are_at_one_point(stops(i)%position, stops(k)%position)) cycle
             conflict = conflict_of_stops(stops(i), stops(k))

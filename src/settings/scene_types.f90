@@ -197,6 +197,9 @@ module scene_types
       integer, allocatable :: methods(:)
       !> Newmark's steps, d tau
       real(wp), allocatable :: steps(:)
+      !> Number of the lowest modes in which all methods move; 0: exact motion in the modes that its tolerances ask for,
+      !> Newmark's steps on the matrices of the mesh
+      integer :: mode_count = 0
       !> For the exact method: values of `hop_tolerance` and of `mode_tolerance` of &response, and numbers of elements;
       !> each of the three is varied separately
       real(wp), allocatable :: hop_tolerances(:)
