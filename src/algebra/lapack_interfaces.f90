@@ -100,7 +100,7 @@ contains
    pure function lapack_message(routine, info, order) result(message)
       !> Name of the routine
       character(*), intent(in) :: routine
-      !> What it returned, not 0
+      !> Value of `info` that the routine returned, not 0
       integer, intent(in) :: info
       !> Order of the problem; an `info` of DSYGV above it refers to the mass matrix
       integer, intent(in) :: order

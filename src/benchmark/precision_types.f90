@@ -93,7 +93,7 @@ module precision_types
 
    !> Run time without and with a skip, the omission of a computation that a scene does not need.
    type :: saving_t
-      !> What is skipped
+      !> Name of the computation that is skipped
       character(name_length) :: name = ''
       !> Time of the same task without the skip and with the skip
       type(timing_t) :: without

@@ -22,11 +22,10 @@ module run_observers
    !> State of all observers of a run.
    type :: observers_t
       type(measures_t) :: measures
-      !> States of the observers that &statistics, &poincare and &stress request; unallocated: not requested
+      !> States of the observers that &statistics, &poincare, &stress and &spectrum request; unallocated: not requested
       type(block_sums_t), allocatable :: blocks
       type(run_sections_t), allocatable :: sections
       type(moment_record_t), allocatable :: moments(:)
-      !> What &spectrum asks for; unallocated: nothing
       type(spectrum_sums_t), allocatable :: spectrum
    end type observers_t
 

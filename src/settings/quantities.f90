@@ -30,7 +30,7 @@ module quantities
    integer, parameter :: load = 10
    integer, parameter :: bending_stiffness = 11
    integer, parameter :: youngs_modulus = 12
-   !> Of Pbar L
+   !> Scale of the bending moment, that of Pbar times L
    integer, parameter :: moment = 13
 
    type :: quantity_t
@@ -219,7 +219,7 @@ contains
       end select
    end function scale_of
 
-   !> Of Pbar.
+   !> Scale of the contact force Pbar.
    pure function scale_of_force(scales) result(scale)
       type(scales_t), intent(in) :: scales
       real(wp) :: scale

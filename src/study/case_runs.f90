@@ -49,20 +49,20 @@ module case_runs
    end type case_t
 
    abstract interface
-      !> What a plan does with a case instead of a run of it.
+      !> Compute a case in another way than by one run; for example, fit a signal from the parameters of the case.
       subroutine case_interface(runner, values, row, reason, sets, extras)
          import :: runner_t, set_store_t, wp
          implicit none (type, external)
          type(runner_t), target, intent(inout) :: runner
          !> Parameters of the case, in the order of the axes
          real(wp), intent(in) :: values(:)
-         !> Its measures, [measure_count]
+         !> Measures of the case, [measure_count]
          real(wp), intent(out) :: row(:)
-         !> Why it failed; unallocated: it did not
+         !> Reason of the failure; unallocated: no failure
          character(:), allocatable, intent(out) :: reason
-         !> What runs among several stops share
+         !> Cached contact sets (the beam with given closed contacts), shared by the runs of a thread
          type(set_store_t), target, intent(inout) :: sets
-         !> Numbers besides the measures
+         !> Values of the case besides the measures
          real(wp), intent(out) :: extras(:)
       end subroutine case_interface
    end interface

@@ -38,7 +38,7 @@ contains
          associate (check => beam%check)
             if (.not. allocated(beam%error) .and. check%compared > 0) then
                all_settle = all_settle .and. check%is_settled
-               ! of equally fine meshes the one that errs most is reported
+               ! of equally fine meshes, the mesh with the maximum difference is reported
                if (check%elements > found%elements .or. (check%elements == found%elements .and. &
                   check%difference > found%difference)) found = check
             end if

@@ -53,7 +53,7 @@ module sweep_file
       character(reason_room), allocatable :: reasons(:)
       !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
-      !> Of all rows; unallocated: nothing
+      !> Result computed from the rows of all cases; unallocated: none
       class(summary_t), allocatable :: summary
    end type survey_t
 

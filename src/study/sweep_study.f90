@@ -27,12 +27,12 @@ module sweep_study
    private
    public :: run_sweep, run_plan, plan_run_t, threads_for, in_words, cases_of, chains_of, values_of
 
-   !> How the cases of a plan were run.
+   !> Run of the cases of a plan.
    type :: plan_run_t
-      !> Folder of the parts, and the plan in words
+      !> Folder of the chunks, and the text of the plan
       character(:), allocatable :: path
       character(:), allocatable :: text
-      !> Threads of each process, cases that were not on disk already, and the seconds that they took
+      !> Number of threads of each process; number of cases that were computed in this run, and their time in seconds
       integer :: workers = 1
       integer :: computed = 0
       real(wp) :: seconds = 0.0_wp
@@ -166,7 +166,7 @@ contains
       threads = int(min(real(threads, wp), 1.0_wp + room))
    end function threads_for
 
-   !> Chains of cases of a checked sweep, or its cases where each is by itself.
+   !> Number of chains of a checked sweep, or of cases if they are independent.
    pure function chains_of(sweep) result(chains)
       type(sweep_settings_t), intent(in) :: sweep
       real(wp) :: chains
