@@ -142,6 +142,9 @@ def main(programs, place):
         # pictures lie where the page's commands left them
         for picture in re.findall(r"!\[[^]]*\]\(([^)]*\.png)\)", text):
             shutil.copy(place / "run" / name / picture, target.parent)
+        # pictures of measurements that are not repeated for the pages
+        for picture in re.findall(r"!\[[^]]*\]\(([^)]*\.svg)\)", text):
+            shutil.copy(HERE / picture, target.parent)
     top = [name for name in ORDER if "/" not in name]
     (pages / "index.md").write_text("title: Manual\n" + "".join(f"ordered_subpage: {name}.md\n" for name in top)
                                     + contents(texts, ""), encoding="utf-8")

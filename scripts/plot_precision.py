@@ -27,11 +27,11 @@ ERRORS = {
 ROUNDING = 2.0**-53
 
 
-def draw_motion(panel, study, error, hop):
-    """The curves of one study."""
+def draw_motion(panel, study, error, hop, without_modes, also):
+    """The curves of one study, and those of other programs."""
     group = study["motion"]
     methods, varied = (np.array(plots.texts_of(group[name])) for name in ("method", "varied"))
-    seconds, errors = group["seconds"][:], group[f"error_{error}"][:]
+    seconds, errors = group["seconds_motion" if without_modes else "seconds"][:], group[f"error_{error}"][:]
     for number, (method, name) in enumerate(NAMES.items()):
         mine = (methods == method) & ((varied == "step") | (varied == hop)) & (seconds > 0.0)
         if not mine.any():
@@ -43,6 +43,15 @@ def draw_motion(panel, study, error, hop):
             linestyle=plots.DASHES[number],
             marker=plots.MARKERS[number],
             markersize=3.5,
+            label=name,
+        )
+    for number, (name, *numbers) in enumerate(also):
+        panel.loglog(
+            [float(value) * 1e3 for value in numbers[::2]],
+            [float(value) for value in numbers[1::2]],
+            color=plots.COLOURS[(len(NAMES) + number) % len(plots.COLOURS)],
+            marker="x",
+            markersize=4.0,
             label=name,
         )
     panel.set_xlabel("time of a run (ms)")
@@ -197,6 +206,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+", help="results files of scenes with &precision")
     parser.add_argument("--error", choices=list(ERRORS), default="history", help="which error of the motion")
+    parser.add_argument("--without-modes", action="store_true", help="times without that of the eigen-solve")
+    parser.add_argument("--also", nargs="+", action="append", default=[], metavar=("NAME", "SECONDS ERROR"),
+                        help="times and errors of another program, in pairs")
     parser.add_argument("--growth", action="store_true", help="growth of cost, of the first file")
     parser.add_argument("--beam", action="store_true", help="the error against the beam itself")
     parser.add_argument("--skips", action="store_true", help="what each skip saves")
@@ -222,7 +234,8 @@ def main():
             if arguments.beam:
                 draw_beam(panel, study)
             else:
-                draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance")
+                draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance", arguments.without_modes,
+                            arguments.also)
             if np.ptp(np.log10(panel.xaxis.get_data_interval())) < 1.0:
                 whole_decades(panel)
             panel.set_title(plots.title_of(file))
