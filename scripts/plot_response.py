@@ -35,8 +35,9 @@ MOST_CONTACTS = 300
 
 
 class Surface(NamedTuple):
-    """One side of a stop, +1 below the beam and -1 above it."""
+    """One side of a stop, +1 below the beam and -1 above it, or a contact of a body, whose stop is 0 and whose displacement a gap."""
 
+    name: str
     stop: int
     position: float
     side: int
@@ -143,10 +144,11 @@ class Response:
     def read_surfaces(self, group):
         """What happens at each side of several stops."""
         numbers, heights = group["stop"][()], self.values(group, "height")
+        names = plots.text_of(group["surface"].attrs["flag_meanings"]).replace("stop_", "").split()
         places, sides = plots.values_of(group, "position", "dimensionless"), group["side"][()]
         histories = {name: self.values(group, name) for name in OF_SURFACES if plots.has(group, name)}
         contacts = list(zip(group["contact_surface"][()], self.values(group, "contact_start"), self.values(group, "contact_end")))
-        return [Surface(int(numbers[row]), float(places[row]), int(sides[row]), float(heights[row]),
+        return [Surface(names[row].replace("_", " "), int(numbers[row]), float(places[row]), int(sides[row]), float(heights[row]),
                         {name: values[row] for name, values in histories.items()},
                         [(start, end) for surface, start, end in contacts if surface == row + 1])
                 for row in range(len(numbers))]
@@ -243,7 +245,8 @@ def draw_displacement(axes, response):
         handles += plots.draw_history(axes, response.tau, response.curves["eta_tip"], "tip", color=plots.COLOURS[1],
                                       linestyle=plots.DASHES[1], linewidth=0.9)
     if "eta_stop" in response.curves:
-        label = "stop" if response.tip_differs() else "stop = tip"
+        at = "body" if response.shown is not None and response.surfaces[response.shown].stop == 0 else "stop"
+        label = at if response.tip_differs() else f"{at} = tip"
         handles = plots.draw_history(axes, response.tau, response.curves["eta_stop"], label, color="black") + handles
     mark_impacts(axes, response)
     return handles
@@ -293,7 +296,8 @@ def draw_point(axes, surfaces, response):
     plots.draw_history(axes, response.tau, y, color="black", linewidth=0.8)
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
     stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
-    axes.set_ylabel(plots.with_unit(f"$y$ at stop {stops}", response.units.get("displacement", ""))
+    words = f"$y$ at stop {stops}" if surfaces[0].stop > 0 else f"$y - z$ at {surfaces[0].name}"
+    axes.set_ylabel(plots.with_unit(words, response.units.get("displacement", ""))
                     + f"\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
     set_ticks(axes.yaxis, 4)
     axes.ticklabel_format(axis="y", style="plain")
@@ -307,7 +311,7 @@ def draw_sides(axes, response, panel, shown):
     for number, surface in enumerate(shown):
         sign, label = 1, f"$x/L$ = {surface.position:g}"
         if panel == "force":
-            sign, label = surface.side, f"{surface.stop} {'below' if surface.side > 0 else 'above'}"
+            sign, label = surface.side, surface.name
             if not surface.histories[name].any():
                 continue
         plots.draw_history(axes, response.tau, sign * surface.histories[name], label, linewidth=0.8,
@@ -337,7 +341,7 @@ def draw_several(response, panels):
     points = {}
     if "displacement" in panels and "eta" in response.surfaces[0].histories:
         for surface in sorted(response.surfaces, key=lambda surface: -surface.position):
-            points.setdefault(surface.position, []).append(surface)
+            points.setdefault(surface.position if surface.stop > 0 else surface.name, []).append(surface)
     stops = list(dict.fromkeys(surface.stop for surface in response.surfaces))
     others = []
     for panel in panels:

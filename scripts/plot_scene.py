@@ -125,8 +125,9 @@ class Scene:
     def read_surfaces(self, file):
         """Sides of stops; the file of the paper's one stop has no list of them."""
         scene = file["scene"]
-        if "stop" not in scene:
+        if "stop" not in scene and "bodies" not in file:
             raise plots.Unplottable(f"{file.filename}: its scene has no &stop")
+        self.bodies = []
         laws = {name: plots.text_of(scene[name].attrs["law"]) for name in scene if name.split("_")[0] == "stop"}
         recorded = file["response"] if "response" in file else {}
         self.tau = plain(recorded, "tau") if plots.has(recorded, "tau") else None
@@ -140,14 +141,27 @@ class Scene:
                 self.surfaces[0].eta = self.unit * plain(recorded, "eta_stop")
             return
         group = file["surfaces"]
-        rows = zip(group["stop"][()], group["side"][()], plain(group, "position"), self.unit * plain(group, "height"))
-        self.surfaces = [Surface(*row, laws["stop" if row[0] == 1 else f"stop_{row[0]}"]) for row in rows]
-        for number, surface in enumerate(self.surfaces):
+        rows = list(zip(group["stop"][()], group["side"][()], plain(group, "position"), self.unit * plain(group, "height")))
+        if "bodies" in file:
+            self.read_bodies(file, rows)
+        self.surfaces = [Surface(*row, laws["stop" if row[0] == 1 else f"stop_{row[0]}"]) for row in rows if row[0] > 0]
+        numbers = [number for number, row in enumerate(rows) if row[0] > 0]
+        for number, surface in zip(numbers, self.surfaces):
             if plots.has(group, "eta"):
                 surface.eta = self.unit * plain(group, "eta")[number]
             if "contact" in group:
                 own = group["contact_surface"][()] == number + 1
                 surface.contacts = list(zip(plain(group, "contact_start")[own], plain(group, "contact_end")[own]))
+
+    def read_bodies(self, file, rows):
+        """Name, side, place and height at the start of the faces with which bodies meet the beam."""
+        group = file["surfaces"]
+        names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()
+        motion = plain(file["bodies"], "displacement")
+        for name, body, (stop, side, position, height) in zip(names, group["body"][()], rows):
+            if stop == 0 and not name.endswith(("floor", "ceiling")):
+                start = self.unit * motion[body - 1][0] if motion.size else 0.0
+                self.bodies.append((f"body {body}", int(side), position, height + start))
 
     def read_section(self, beam):
         """Stations along the beam and heights there; of area and inertia, those of the rectangle with the same."""
@@ -181,7 +195,8 @@ class Scene:
         self.is_unstressed, self.release = kind in ("rest", "drop"), None
         if kind == "pull":
             stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
-            stop = next((stop for stop in stops if "pulled" in stop), stops[0])
+            stop = next((stop for stop in stops if "pulled" in stop), stops[0] if stops else None)
+        if kind == "pull" and stop is not None:
             side = -1.0 if plots.text_of(stop["side"]) == "above" else 1.0
             self.release = float(stop["position"]), side * (1.0 + float(stop["preload"])) * self.unit
 
@@ -213,7 +228,7 @@ class Drawing:
 
     def __init__(self, axes, scene, shapes):
         self.axes, self.scene = axes, scene
-        heights = [surface.height for surface in scene.surfaces]
+        heights = [surface.height for surface in scene.surfaces] + [height for *_, height in scene.bodies]
         released = [] if scene.release is None else [scene.release[1]]
         values = numpy.concatenate([heights, released, [0.0]] + [numpy.ravel(shape) for shape in shapes])
         span = max(values.max() - values.min(), 1e-30)
@@ -226,6 +241,8 @@ class Drawing:
         self.plates = [self.stop(surface) for surface in scene.surfaces]
         for support in scene.supports:
             self.support(support)
+        for body in scene.bodies:
+            self.body(*body)
         margin = self.factor * thickest * 0.5 + self.room * 2.0
         axes.set_ylim(values.min() - margin, values.max() + margin)
         low, high = axes.get_ylim()
@@ -285,6 +302,15 @@ class Drawing:
         self.axes.text(x, end - surface.side * 0.2 * self.room, str(surface.stop), ha="center", fontsize=9,
                        va="top" if surface.side > 0 else "bottom")
         return plate
+
+    def body(self, name, side, position, height):
+        """A body as a block with a round corner, where it is at the start."""
+        face = height - side * self.half_at(position)
+        low = min(face, face - side * 0.7 * self.room)
+        self.axes.add_patch(patches.FancyBboxPatch((position - 0.02, low), 0.04, 0.7 * self.room, facecolor="#efe3c8",
+                                                   boxstyle="round,pad=0,rounding_size=0.012", mutation_aspect=self.room / 0.06,
+                                                   edgecolor="black", linewidth=0.8, zorder=6))
+        self.axes.text(position, face - side * 0.85 * self.room, name, ha="center", fontsize=8, va="top" if side > 0 else "bottom")
 
     def support(self, support):
         """A triangle or a spring below the beam, a square or an arc about its rotation."""
