@@ -2,8 +2,8 @@
 # impactbeam_cminpack, and where there is OpenMP impactbeam_openmp.
 #
 # To load HDF5 with what it brings (curl, TLS, Kerberos, for a driver that is never used) takes longer than a short run. So the
-# programs (targets with the property IMPACTBEAM_STATIC) link archives, where there are some beside the shared libraries
-# and a trial shows that they do; all else links what CMake found.
+# program `impactbeam` (a target with the property IMPACTBEAM_STATIC) links archives, where there are some beside the shared
+# libraries and a trial shows that they do; all else links what CMake found.
 
 include(CheckLinkerFlag)
 include(CheckSourceCompiles)
