@@ -3,7 +3,7 @@
 module scene_needs
    use auto_solver, only: uses_lanczos
    use few_modes, only: base_count, takes_few_modes
-   use history_list, only: eta_stop, force_stop, velocity_stop
+   use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: is_in_mode
    use measure_list, only: measure_count
@@ -167,7 +167,8 @@ contains
          ! the dataset tau
          if (histories > 0) histories = histories + 1
          contacts = contacts_recorded(scene)
-         histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop]))
+         histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop, &
+            acceleration_stop]))
          ! for each contact the stored energy and the dissipated energy
          if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step

@@ -40,12 +40,15 @@ module scene_templates
       '&stop', &
       '   surface_height = 0.1e-3      ! m, above the unstressed reed: it presses', &
       '   initial_height = 0.5e-3      ! m, from where it is let go', &
+      '! To keep a gap of 0.4 mm under any pressure, in sweeps too: instead of both', &
+      '! heights &scene displacement_scale = 0.4e-3 (m) and here preload = 0.25', &
       "   law = 'three_element'        ! a spring; beside it another with a damper", &
       '   stiffness = 1.7e6            ! N/m', &
       '   branch_stiffness = 3.4e6     ! N/m', &
       '   damper = 30.0                ! N s/m', &
       '/', &
       '&response duration_time = 6.0e-3, step_time = 1.0e-6 /  ! s', &
+      '&relay lasting_force = 0.05 /   ! N; bounce time, force once it is closed', &
       '&stress position = 0.0 /        ! the stress at the root']
 
    character(*), parameter :: tube(*) = [character(80) :: &
@@ -75,7 +78,7 @@ module scene_templates
    character(*), parameter :: reed(*) = [character(80) :: &
       '! The reed of a valve is driven by pressure between its seat and a stop above', &
       '! it. SI units. It dies of fatigue at its root: see greatest_stress and', &
-      '! stress_range among the measures.', &
+      '! stress_range among the measures; fatigue_slope in &stress counts cycles.', &
       "&scene units = 'SI', title = 'A valve reed between seat and stop' /", &
       '&beam', &
       '   length = 40.0e-3, width = 10.0e-3, height_root = 0.4e-3  ! m', &

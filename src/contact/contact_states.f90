@@ -173,6 +173,7 @@ contains
       at_start%branch_force = states%branch_force
       at_start%is_closed = states%is_closed
       at_start%is_deformed = states%is_deformed
+      at_start%dissipated = states%dissipated
    end subroutine record_start
 
    !> Energy in the springs of the stop.

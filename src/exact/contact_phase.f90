@@ -12,7 +12,8 @@ module contact_phase
    use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: phasor_of
    use forced_responses, only: find_rows_at
-   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use history_list, only: acceleration_stop, acceleration_tip, eta_stop, eta_tip, force_stop, velocity_stop
+   use interval_sums, only: interval_sums_t
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
@@ -24,9 +25,10 @@ module contact_phase
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
       phase_state_t, signal_of, &
       start_phase, observed_gap
+   use phase_sums, only: sample_accelerations
    use phase_transitions, only: apply_transition
    use response_types, only: response_t, contact_record_t
-   use run_observers, only: observe, observe_events
+   use run_observers, only: reads_losses, observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: record_modes, state_at
    use section_types, only: section_state_t
@@ -52,6 +54,8 @@ module contact_phase
       !> Histories of each contact, [contacts], and the number of samples recorded in them
       type(contact_record_t), allocatable :: records(:)
       integer :: recorded = 0
+      !> Accelerations at the contacts and of the tip in the present phase; unallocated: not requested yet
+      type(interval_sums_t), allocatable :: accelerations
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
       !> State from which the run continues (if `q` is allocated), and after the run its last state; unallocated: not
@@ -83,10 +87,10 @@ contains
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
       ! under loads the terms of the rows give the losses
       if (self%now%loads%count == 0) then
-         if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call prepare_losses( &
-            self%now%set, motion%recorder%asked%energy)
+         if (motion%recorder%asked%energy .or. reads_losses(motion%observers)) call prepare_losses(self%now%set, &
+            motion%recorder%asked%energy)
       end if
-      if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
+      if ((reads_losses(motion%observers) .or. self%now%loads%count > 0) .and. &
          .not. all(self%now%states%is_rigid)) call record_start(self%now%states, self%interval%at_start)
       self%interval%z_end => self%now%set%state(:, 3)
       self%interval%v_end => self%now%set%state(:, 4)
@@ -95,6 +99,7 @@ contains
          self%start_energy = sum(modal_energy(self%now%set%constrained%oscillators, self%interval%z_end, &
             self%interval%v_end))
       end if
+      if (allocated(self%accelerations)) deallocate (self%accelerations)
       call self%now%set%sampler%restart()
       call begin_moments(self%interval%moments, self%now)
    end subroutine begin
@@ -273,6 +278,8 @@ contains
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
          sample%history(force_stop) = total
+         if (any(asked%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
+            self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)
          if (asked%energy) call sample_energy(self, time, reshape([z, v, unforced, unforced_rate], [size(z), 4]), &
             term, sample)
       end associate
@@ -414,8 +421,7 @@ contains
       type(motion_t), intent(in) :: motion
       logical :: needs
 
-      needs = motion%recorder%asked%energy .or. (motion%observers%measures%is_wanted .and. &
-         size(self%now%set%compliant) > 0)
+      needs = motion%recorder%asked%energy .or. (reads_losses(motion%observers) .and. size(self%now%set%compliant) > 0)
    end function needs_losses
 
    !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates

@@ -92,7 +92,7 @@ contains
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(contacts))])
          call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%max_peaks, &
-            motion%observers%measures)
+            motion%observers%measures, settings%relay)
          ! accumulator 0 serves a run without contacts
          call open_accumulator(.false., response%initial_energy, 0.0_wp, static_energy, settings%height_ratio, &
             motion%observers%measures%of(0)%accumulator)

@@ -14,8 +14,9 @@ module phase_intervals
    use load_work, only: load_response_impulse
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
+   use phase_curves, only: signal_curve_t
    use phase_integrals, only: find_signals
-   use phase_losses, only: update_indentation, recover_contact
+   use phase_losses, only: loss_of_contact, update_indentation, recover_contact
    use phase_rows, only: integrate_on_path, is_on_path, signal_of_row
    use phase_state, only: end_force, force_terms, cache_state, find_homogeneous_state, find_state, phase_state_t, &
       signal_of, observed_gap, observed_tip
@@ -26,7 +27,7 @@ module phase_intervals
    use row_peaks, only: max_on_path
    use row_signals, only: node_at_time, row_signal_t, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
-   use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_last_exceedance, peak_tolerance
+   use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
    implicit none (type, external)
    private
    public :: phase_interval_t
@@ -52,23 +53,14 @@ module phase_intervals
       procedure :: rounding
       procedure :: exceeds
       procedure :: seek_peak
+      procedure :: seek_turn
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
       procedure :: expand
       procedure :: energy
+      procedure :: dissipated
    end type phase_interval_t
-
-   !> The gap of a contact during a phase, stored for use after the phase.
-   type, extends(curve_t) :: signal_curve_t
-      class(transformable_signal_t), allocatable :: signal
-      !> The gap is always above minus the settling level (`settling_level`): only positive gaps need a search
-      logical :: is_above = .false.
-      !> Latest known time at which the gap exceeds the settling level; 0: none known
-      real(wp) :: known_above = 0.0_wp
-   contains
-      procedure :: last_exceedance
-   end type signal_curve_t
 
 contains
 
@@ -232,7 +224,8 @@ contains
             if (is_certain) return
          end if
       end if
-      if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
+      if (all([is_whole, is_unscaled, .not. row%needs_time, row%number > self%tip_row(), &
+         row%number <= self%force_row(self%contacts)])) then
          associate (search => self%searches(row%number - self%tip_row()))
             ! a search beyond the end of the phase, which another contact ended, may have found later values
             if (search%time <= self%length) known_max = search%max_value
@@ -255,6 +248,21 @@ contains
       peak%is_found = .true.
       peak%value = known_max
    end subroutine seek_peak
+
+   !> Find the first turning point of an output row.
+   subroutine seek_turn(self, row, stretch, direction, is_found, time)
+      class(phase_interval_t), intent(inout) :: self
+      type(output_row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      integer, intent(inout) :: direction
+      logical, intent(out) :: is_found
+      real(wp), intent(out) :: time
+
+      class(transformable_signal_t), pointer :: signal
+
+      call find_signal(self, row, signal)
+      call find_turn(signal, stretch, direction, is_found, time)
+   end subroutine seek_turn
 
    !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
    subroutine record_gap(self, k, curve)
@@ -402,26 +410,17 @@ contains
       end associate
    end function energy
 
-   !> Find the last time at which the magnitude of the gap exceeds a level.
-   subroutine last_exceedance(self, level, time, is_at_end)
-      class(signal_curve_t), intent(in) :: self
-      real(wp), intent(in) :: level
-      real(wp), intent(out) :: time
-      logical, intent(out) :: is_at_end
+   !> Energy dissipated in the dampers of the stop of a contact.
+   function dissipated(self, k, time) result(energy)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: energy
 
-      ! minus the gap, and the result of its search
-      class(transformable_signal_t), allocatable :: indentation
-      real(wp) :: last_negative
-      logical :: ends_negative
-
-      call find_last_exceedance(self%signal, self%length, level, time, is_at_end, &
-         merge(self%known_above, 0.0_wp, level <= settling_level))
-      if (self%is_above .and. level >= settling_level) return
-      call self%signal%transform(0.0_wp, -1.0_wp, 0.0_wp, 0, indentation)
-      call find_last_exceedance(indentation, self%length, level, last_negative, ends_negative)
-      time = max(time, last_negative)
-      is_at_end = is_at_end .or. ends_negative
-   end subroutine last_exceedance
+      energy = 0.0_wp
+      if (.not. allocated(self%at_start) .or. .not. time > 0.0_wp) return
+      energy = loss_of_contact(self%now, k, self%at_start(k), time, time < self%length)
+   end function dissipated
 
    !> An output row as a signal, without factor and offset; rows are gaps, tip, contact forces, moments in this order.
    subroutine find_signal(self, row, signal)

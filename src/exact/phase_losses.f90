@@ -9,10 +9,10 @@ module phase_losses
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
    use phase_rows, only: integrate_rates_on_path
-   use phase_state, only: phase_state_t
+   use phase_state, only: find_state, phase_state_t
    implicit none (type, external)
    private
-   public :: find_losses, force_at, update_indentation, recover_contact
+   public :: find_losses, force_at, loss_of_contact, update_indentation, recover_contact
 
 contains
 
@@ -116,6 +116,44 @@ contains
          end do
       end associate
    end subroutine find_losses
+
+   !> Energy dissipated in the stop of a contact since the start of the phase; the states of contacts are already those
+   !> at its end.
+   function loss_of_contact(self, k, at_start, time, is_inside) result(loss)
+      type(phase_state_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> State of the contact at the start of the phase
+      type(contact_state_t), intent(in) :: at_start
+      real(wp), intent(in) :: time
+      !> The time is before the end of the phase
+      logical, intent(in) :: is_inside
+      real(wp) :: loss
+
+      type(contact_state_t) :: contact
+      real(wp), dimension(size(self%z)) :: z, v
+      real(wp) :: lost(1 + size(self%set%compliant))
+      ! index among the compliant contacts of the set; 0: the contact is open
+      integer :: place
+
+      loss = 0.0_wp
+      ! the damper of a massless node is the damping of the beam
+      if (self%states(k)%is_rigid .or. self%states(k)%is_node) return
+      place = findloc(self%set%compliant, k, dim=1)
+      if (.not. is_inside) then
+         loss = self%states(k)%dissipated - at_start%dissipated
+      else if (place == 0) then
+         contact = at_start
+         call find_state(self, time, z, v)
+         call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
+            contact)
+         loss = contact%dissipated - at_start%dissipated
+      else if (self%loads%count > 0) then
+         loss = loss_in_stop(self, place, time)
+      else
+         call losses_in(self%set, self%amplitude, self%z, self%v, time, lost)
+         loss = lost(1 + place)
+      end if
+   end function loss_of_contact
 
    !> Set indentation and branch force of a closed compliant contact at a time in the phase.
    subroutine update_indentation(self, place, time, term, state)

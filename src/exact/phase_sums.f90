@@ -1,14 +1,17 @@
 !> Rows of a phase of exact motion as explicit sums of exponentials (docs/theory.md, sections 20 and 24).
 module phase_sums
-   use interval_sums, only: interval_sums_t, open_sums
+   use history_list, only: acceleration_stop, acceleration_tip
+   use interval_sums, only: derivative_of, interval_sums_t, open_sums, value_of
    use kinds, only: wp
    use moment_signals, only: find_row, moment_row_t, moments_t
    use phase_integrals, only: find_signals
    use phase_state, only: phase_state_t
+   use response_types, only: contact_record_t
+   use run_recorder, only: sample_t
    use signal_integrals, only: signals_t
    implicit none (type, external)
    private
-   public :: find_sums
+   public :: find_sums, sample_accelerations
 
 contains
 
@@ -60,6 +63,60 @@ contains
       end do
       call add_nodes(now, rows, last, sums)
    end subroutine find_sums
+
+   !> Accelerations upwards at the contacts, and of the tip, without impulses.
+   subroutine find_accelerations(now, moments, length, sums)
+      type(phase_state_t), intent(in) :: now
+      type(moments_t), intent(in) :: moments
+      !> Length of the phase, > 0
+      real(wp), intent(in) :: length
+      !> [contacts + 1]
+      type(interval_sums_t), intent(out) :: sums
+
+      integer :: k
+
+      call find_sums(now, moments, length, [(k, k=1, size(now%states) + 1)], sums)
+      do k = 1, size(now%states) + 1
+         call derivative_of(sums, k)
+         call derivative_of(sums, k)
+         if (k > size(now%states)) cycle
+         if (now%states(k)%contact%sign > 0.0_wp) cycle
+         sums%power(:, k) = -sums%power(:, k)
+         sums%amplitude(k, :) = -sums%amplitude(k, :)
+      end do
+   end subroutine find_accelerations
+
+   !> Accelerations at a sample; those of the run are at the release contact, or without a stop at the tip.
+   subroutine sample_accelerations(now, moments, length, time, place, sums, records, sample)
+      type(phase_state_t), intent(in) :: now
+      type(moments_t), intent(in) :: moments
+      !> Length of the phase, and time since its start
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: time
+      !> Index of the sample in the histories of contacts
+      integer, intent(in) :: place
+      !> Accelerations in the phase; unallocated: not found yet
+      type(interval_sums_t), allocatable, intent(inout) :: sums
+      type(contact_record_t), intent(inout) :: records(:)
+      type(sample_t), intent(inout) :: sample
+
+      ! [contacts + 1]
+      real(wp) :: values(size(now%states) + 1)
+      integer :: k
+
+      if (.not. allocated(sums)) then
+         allocate (sums)
+         call find_accelerations(now, moments, max(length, tiny(1.0_wp)), sums)
+      end if
+      values = value_of(sums, time)
+      associate (n => size(now%states), release => now%release_contact)
+         sample%history(acceleration_tip) = values(n + 1)
+         sample%history(acceleration_stop) = values(merge(n + 1, release, release == 0))
+         do k = 1, n
+            if (allocated(records(k)%acceleration)) records(k)%acceleration(place) = values(k)
+         end do
+      end associate
+   end subroutine sample_accelerations
 
    !> Add the displacement of massless nodes at rigid stops relative to the modes. A node on its stop does not move. A
    !> node away from its stop returns to the modes exponentially from its displacement at the start of the phase,

@@ -262,6 +262,7 @@ contains
       call charge_event(run%ledger, event%energy_change)
       associate (contact => run%contacts(k))
          contact%dissipated = contact%dissipated - event%energy_change
+         contact%lost_at_impacts = contact%lost_at_impacts - event%energy_change
          if (any(event%kind == [event_impact, event_capture, event_closed_impulse])) call measure_impulse( &
             run%observers%measures, k, event%tau, event%impulse)
          if (event%kind == event_impact .or. is_contact_end(event%kind)) contact%flights = contact%flights + 1

@@ -40,6 +40,7 @@ contains
                end associate
             end do
          end if
+         if (allocated(run%observers%stress_windows)) start%windows = run%observers%stress_windows%now
          if (run%observers%measures%is_wanted) start%measurers = run%observers%measures%of
          if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
          if (allocated(run%observers%blocks)) call store_sums(run)
@@ -74,6 +75,7 @@ contains
                end associate
             end do
          end if
+         if (allocated(run%observers%stress_windows)) run%observers%stress_windows%now = start%windows
          if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
          if (allocated(run%observers%sections)) run%observers%sections%count = start%sections
          if (allocated(run%observers%blocks)) call restore_sums(run, last)

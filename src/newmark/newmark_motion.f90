@@ -137,7 +137,7 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
-      run%records_ledger = allocated(response%energy) .or. settings%output%measures
+      run%records_ledger = allocated(response%energy) .or. settings%output%measures .or. allocated(settings%statistics)
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
          k=1, size(run%contacts))], run%release_contact, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
@@ -454,7 +454,7 @@ contains
          if (allocated(error)) return
       end if
       call open_measures(size(run%contacts), run%release_contact, .true., settings%output%max_peaks, &
-         run%observers%measures)
+         run%observers%measures, settings%relay)
       ! index 0 serves a run without contacts
       call open_accumulator(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
          run%observers%measures%of(0)%accumulator)

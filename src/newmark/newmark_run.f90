@@ -20,6 +20,7 @@ module newmark_run
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
    use stop_contacts, only: contact_t
+   use stress_windows, only: place_window_t
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
@@ -90,8 +91,11 @@ module newmark_run
       !> beginning of the whole step (as `offset`): an event of the contact lies before. `no_rejection`: that instant
       !> has passed
       integer(i8) :: rejected_end = no_rejection
-      !> Energy dissipated by the contact, impacts included
+      !> Energy dissipated by the contact, impacts included; its part at impacts; and the rest until the last step that
+      !> was observed
       real(wp) :: dissipated = 0.0_wp
+      real(wp) :: lost_at_impacts = 0.0_wp
+      real(wp) :: observed = 0.0_wp
       !> Number of flights since the start of the run
       integer :: flights = 0
    end type contact_progress_t
@@ -151,6 +155,8 @@ module newmark_run
       type(measurer_t), allocatable :: measurers(:)
       !> Minimum moment, its instant, maximum moment, its instant, [4, places]
       real(wp), allocatable :: moments(:, :)
+      !> Moments within the window of the statistics, [places]
+      type(place_window_t), allocatable :: windows(:)
       !> Number of sections recorded
       integer :: sections = 0
       !> Number of the block of the statistics in progress (a run is divided into equal blocks); 0: none has begun

@@ -1,7 +1,7 @@
 !> Recording of a Newmark run: histories at the samples, and displacements of the whole beam (shapes) at instants within
 !> a step.
 module newmark_samples
-   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use history_list, only: acceleration_stop, acceleration_tip, eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_modes, only: in_nodes
@@ -34,6 +34,8 @@ contains
          sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
          sample%history(eta_tip) = state%beam%displacement(stepper%tip_dof) - run%height
          sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
+         sample%history(acceleration_stop) = state%beam%acceleration(stepper%stop_dof)
+         sample%history(acceleration_tip) = state%beam%acceleration(stepper%tip_dof)
          sample%history(force_stop) = run%height_ratio*sum(state%force)
          if (allocated(response%energy)) then
             call kinetic_energy(stepper, state%beam, sample%beam_energy(1))
@@ -43,6 +45,8 @@ contains
             associate (contact => run%contacts(k), record => response%contacts(run%contacts(k)%contact%number))
                if (allocated(record%eta)) record%eta(place) = state%beam%displacement(contact%row%dof) - record%height
                if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(contact%row%dof)
+               if (allocated(record%acceleration)) record%acceleration(place) = &
+                  state%beam%acceleration(contact%row%dof)
                if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)
                if (.not. allocated(response%energy)) cycle
                energy = contact_energy(run, k, state)

@@ -404,6 +404,11 @@ contains
                   row_value(contact%row, new%beam%velocity)]
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
+            ! the step includes what an event at its start released
+            associate (contact => run%contacts(k))
+               interval%lost(k) = contact%dissipated - contact%lost_at_impacts - contact%observed
+               contact%observed = contact%dissipated - contact%lost_at_impacts
+            end associate
          end do
          ! k is now the number of contacts + 1, the index of the tip and of the first moment
          associate (tip => run%stepper%tip_dof)

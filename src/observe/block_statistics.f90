@@ -4,58 +4,22 @@
 !>
 !> An impact comprises all contact between two flights that exceed the hop tolerance and last longer than `rest`.
 module block_statistics
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_named
+   use measure_list, only: first_statistic, measure_named, measured_stops, statistics_of_stop
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
-   use statistic_types, only: block_sums_t, impact_t, minimum_displacement, minimum_tip, run_statistics_t, &
-      statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, &
-      sum_impulse, sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, &
-      contact_sums_t, maximum_displacement, maximum_force, maximum_impulse, maximum_tip, maximum_velocity
+   use statistic_forms, only: find_statistics, forms, minima
+   use statistic_types, only: block_sums_t, contact_sums_t, impact_t, maximum_acceleration, maximum_displacement, &
+      maximum_force, maximum_impulse, maximum_tip, maximum_tip_acceleration, maximum_velocity, &
+      minimum_acceleration, minimum_displacement, minimum_force, minimum_tip, minimum_tip_acceleration, &
+      run_statistics_t, statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, &
+      sum_impacts, sum_impulse, sum_square_acceleration, sum_square_displacement, sum_square_force, sum_square_tip, &
+      sum_square_tip_acceleration, sum_time, sum_tip, sum_velocity, sum_work
    use student, only: student_quantile
    implicit none (type, external)
    private
    public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_flight
    public :: finish_blocks, finish_statistics
-
-   !> Formula by which a statistic follows from the sums of a contact.
-   type :: form_t
-      character(24) :: name
-      !> Index of the sum, or of the numerator of a quotient, and index of the denominator; 0: the statistic is not a
-      !> quotient
-      integer :: numerator
-      integer :: denominator = 0
-      !> The statistic is the square root of the quotient
-      logical :: is_root = .false.
-   end type form_t
-
-   type(form_t), parameter :: forms(statistic_count) = [ &
-      form_t('mean_force', sum_impulse, sum_time), &
-      form_t('rms_force', sum_square_force, sum_time, .true.), &
-      form_t('maximum_force', maximum_force), &
-      form_t('mean_contact_force', sum_force, sum_contact), &
-      form_t('rms_contact_force', sum_square_force, sum_contact, .true.), &
-      form_t('impact_rate', sum_impacts, sum_time), &
-      form_t('mean_impact_velocity', sum_velocity, sum_impacts), &
-      form_t('maximum_impact_velocity', maximum_velocity), &
-      form_t('mean_impulse', sum_impact_impulse, sum_impacts), &
-      form_t('maximum_impulse', maximum_impulse), &
-      form_t('contact_time', sum_contact), &
-      form_t('contact_share', sum_contact, sum_time), &
-      form_t('mean_displacement', sum_displacement, sum_time), &
-      form_t('rms_displacement', sum_square_displacement, sum_time, .true.), &
-      form_t('minimum_displacement', minimum_displacement), &
-      form_t('maximum_displacement', maximum_displacement), &
-      form_t('mean_tip', sum_tip, sum_time), &
-      form_t('rms_tip', sum_square_tip, sum_time, .true.), &
-      form_t('minimum_tip', minimum_tip), &
-      form_t('maximum_tip', maximum_tip)]
-
-   !> Sums that are extremes
-   integer, parameter :: maxima(*) = [maximum_force, maximum_velocity, maximum_impulse, &
-      maximum_displacement, maximum_tip]
-   integer, parameter :: minima(*) = [minimum_displacement, minimum_tip]
 
    !> Confidence level of the intervals
    real(wp), parameter :: confidence = 0.95_wp
@@ -84,6 +48,7 @@ contains
          blocks%hop_tolerance = settings%response%hop_tolerance
          blocks%threshold = asked%threshold/settings%height_ratio
          blocks%classes = asked%classes
+         blocks%has_acceleration = asked%acceleration
       end associate
       blocks%force_scale = settings%height_ratio
       blocks%release_contact = release_contact
@@ -121,7 +86,7 @@ contains
 
       sums = 0.0_wp
       sums(sum_time) = edge(2) - edge(1)
-      sums([maximum_displacement, maximum_tip]) = -huge(1.0_wp)
+      sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration]) = -huge(1.0_wp)
       sums(minima) = huge(1.0_wp)
    end function empty_block
 
@@ -181,6 +146,7 @@ contains
             if (any(event%kind == [event_impact, event_capture, event_contact])) then
                call begin_contact(blocks, contact, event%tau, abs(event%velocity_before), block > 0)
             end if
+            if (block > 0) contact%sums(sum_work, block) = contact%sums(sum_work, block) - event%energy_change
             if (.not. abs(event%impulse) > 0.0_wp) cycle
             if (contact%count == 0) call begin_impact(contact, event%tau, 0.0_wp, .false.)
             associate (impact => contact%impacts(contact%count))
@@ -283,9 +249,21 @@ contains
       !> The run, with its measures if they are requested
       type(response_t), intent(inout) :: response
 
+      integer :: k
+
       allocate (response%statistics)
-      call finish_blocks(blocks, response%statistics)
+      if (allocated(response%contacts)) then
+         call finish_blocks(blocks, response%statistics, response%contacts%stop)
+      else
+         call finish_blocks(blocks, response%statistics)
+      end if
       if (.not. allocated(response%measures)) return
+      if (allocated(response%statistics%of_stop)) then
+         associate (of_stop => response%statistics%of_stop)
+            response%measures%of_stops = of_stop([(measure_named(statistics_of_stop(k)%name) - first_statistic + 1, &
+               k=1, size(statistics_of_stop))], :min(size(of_stop, 2), measured_stops))
+         end associate
+      end if
       associate (measures => response%measures, statistics => response%statistics)
          measures%statistics = statistics%value(:, 0)
          measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(statistics%tolerance))
@@ -293,16 +271,16 @@ contains
    end subroutine finish_statistics
 
    !> Compute the statistics at the end of the run.
-   subroutine finish_blocks(blocks, statistics)
+   subroutine finish_blocks(blocks, statistics, stop)
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
+      !> Number of the stop of each contact; absent: there is one stop
+      integer, intent(in), optional :: stop(:)
 
-      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, minimum_displacement, &
-         maximum_displacement]
-      integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip]
-      ! `whole`: sums of all contacts together
-      real(wp) :: quantile, whole(sum_count, size(blocks%tip%sums, 2))
-      logical :: is_missing(sum_count)
+      integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip, &
+         sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
+      real(wp), allocatable :: half_width(:), in_block(:, :)
+      real(wp) :: quantile
       integer :: k, n
 
       n = size(blocks%tip%sums, 2)
@@ -316,31 +294,74 @@ contains
          statistics%yields(:) = blocks%contact%yields
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
             = blocks%search_state(forms%numerator)%tolerance
-         whole = blocks%tip%sums
          do k = 1, contacts
             associate (contact => blocks%contact(k))
                contact%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
                call count_impacts(blocks, contact)
                call classify(blocks, contact, statistics%class_edge(:, k), statistics%class_count(:, k))
                call scale_forces(blocks%force_scale, contact)
-               is_missing = .false.
-               is_missing([sum_square_force, maximum_force]) = .not. contact%yields
-               call find_statistics(contact%sums, is_missing, quantile, statistics%value(:, k), &
-                  statistics%half_width(:, k), statistics%in_block(:, :, k))
-               whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
-                  + contact%sums(sum_contact:sum_impact_impulse, :)
-               whole(maximum_force:maximum_impulse, :) = max(whole(maximum_force:maximum_impulse, :), &
-                  contact%sums(maximum_force:maximum_impulse, :))
             end associate
+            call gather_contacts(blocks, [(n == k, n=1, contacts)], k, quantile, statistics%value(:, k), &
+               statistics%half_width(:, k), statistics%in_block(:, :, k))
          end do
-         is_missing = .false.
-         is_missing([sum_square_force, maximum_force]) = .not. all(statistics%yields)
-         is_missing(of_stop) = blocks%release_contact == 0
-         if (blocks%release_contact > 0) whole(of_stop, :) = blocks%contact(blocks%release_contact)%sums(of_stop, :)
-         call find_statistics(whole, is_missing, quantile, statistics%value(:, 0), statistics%half_width(:, 0), &
-            statistics%in_block(:, :, 0))
+         call gather_contacts(blocks, [(.true., k=1, contacts)], blocks%release_contact, quantile, &
+            statistics%value(:, 0), statistics%half_width(:, 0), statistics%in_block(:, :, 0))
+         if (.not. present(stop)) return
+         if (maxval([0, stop]) < 2) return
+         allocate (statistics%of_stop(statistic_count, maxval(stop)))
+         half_width = statistics%half_width(:, 0)
+         in_block = statistics%in_block(:, :, 0)
+         do k = 1, maxval(stop)
+            call gather_contacts(blocks, stop == k, findloc(stop, k, dim=1), quantile, statistics%of_stop(:, k), &
+               half_width, in_block)
+         end do
       end associate
    end subroutine finish_blocks
+
+   !> Statistics of some contacts together: of the sums of their forces, impacts, times in contact and works.
+   pure subroutine gather_contacts(blocks, is_meant, displaced, quantile, value, half_width, in_block)
+      !> Sums with impacts, forces as Pbar
+      type(block_sums_t), intent(in) :: blocks
+      !> Whether each contact is meant
+      logical, intent(in) :: is_meant(:)
+      !> Number of the contact whose displacements count; 0: there is none
+      integer, intent(in) :: displaced
+      !> Quantile of Student's distribution for the number of blocks
+      real(wp), intent(in) :: quantile
+      real(wp), intent(out) :: value(:)
+      real(wp), intent(out) :: half_width(:)
+      !> Values in each block, [statistic_count, blocks]
+      real(wp), intent(out) :: in_block(:, :)
+
+      integer, parameter :: of_displacement(*) = [sum_displacement, sum_square_displacement, minimum_displacement, &
+         maximum_displacement, sum_square_acceleration, minimum_acceleration, maximum_acceleration]
+      integer, parameter :: of_acceleration(*) = [sum_square_acceleration, minimum_acceleration, &
+         maximum_acceleration, sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
+      real(wp) :: whole(sum_count, size(blocks%tip%sums, 2))
+      logical :: is_missing(sum_count)
+      integer :: k
+
+      whole = blocks%tip%sums
+      do k = 1, size(blocks%contact)
+         if (.not. is_meant(k)) cycle
+         associate (sums => blocks%contact(k)%sums)
+            whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
+               + sums(sum_contact:sum_impact_impulse, :)
+            whole(sum_work, :) = whole(sum_work, :) + sums(sum_work, :)
+            whole(maximum_force:maximum_impulse, :) = max(whole(maximum_force:maximum_impulse, :), &
+               sums(maximum_force:maximum_impulse, :))
+            whole(minimum_force, :) = min(whole(minimum_force, :), sums(minimum_force, :))
+         end associate
+      end do
+      is_missing = .false.
+      is_missing([sum_square_force, maximum_force, minimum_force]) = &
+         .not. all(blocks%contact%yields .or. .not. is_meant)
+      is_missing(minimum_force) = is_missing(minimum_force) .or. .not. any(is_meant)
+      is_missing(of_displacement) = displaced == 0
+      if (.not. blocks%has_acceleration) is_missing(of_acceleration) = .true.
+      if (displaced > 0) whole(of_displacement, :) = blocks%contact(displaced)%sums(of_displacement, :)
+      call find_statistics(whole, is_missing, quantile, value, half_width, in_block)
+   end subroutine gather_contacts
 
    !> Add the impacts to the sums of the blocks in which they begin.
    subroutine count_impacts(blocks, contact)
@@ -398,91 +419,10 @@ contains
       real(wp), intent(in) :: scale
       type(contact_sums_t), intent(inout) :: contact
 
-      integer, parameter :: linear(*) = [sum_force, sum_impulse, maximum_force]
+      integer, parameter :: linear(*) = [sum_force, sum_impulse, maximum_force, minimum_force]
 
       contact%sums(linear, :) = scale*contact%sums(linear, :)
       contact%sums(sum_square_force, :) = scale**2*contact%sums(sum_square_force, :)
    end subroutine scale_forces
-
-   !> Compute each statistic from the sums of the blocks: its value over all blocks, the half width of its confidence
-   !> interval, and its value in each block.
-   pure subroutine find_statistics(sums, is_missing, quantile, value, half_width, in_block)
-      !> Sums, [sum_count, blocks]
-      real(wp), intent(in) :: sums(:, :)
-      !> Sums that are not available, [sum_count]
-      logical, intent(in) :: is_missing(:)
-      !> Quantile of Student's distribution for the number of blocks
-      real(wp), intent(in) :: quantile
-      real(wp), intent(out) :: value(:)
-      real(wp), intent(out) :: half_width(:)
-      !> Values in each block, [statistic_count, blocks]
-      real(wp), intent(out) :: in_block(:, :)
-
-      type(form_t) :: form
-      integer :: i, number
-
-      value = ieee_value(1.0_wp, ieee_quiet_nan)
-      half_width = value
-      in_block = value(1)
-      do number = 1, statistic_count
-         form = forms(number)
-         i = measure_named(form%name) - first_statistic + 1
-         associate (numerator => sums(form%numerator, :))
-            if (is_missing(form%numerator)) cycle
-            if (form%denominator > 0) then
-               call find_quotient(numerator, sums(form%denominator, :), form%is_root, quantile, value(i), &
-                  half_width(i), in_block(i, :))
-               cycle
-            end if
-            in_block(i, :) = numerator
-            if (any(maxima == form%numerator)) then
-               value(i) = maxval(numerator)
-            else if (any(minima == form%numerator)) then
-               value(i) = minval(numerator)
-            else
-               value(i) = sum(numerator)
-            end if
-         end associate
-      end do
-   end subroutine find_statistics
-
-   !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; a single
-   !> block with a nonzero denominator gives no interval.
-   pure subroutine find_quotient(numerator, denominator, is_root, quantile, value, half_width, in_block)
-      !> Sums of each block, [blocks]
-      real(wp), intent(in) :: numerator(:)
-      real(wp), intent(in) :: denominator(:)
-      logical, intent(in) :: is_root
-      real(wp), intent(in) :: quantile
-      !> NaN if the denominator is zero
-      real(wp), intent(inout) :: value
-      real(wp), intent(inout) :: half_width
-      real(wp), intent(inout) :: in_block(:)
-
-      real(wp) :: number, quotient, spread
-      integer :: i
-
-      do i = 1, size(numerator)
-         if (denominator(i) > 0.0_wp) in_block(i) = root_of(numerator(i)/denominator(i))
-      end do
-      if (.not. sum(denominator) > 0.0_wp) return
-      number = real(size(numerator), wp)
-      quotient = sum(numerator)/sum(denominator)
-      value = root_of(quotient)
-      if (count(denominator > 0.0_wp) < 2) return
-      spread = sqrt(sum((numerator - quotient*denominator)**2)/(number*(number - 1.0_wp)))
-      half_width = quantile*spread*number/sum(denominator)
-      if (is_root .and. value > 0.0_wp) half_width = half_width/(2.0_wp*value)
-
-   contains
-
-      pure function root_of(number) result(root)
-         real(wp), intent(in) :: number
-         real(wp) :: root
-
-         root = number
-         if (is_root) root = sqrt(max(number, 0.0_wp))
-      end function root_of
-   end subroutine find_quotient
 
 end module block_statistics

@@ -6,11 +6,13 @@
 !> |eta_c| exceeds the settling level, so it is searched at the end of the run.
 module contact_measures
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
+   use closing_measures, only: closing_t, find_closing, record_closing
    use kinds, only: wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use response_types, only: settling_level, response_t, run_measures_t
    use run_measures, only: comes_to_rest, early_part, end_episode, excess_of, finish_accumulator, &
       gather_measures, record_decay, record_peak, add_contact, add_impulse, accumulator_t
+   use run_settings, only: relay_settings_t
    implicit none (type, external)
    private
    public :: measurer_t, measures_t, open_measures, measure_interval, measure_impulse, finish_measures
@@ -27,6 +29,8 @@ module contact_measures
       logical :: has_risen = .false.
       !> The last interval in which |eta_c| exceeds the settling level; unallocated: there is none
       class(curve_t), allocatable :: exceeded
+      !> The contact force since the contact closed
+      type(closing_t) :: closing
    end type measurer_t
 
    !> Measures of all contacts of a run.
@@ -37,6 +41,8 @@ module contact_measures
       integer :: max_peaks = 0
       !> Index of the contact from which the beam is released; 0: there is none
       integer :: release_contact = 0
+      !> Unallocated: it is not measured how contacts close
+      type(relay_settings_t), allocatable :: relay
       !> Measurers of all contacts; index 0 serves a run without contacts, [0:contacts]
       type(measurer_t), allocatable :: of(:)
    end type measures_t
@@ -44,13 +50,16 @@ module contact_measures
 contains
 
    !> Allocate the measures of a run. The caller opens each accumulator with the contact force at rest.
-   pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures)
+   pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures, relay)
       integer, intent(in) :: contacts
       integer, intent(in) :: release_contact
       logical, intent(in) :: is_wanted
       integer, intent(in) :: max_peaks
       type(measures_t), intent(out) :: measures
+      !> Absent: it is not measured how contacts close
+      type(relay_settings_t), intent(in), optional :: relay
 
+      if (present(relay)) measures%relay = relay
       measures%is_wanted = is_wanted
       measures%max_peaks = max_peaks
       measures%release_contact = release_contact
@@ -87,6 +96,8 @@ contains
          else
             call measure_flight(interval, k, contact%flights, measures%max_peaks, measures%of(k))
          end if
+         if (allocated(measures%relay)) call record_closing(interval, k, contact, &
+            measures%relay%lasting_force/measures%of(k)%accumulator%force_scale, measures%of(k)%closing)
          if (k == measures%release_contact .and. (contact%yields &
             .or. .not. contact%is_closed)) call record_exceedance(interval, k, &
             had_risen, measures%of(k))
@@ -275,6 +286,8 @@ contains
          end if
          measurer%measures%has_settled = .not. is_exceeded
          measurer%measures%settling_tau = time
+         if (allocated(measures%relay) .and. present(place)) call find_closing(measurer%closing, response, place, &
+            measurer%accumulator, measures%relay%lasting_force, measurer%measures%closing)
          allocate (finished, source=measurer%measures)
       end subroutine finish_contact
    end subroutine finish_measures

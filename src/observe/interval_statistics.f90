@@ -3,14 +3,19 @@
 !> displacements and forces are numbered as rows of the interval (module `motion_intervals`).
 module interval_statistics
    use block_statistics, only: blocks_begun, add_contact, record_flight
+   use certified_search, only: transformable_signal_t
+   use exponential_signal, only: exponential_signal_t
+   use interval_sums, only: derivative_of, interval_sums_t, square_integral, value_of
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, output_row_t
-   use signal_peaks, only: extreme_search_t
-   use statistic_types, only: block_sums_t, minimum_displacement, minimum_tip, sum_displacement, &
+   use signal_peaks, only: extreme_search_t, find_maximum
+   use statistic_types, only: block_sums_t, minimum_displacement, minimum_force, minimum_tip, &
+      sum_displacement, sum_work, sum_square_acceleration, sum_square_tip_acceleration, minimum_acceleration, &
+      maximum_acceleration, minimum_tip_acceleration, maximum_tip_acceleration, &
       sum_square_displacement, sum_square_tip, sum_tip, contact_sums_t, maximum_displacement, maximum_force, maximum_tip
    implicit none (type, external)
    private
-   public :: add_interval
+   public :: add_interval, widen_range
 
 contains
 
@@ -81,6 +86,7 @@ contains
       real(wp) :: force(2)
       integer :: k, row
 
+      if (blocks%has_acceleration) call add_accelerations(interval, stretch, block, blocks)
       call interval%integrate(stretch, first, second)
       row = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
@@ -110,28 +116,101 @@ contains
                      blocks%search_state(minimum_displacement:maximum_displacement))
                end if
             end associate
-            if (.not. contact%is_closed) cycle
-            force = 0.0_wp
-            row = interval%force_row(k)
-            if (contact%has_force) then
-               call include_ends(interval, output_row_t(row), stretch, force)
-               call raise_maximum(interval, output_row_t(row, scale=maxval(force)), stretch, force(2), &
-                  blocks%search_state(maximum_force))
-            end if
+            associate (sums => contact_sums%sums(:, block))
+               sums(sum_work) = sums(sum_work) + (interval%dissipated(k, stretch(2)) &
+                  - interval%dissipated(k, stretch(1)))
+               if (.not. contact%is_closed) then
+                  sums(minimum_force) = 0.0_wp
+                  cycle
+               end if
+               force = [sums(minimum_force), 0.0_wp]
+               row = interval%force_row(k)
+               if (contact%has_force) call widen_range(interval, output_row_t(row), stretch, force, &
+                  blocks%search_state(minimum_force:maximum_force), least=0.0_wp)
+               sums(minimum_force) = force(1)
+            end associate
             call add_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
                [first(row), second(row)], force(2))
          end associate
       end do
    end subroutine add_stretch
 
+   !> Add the accelerations on a stretch, the second derivatives of the displacements at contacts and of the tip.
+   subroutine add_accelerations(interval, stretch, block, blocks)
+      class(interval_t), intent(in) :: interval
+      real(wp), intent(in) :: stretch(2)
+      integer, intent(in) :: block
+      type(block_sums_t), intent(inout) :: blocks
+
+      type(observed_contact_t) :: contact
+      type(interval_sums_t) :: accelerations
+      integer :: k
+
+      call interval%expand([(k, k=1, interval%tip_row())], accelerations)
+      do k = 1, interval%tip_row()
+         call derivative_of(accelerations, k)
+         call derivative_of(accelerations, k)
+      end do
+      k = interval%tip_row()
+      associate (sums => blocks%tip%sums(:, block))
+         call add(1.0_wp, sums(sum_square_tip_acceleration), sums(minimum_tip_acceleration:maximum_tip_acceleration), &
+            blocks%search_state(minimum_tip_acceleration:maximum_tip_acceleration))
+      end associate
+      do k = 1, interval%contacts
+         contact = interval%contact(k)
+         associate (sums => blocks%contact(contact%number)%sums(:, block))
+            call add(contact%sign, sums(sum_square_acceleration), sums(minimum_acceleration:maximum_acceleration), &
+               blocks%search_state(minimum_acceleration:maximum_acceleration))
+         end associate
+      end do
+
+   contains
+
+      !> Add the square of the signal of row k, and widen the range of the signal.
+      subroutine add(sign, square, range, search_state)
+         !> Sign by which the signal is an acceleration upwards
+         real(wp), intent(in) :: sign
+         real(wp), intent(inout) :: square
+         real(wp), intent(inout) :: range(2)
+         type(extreme_search_t), intent(inout) :: search_state(2)
+
+         class(transformable_signal_t), allocatable :: part
+         type(exponential_signal_t) :: signal
+         real(wp) :: limit, time, value, values(interval%tip_row())
+         integer :: i
+         logical :: is_found, still_rises
+
+         square = square + square_integral(accelerations, k, stretch(1), stretch(2))
+         ! with exponentials there is no more than a constant besides, without them the signal is linear
+         do i = 1, 2
+            values = value_of(accelerations, stretch(i))
+            range = [min(range(1), sign*values(k)), max(range(2), sign*values(k))]
+         end do
+         if (size(accelerations%exponent) == 0) return
+         signal%offset = accelerations%power(0, k)
+         signal%exponent = accelerations%exponent
+         signal%amplitude = accelerations%amplitude(k, :)
+         do i = 1, 2
+            limit = merge(-range(1), range(2), i == 1)
+            call signal%transform(stretch(1), merge(-sign, sign, i == 1), 0.0_wp, 0, part)
+            call find_maximum(part, stretch(2) - stretch(1), limit, is_found, still_rises, value, time, &
+               maxval(abs(range)), search_state(i))
+            if (is_found .and. i == 1) range(1) = -value
+            if (is_found .and. i == 2) range(2) = value
+         end do
+      end subroutine add
+   end subroutine add_accelerations
+
    !> Widen a range (minimum, maximum) by the values of a row on a stretch.
-   subroutine widen_range(interval, row, stretch, range, search_state)
+   subroutine widen_range(interval, row, stretch, range, search_state, least)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: range(2)
       !> State of the searches for the minimum and for the maximum
       type(extreme_search_t), intent(inout) :: search_state(2)
+      !> Value below which the row never falls; default: none
+      real(wp), intent(in), optional :: least
 
       real(wp) :: negated_minimum, scale
 
@@ -140,6 +219,10 @@ contains
       scale = maxval(abs(range))
       call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
          search_state(2))
+      if (present(least)) then
+         range(1) = max(range(1), least)
+         if (.not. range(1) > least) return
+      end if
       negated_minimum = -range(1)
       scale = maxval(abs(range))
       call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), stretch, &

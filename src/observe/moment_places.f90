@@ -4,6 +4,7 @@
 !> Displacements are in D, times in tau. Moments are in the unit of Pbar times L, lambda1^4 E Ibar D/(hbar L), stresses
 !> in E D/L; hbar is the mean height of the beam, `height_ratio` is hbar/L.
 module moment_places
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use applied_loads, only: applied_loads_t, count_forces
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
    use beam_model, only: beam_model_t
@@ -175,6 +176,7 @@ contains
             maxval(moments%minimum_search%tolerance), maxval(moments%maximum_search%tolerance))
          measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
          measures%has_stress = all(moments%has_stress)
+         call finish_window_measures(response)
          if (.not. measures%has_stress) return
          measures%stress_range = maxval(moments%stress_ratio*(moments%greatest - moments%least))
          ! the place of the maximum stress
@@ -187,5 +189,27 @@ contains
          end associate
       end associate
    end subroutine finish_moments
+
+   !> Store the extremes over all places within the window of &statistics, and the cycles, among the measures.
+   pure subroutine finish_window_measures(response)
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: stress_ratio(size(response%moments)), nan
+      integer :: p
+
+      if (.not. allocated(response%moment_windows)) return
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      stress_ratio = response%moments%stress_ratio
+      associate (windows => response%moment_windows, measures => response%measures)
+         measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(windows%tolerance))
+         measures%steady = [minval(windows%extremes(1)), maxval(windows%extremes(2)), &
+            maxval(windows%extremes(2) - windows%extremes(1)), nan, nan, nan]
+         if (.not. measures%has_stress) return
+         measures%steady(4:6) = [minval(stress_ratio*windows%extremes(1)), maxval(stress_ratio*windows%extremes(2)), &
+            maxval(stress_ratio*(windows%extremes(2) - windows%extremes(1)))]
+         p = maxloc(windows%equivalent_range, dim=1)
+         if (windows(p)%slope > 0.0_wp) measures%fatigue = [windows(p)%cycles, windows(p)%equivalent_range]
+      end associate
+   end subroutine finish_window_measures
 
 end module moment_places

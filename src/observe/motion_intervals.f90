@@ -42,6 +42,8 @@ module motion_intervals
       real(wp) :: offset = 0.0_wp
       !> Minimum magnitude to which the relative tolerance of a peak refers; negative: it refers to the peak itself
       real(wp) :: scale = -1.0_wp
+      !> The instant of a peak is needed, not only its value
+      logical :: needs_time = .false.
    end type output_row_t
 
    !> Maximum of a row on a stretch of an interval.
@@ -87,11 +89,13 @@ module motion_intervals
       procedure(reach_interface), deferred :: rounding
       procedure(exceeds_interface), deferred :: exceeds
       procedure(seek_peak_interface), deferred :: seek_peak
+      procedure(seek_turn_interface), deferred :: seek_turn
       procedure(record_gap_interface), deferred :: record_gap
       procedure(impulse_interface), deferred :: impulse
       procedure(integrate_interface), deferred :: integrate
       procedure(expand_interface), deferred :: expand
       procedure(energy_interface), deferred :: energy
+      procedure(dissipated_interface), deferred :: dissipated
       procedure :: tip_row
       procedure :: force_row
       procedure :: moment_row
@@ -160,6 +164,22 @@ module motion_intervals
          type(peak_t), intent(inout) :: peak
       end subroutine seek_peak_interface
 
+      !> Find the first turning point (zero of the rate) of a row inside a stretch of the interval.
+      subroutine seek_turn_interface(self, row, stretch, direction, is_found, time)
+         import :: interval_t, output_row_t, wp
+         implicit none (type, external)
+         class(interval_t), intent(inout) :: self
+         type(output_row_t), intent(in) :: row
+         !> Beginning and end of the stretch, since the start of the interval
+         real(wp), intent(in) :: stretch(2)
+         !> In: 1 or -1, the stretch begins at a turning point from which the row rises or falls; 0: elsewhere. Out: the
+         !> same for the turning point found
+         integer, intent(inout) :: direction
+         logical, intent(out) :: is_found
+         !> Time since the start of the interval
+         real(wp), intent(out) :: time
+      end subroutine seek_turn_interface
+
       !> Store the gap of contact k over the interval.
       subroutine record_gap_interface(self, k, curve)
          import :: curve_t, interval_t
@@ -211,6 +231,18 @@ module motion_intervals
          real(wp), intent(in) :: time
          real(wp) :: energy
       end function energy_interface
+
+      !> Energy dissipated in the dampers of the stop of contact k from the start of the interval to a given time,
+      !> without losses at impacts.
+      function dissipated_interface(self, k, time) result(energy)
+         import :: interval_t, wp
+         implicit none (type, external)
+         class(interval_t), intent(in) :: self
+         integer, intent(in) :: k
+         !> Time since the start of the interval
+         real(wp), intent(in) :: time
+         real(wp) :: energy
+      end function dissipated_interface
    end interface
 
 contains

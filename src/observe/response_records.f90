@@ -1,7 +1,7 @@
 !> Allocation of the histories (values at equal time steps) and shapes (displacements of the whole beam at given
 !> instants) that a run records, for either method.
 module response_records
-   use history_list, only: eta_stop, force_stop, history_count, velocity_stop
+   use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
    use response_types, only: response_t, contact_record_t
    use run_settings, only: count_samples, output_settings_t
@@ -116,6 +116,7 @@ contains
       if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
       if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
       if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
+      if (output%history(acceleration_stop)) allocate (record%acceleration(samples), source=0.0_wp)
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
    end subroutine open_contact_record
 

@@ -15,10 +15,10 @@ module response_types
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, contact_record_t, moment_record_t, append_event, event_names
+   public :: response_t, event_t, contact_record_t, moment_record_t, moment_window_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
    public :: is_contact_start, is_contact_end, balance_error
-   public :: mode_check_t, run_measures_t, settling_level, settled_energy
+   public :: mode_check_t, run_measures_t, closing_measures_t, settling_level, settled_energy
 
    !> Rigid stop (model A): the beam hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -79,6 +79,23 @@ module response_types
       !> Work of forces and of the base since the start; unallocated: there are none
       real(wp), allocatable :: work(:)
    end type energy_t
+
+   !> How a contact closes: its bounces, and its force afterwards. NaN: not defined.
+   type :: closing_measures_t
+      !> Number of openings after the first closing
+      integer :: bounces = 0
+      !> Time from the first closing to the final one, instant of the last opening, and instant from which the contact
+      !> is closed to the end of the run
+      real(wp) :: bounce_time = 0.0_wp
+      real(wp) :: last_opening = 0.0_wp
+      real(wp) :: final_closing = 0.0_wp
+      !> Minimum of the contact force, as Pbar, after the maximum that follows the final closing, and static force
+      real(wp) :: minimum_force = 0.0_wp
+      real(wp) :: static_force = 0.0_wp
+      !> A force is given, and the instant from which the contact force stays at least as large
+      logical :: has_lasting_force = .false.
+      real(wp) :: force_lasts = 0.0_wp
+   end type closing_measures_t
 
    !> Measures of a run: when and how hard the beam hits, how long it stays in contact, how high it rebounds, when it
    !> settles. The measures follow from phases or steps and from events, not from samples, so they do not depend on the
@@ -142,10 +159,19 @@ module response_types
       real(wp) :: greatest_stress_position = 0.0_wp
       !> Maximum range of the stress at one place
       real(wp) :: stress_range = 0.0_wp
+      !> Minimum, maximum and range of moments, and of stresses, within the window of &statistics; NaN: not defined,
+      !> unallocated: not requested, [6]
+      real(wp), allocatable :: steady(:)
+      !> Number of cycles of the stress, and equivalent range; unallocated: not requested, [2]
+      real(wp), allocatable :: fatigue(:)
       !> Number of elements of the mesh
       integer :: mesh_elements = 0
+      !> How the contact closes; unallocated: not requested
+      type(closing_measures_t), allocatable :: closing
       !> Statistics of all contacts together, [statistic_count]; unallocated: not requested
       real(wp), allocatable :: statistics(:)
+      !> Statistics of each of several stops, [statistics of a stop, stops]; unallocated: there are none
+      real(wp), allocatable :: of_stops(:, :)
       !> Measures by analyses of the finished run, [measure_count], NaN for the others; unallocated: no analyses
       real(wp), allocatable :: of_analyses(:)
       !> Poincare sections are requested
@@ -196,6 +222,8 @@ module response_types
       real(wp), allocatable :: eta(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: force(:)
+      !> Acceleration y'' of the beam at the sample times; unallocated: not requested
+      real(wp), allocatable :: acceleration(:)
       !> Strain energy of the stop, and energy dissipated at the contact, at the sample times
       real(wp), allocatable :: energy(:)
       real(wp), allocatable :: dissipated(:)
@@ -224,6 +252,23 @@ module response_types
       type(extreme_search_t) :: maximum_search
    end type moment_record_t
 
+   !> Moment at a place within the window of &statistics, and cycles of its stress.
+   type :: moment_window_t
+      !> Beginning and end of the window, tau
+      real(wp) :: window(2) = 0.0_wp
+      !> Minimum and maximum moment, signed, and tolerance of both as a share
+      real(wp) :: extremes(2) = 0.0_wp
+      real(wp) :: tolerance = peak_tolerance
+      !> Exponent m of the S-N curve; 0: cycles are not counted
+      real(wp) :: slope = 0.0_wp
+      !> Number of cycles, and the range of as many equal cycles that do the same damage
+      real(wp) :: cycles = 0.0_wp
+      real(wp) :: equivalent_range = 0.0_wp
+      !> Histogram: upper edges of the classes of ranges, and numbers of cycles, [classes]; unallocated: not counted
+      real(wp), allocatable :: class_edge(:)
+      real(wp), allocatable :: class_cycles(:)
+   end type moment_window_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are valid
       type(event_t), allocatable :: events(:)
@@ -236,6 +281,8 @@ module response_types
       type(contact_record_t), allocatable :: contacts(:)
       !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
+      !> The same within the window of &statistics; unallocated: not requested
+      type(moment_window_t), allocatable :: moment_windows(:)
       !> Energies; unallocated: not requested
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not requested

@@ -8,7 +8,8 @@
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_count, measure_status, measure_table, first_peak, peak_count
+   use measure_list, only: first_of_stops, first_peak, first_statistic, measure_count, measure_status, measure_table, &
+      peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       settled_energy, response_t, run_measures_t
    use sorting, only: ascending_order
@@ -384,6 +385,21 @@ contains
          row(findloc(name, 'greatest_stress_position', 1)) = measures%greatest_stress_position
          row(findloc(name, 'stress_range', 1)) = measures%stress_range
       end if
+      associate (first => findloc(name, 'minimum_moment', 1))
+         if (allocated(measures%steady)) row(first:first + 5) = measures%steady
+         if (allocated(measures%fatigue)) row(first + 6:first + 7) = measures%fatigue
+      end associate
+      if (allocated(measures%closing)) then
+         associate (closing => measures%closing)
+            row(findloc(name, 'bounces', 1)) = real(closing%bounces, wp)
+            row(findloc(name, 'bounce_time', 1)) = closing%bounce_time
+            row(findloc(name, 'last_opening', 1)) = closing%last_opening
+            row(findloc(name, 'final_closing', 1)) = closing%final_closing
+            row(findloc(name, 'minimum_force_closed', 1)) = closing%minimum_force
+            row(findloc(name, 'static_force', 1)) = closing%static_force
+            row(findloc(name, 'force_lasts', 1)) = closing%force_lasts
+         end associate
+      end if
       if (measures%has_sections) then
          row(findloc(name, 'motion_period', 1)) = real(measures%motion_period, wp)
          row(findloc(name, 'impacts_per_period', 1)) = measures%impacts_per_period
@@ -391,6 +407,8 @@ contains
       end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
       if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics
+      if (allocated(measures%of_stops)) row(first_of_stops:first_of_stops + size(measures%of_stops) - 1) &
+         = reshape(measures%of_stops, [size(measures%of_stops)])
       if (.not. allocated(measures%of_analyses)) return
       where (.not. ieee_is_nan(measures%of_analyses)) row = measures%of_analyses
    end function row_of

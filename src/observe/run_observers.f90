@@ -15,9 +15,10 @@ module run_observers
    use section_records, only: finish_sections, open_sections, record_sections
    use section_types, only: run_sections_t
    use statistic_types, only: block_sums_t
+   use stress_windows, only: finish_windows, open_windows, stress_windows_t, add_to_windows => add_interval
    implicit none (type, external)
    private
-   public :: observers_t, open_observers, observe, observe_events, finish_observers
+   public :: observers_t, open_observers, observe, observe_events, finish_observers, reads_losses
 
    !> State of all observers of a run.
    type :: observers_t
@@ -26,6 +27,7 @@ module run_observers
       type(block_sums_t), allocatable :: blocks
       type(run_sections_t), allocatable :: sections
       type(moment_record_t), allocatable :: moments(:)
+      type(stress_windows_t), allocatable :: stress_windows
       type(spectrum_sums_t), allocatable :: spectrum
    end type observers_t
 
@@ -53,7 +55,10 @@ contains
       yields_in_order(number) = yields
       first = 0
       if (release_contact > 0) first = number(release_contact)
-      if (allocated(response%moments)) observers%moments = response%moments
+      if (allocated(response%moments)) then
+         observers%moments = response%moments
+         call open_windows(settings, response%moments, observers%stress_windows)
+      end if
       if (allocated(settings%statistics)) then
          allocate (observers%blocks)
          call open_blocks(settings, yields_in_order, first, observers%blocks)
@@ -65,6 +70,14 @@ contains
       if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
    end subroutine open_observers
 
+   !> Do observers read what stops dissipate?
+   pure function reads_losses(observers) result(reads)
+      type(observers_t), intent(in) :: observers
+      logical :: reads
+
+      reads = observers%measures%is_wanted .or. allocated(observers%blocks)
+   end function reads_losses
+
    !> Pass an interval to the observers; the events at its end follow later.
    subroutine observe(observers, interval)
       type(observers_t), intent(inout) :: observers
@@ -73,6 +86,7 @@ contains
       if (allocated(observers%blocks)) call add_interval(interval, observers%blocks)
       if (allocated(observers%sections)) call record_sections(interval, observers%sections)
       if (allocated(observers%spectrum)) call take_spectrum(interval, observers%spectrum)
+      if (allocated(observers%stress_windows)) call add_to_windows(interval, observers%stress_windows)
       if (.not. observers%measures%is_wanted) return
       if (allocated(observers%moments)) call track_moments(interval, observers%moments)
       call measure_interval(interval, observers%measures)
@@ -114,6 +128,7 @@ contains
       if (allocated(observers%blocks)) call finish_statistics(observers%blocks, response)
       if (allocated(observers%sections)) call finish_sections(observers%sections, response)
       if (allocated(observers%spectrum)) call finish_spectrum(observers%spectrum, response%spectrum)
+      if (allocated(observers%stress_windows)) call finish_windows(observers%stress_windows, response)
       call finish_moments(response)
    end subroutine finish_observers
 

@@ -10,7 +10,9 @@ module statistic_types
    public :: run_statistics_t, block_sums_t, impact_t, contact_sums_t, statistic_count
    public :: sum_time, sum_contact, sum_force, sum_square_force, sum_impulse, sum_impacts, sum_velocity, &
       sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, maximum_force, &
-      maximum_velocity, maximum_impulse, minimum_displacement, maximum_displacement, minimum_tip, maximum_tip, sum_count
+      maximum_velocity, maximum_impulse, minimum_displacement, maximum_displacement, minimum_tip, maximum_tip, &
+      sum_count, minimum_force, sum_work, sum_square_acceleration, sum_square_tip_acceleration, minimum_acceleration, &
+      maximum_acceleration, minimum_tip_acceleration, maximum_tip_acceleration
 
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
@@ -32,14 +34,24 @@ module statistic_types
    integer, parameter :: sum_tip = 11
    integer, parameter :: sum_square_tip = 12
    !> Extremes
-   integer, parameter :: maximum_force = 13
-   integer, parameter :: maximum_velocity = 14
-   integer, parameter :: maximum_impulse = 15
-   integer, parameter :: minimum_displacement = 16
-   integer, parameter :: maximum_displacement = 17
-   integer, parameter :: minimum_tip = 18
-   integer, parameter :: maximum_tip = 19
-   integer, parameter :: sum_count = 19
+   integer, parameter :: minimum_force = 13
+   integer, parameter :: maximum_force = 14
+   integer, parameter :: maximum_velocity = 15
+   integer, parameter :: maximum_impulse = 16
+   integer, parameter :: minimum_displacement = 17
+   integer, parameter :: maximum_displacement = 18
+   integer, parameter :: minimum_tip = 19
+   integer, parameter :: maximum_tip = 20
+   !> Energy dissipated at the contact, by dampers and at impacts
+   integer, parameter :: sum_work = 21
+   !> Integrals of the squares of accelerations, at the contact and at the tip, and extremes
+   integer, parameter :: sum_square_acceleration = 22
+   integer, parameter :: sum_square_tip_acceleration = 23
+   integer, parameter :: minimum_acceleration = 24
+   integer, parameter :: maximum_acceleration = 25
+   integer, parameter :: minimum_tip_acceleration = 26
+   integer, parameter :: maximum_tip_acceleration = 27
+   integer, parameter :: sum_count = 27
 
    !> An impact: a contact, together with further contacts that follow after too short a pause or too low a flight to
    !> count as separate impacts.
@@ -83,6 +95,8 @@ module statistic_types
       real(wp) :: force_scale = 1.0_wp
       !> Number of classes of the histograms
       integer :: classes = 1
+      !> Accelerations are evaluated
+      logical :: has_acceleration = .false.
       !> Sums of each contact in the scene's order
       type(contact_sums_t), allocatable :: contact(:)
       !> Sums of the displacement of the tip
@@ -103,6 +117,8 @@ module statistic_types
       !> and their values in each block. NaN: not defined. [statistic_count, 0:contacts], [statistic_count, blocks,
       !> 0:contacts]
       real(wp), allocatable :: value(:, :), half_width(:, :), in_block(:, :, :)
+      !> Statistics of each stop, both sides together, [statistic_count, stops]; unallocated: there is one stop
+      real(wp), allocatable :: of_stop(:, :)
       !> Histogram of the maximum force of impacts, for a rigid contact of their impulse: upper edges of the classes, of
       !> equal width, and numbers of impacts, [classes, contacts]
       real(wp), allocatable :: class_edge(:, :)

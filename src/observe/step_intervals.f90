@@ -26,6 +26,8 @@ module step_intervals
       real(wp), allocatable :: line(:, :)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
+      !> Energy dissipated in the dampers of each stop over the step, [contacts]
+      real(wp), allocatable :: lost(:)
    contains
       procedure :: contact
       procedure :: evaluate
@@ -33,11 +35,13 @@ module step_intervals
       procedure :: rounding
       procedure :: exceeds
       procedure :: seek_peak
+      procedure :: seek_turn
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
       procedure :: expand
       procedure :: energy
+      procedure :: dissipated
    end type step_interval_t
 
    !> The gap of a contact over a step.
@@ -60,7 +64,8 @@ contains
       interval%places = places
       interval%may_gain = .true.
       allocate (interval%seen(contacts))
-      allocate (interval%ends(4, contacts + 1), interval%line(2, contacts + places), source=0.0_wp)
+      allocate (interval%ends(4, contacts + 1), interval%line(2, contacts + places), interval%lost(contacts), &
+         source=0.0_wp)
    end subroutine open_step_interval
 
    !> Status of contact k.
@@ -172,6 +177,33 @@ contains
       end do
    end subroutine seek_peak
 
+   !> Find the first turning point of a row inside a stretch of the step.
+   subroutine seek_turn(self, row, stretch, direction, is_found, time)
+      class(step_interval_t), intent(inout) :: self
+      type(output_row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      integer, intent(inout) :: direction
+      logical, intent(out) :: is_found
+      real(wp), intent(out) :: time
+
+      type(cubic_t) :: cubic
+      real(wp) :: turn(2)
+      integer :: k, turn_count
+
+      cubic = cubic_of_row(self, row, stretch)
+      call find_turns(cubic, turn_count, turn)
+      is_found = .false.
+      time = stretch(2)
+      do k = 1, turn_count
+         ! the turning point at the beginning may lie inside by rounding
+         if (direction /= 0 .and. turn(k) < 1.0e-9_wp) cycle
+         is_found = .true.
+         time = stretch(1) + turn(k)*(stretch(2) - stretch(1))
+         direction = merge(1, -1, rate_at(cubic, 0.5_wp*(1.0_wp + turn(k))) > 0.0_wp)
+         return
+      end do
+   end subroutine seek_turn
+
    !> Store the gap of contact k over the step.
    subroutine record_gap(self, k, curve)
       class(step_interval_t), intent(in) :: self
@@ -260,6 +292,16 @@ contains
 
       energy = self%energies(1) + time/self%length*(self%energies(2) - self%energies(1))
    end function energy
+
+   !> Energy dissipated in the dampers of a stop, in proportion to the time.
+   function dissipated(self, k, time) result(energy)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: energy
+
+      energy = time/self%length*self%lost(k)
+   end function dissipated
 
    !> Last time at which the magnitude of the cubic exceeds a level.
    subroutine last_exceedance(self, level, time, is_at_end)

@@ -67,6 +67,8 @@ contains
          'velocity of the beam there{, d eta/d tau}', 'velocity')
       if (allocated(contacts(1)%force)) call add('force', [(contacts(k)%force, k=1, n)], &
          'contact force{ Pbar}, away from the surface', 'force')
+      if (allocated(contacts(1)%acceleration)) call add('acceleration', [(contacts(k)%acceleration, k=1, n)], &
+         'acceleration of the beam there, without impulses', 'acceleration')
       if (.not. allocated(contacts(1)%energy)) return
       call add('energy', [(contacts(k)%energy, k=1, n)], 'energy in the springs of the surface', 'energy')
       call add('dissipated', [(contacts(k)%dissipated, k=1, n)], &

@@ -25,7 +25,8 @@ module reader_units
    !> One letter for each of `prefixes`: u stands for the micro sign, - for no prefix.
    character(*), parameter :: letters = 'GMk-mun'
    type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'k-mun'), &
-      symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('Pa', 'M'), symbol_t('Hz', 'Mk-')]
+      symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('W', 'k-mun'), symbol_t('Pa', 'M'), &
+      symbol_t('Hz', 'Mk-')]
 
 contains
 

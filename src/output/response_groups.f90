@@ -39,9 +39,10 @@ contains
       if (allocated(response%sections)) then
          call write_sections(group%subgroup('poincare'), response%sections, contact_names(response%contacts))
       end if
-      ! an unallocated `response%tau` is an absent argument
+      ! an unallocated component is an absent argument
       if (allocated(response%contacts)) call write_contacts(group%subgroup('surfaces'), response%contacts, response%tau)
-      if (allocated(response%moments)) call write_stress(group%subgroup('stress'), response%moments, response%tau)
+      if (allocated(response%moments)) call write_stress(group%subgroup('stress'), response%moments, response%tau, &
+         response%moment_windows)
    end subroutine write_run
 
    subroutine write_histories(group, response)

@@ -8,16 +8,17 @@ module run_tables
    use mesh_checks, only: mesh_check_t
    use mesh_errors, only: mesh_errors_t
    use number_text, only: rounded, to_text
-   use quantities, only: units_t, words_in
+   use quantities, only: quantity_named, units_t, words_in
    use reader_units, only: choose_prefix, phrase, value_in_units, unit_in
-   use response_types, only: mode_check_t, run_measures_t, contact_record_t
+   use response_types, only: mode_check_t, run_measures_t, contact_record_t, moment_record_t, moment_window_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
    use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
    implicit none (type, external)
    private
-   public :: measure_column_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_contacts
+   public :: measure_column_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, &
+      print_contacts, print_stresses
 
    !> A column of a table of measures.
    type :: measure_column_t
@@ -48,6 +49,7 @@ module run_tables
       measure_column_t('impact_rate', 'impact rate'), &
       measure_column_t('mean_impact_velocity', 'mean velocity'), &
       measure_column_t('mean_impulse', 'mean impulse'), &
+      measure_column_t('work_rate', 'work rate'), &
       measure_column_t('rms_displacement', 'RMS displacement')]
 
 contains
@@ -130,7 +132,7 @@ contains
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
-         if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i))) cycle
+         if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i)) .and. .not. is_told(measures, i)) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units)//error_in_words(i))
       end do
@@ -184,6 +186,20 @@ contains
       read (buffer, *) short
       text = to_text(short)
    end function with_two_digits
+
+   !> Is it printed that an event of &relay did not happen? Each measure of another group is printed only if it is
+   !> defined.
+   pure function is_told(measures, measure)
+      type(run_measures_t), intent(in) :: measures
+      !> Index in `measure_table`
+      integer, intent(in) :: measure
+      logical :: is_told
+
+      is_told = .false.
+      if (.not. allocated(measures%closing)) return
+      is_told = measure_table(measure)%name == 'final_closing' &
+         .or. measures%closing%has_lasting_force .and. measure_table(measure)%name == 'force_lasts'
+   end function is_told
 
    !> A measure in words, such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
    pure function measure_in_words(measure, value, duration, units) result(words)
@@ -292,6 +308,52 @@ contains
       end function instant
 
    end subroutine print_statistics
+
+   !> Print a table of the stresses requested by &stress with a line for each place.
+   subroutine print_stresses(unit, moments, units, windows)
+      integer, intent(in) :: unit
+      !> Moments with their stresses, at least one
+      type(moment_record_t), intent(in) :: moments(:)
+      !> Units of the results
+      type(units_t), intent(in) :: units
+      !> Moments within the window of &statistics; absent: not requested
+      type(moment_window_t), intent(in), optional :: windows(:)
+
+      type(table_t) :: table
+      integer :: k
+
+      if (.not. all(moments%has_stress .and. moments%greatest >= moments%least)) return
+      call add('stress at {x/L~x}', 'length', moments%position)
+      call add('minimum', 'stress', moments%stress_ratio*moments%least)
+      call add('maximum', 'stress', moments%stress_ratio*moments%greatest)
+      call add('range', 'stress', moments%stress_ratio*(moments%greatest - moments%least))
+      if (present(windows)) then
+         call add('steady minimum', 'stress', moments%stress_ratio*[(windows(k)%extremes(1), k=1, size(windows))])
+         call add('steady maximum', 'stress', moments%stress_ratio*[(windows(k)%extremes(2), k=1, size(windows))])
+         if (windows(1)%slope > 0.0_wp) then
+            call add('cycles', 'number', windows%cycles)
+            call add('equivalent range', 'stress', windows%equivalent_range)
+         end if
+      end if
+      write (unit, '()')
+      call print_table(unit, table)
+
+   contains
+
+      !> Add a column of dimensionless values.
+      subroutine add(heading, quantity, values)
+         character(*), intent(in) :: heading
+         !> Name of the quantity in `quantity_table`
+         character(*), intent(in) :: quantity
+         real(wp), intent(in) :: values(:)
+
+         real(wp) :: factor
+
+         factor = 1.0_wp
+         if (units%are_of_scene .and. quantity /= 'number') factor = units%factor(quantity_named(quantity))
+         call add_numbers(table, words_in(units, heading), factor*values, decimals, unit_in(units, quantity))
+      end subroutine add
+   end subroutine print_stresses
 
    !> Add the first column of a table of contacts, with entries such as '2 above'.
    subroutine add_contacts(table, contacts)

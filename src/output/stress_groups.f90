@@ -3,7 +3,7 @@
 module stress_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
-   use response_types, only: moment_record_t
+   use response_types, only: moment_record_t, moment_window_t
    use signal_peaks, only: peak_tolerance
    implicit none (type, external)
    private
@@ -12,12 +12,14 @@ module stress_groups
 contains
 
    !> Write a list over the places for each extreme, and a table over instants and places for each history.
-   subroutine write_stress(group, moments, tau)
+   subroutine write_stress(group, moments, tau, windows)
       type(quantity_group_t), intent(in) :: group
       !> Records of the places in the order of the scene
       type(moment_record_t), intent(in) :: moments(:)
       !> Sample times tau; without them no histories are written
       real(wp), contiguous, intent(in), optional :: tau(:)
+      !> Moments within the window of &statistics; absent: not requested
+      type(moment_window_t), intent(in), optional :: windows(:)
 
       character(*), parameter :: along = 'position'
       logical :: has_stress
@@ -37,6 +39,7 @@ contains
          call add_extreme('least', [moments%least], [moments%least_tau], &
             maxval(moments%minimum_search%tolerance))
       end if
+      if (present(windows)) call write_windows(group, moments, windows, along)
       if (.not. (present(tau) .and. all([(allocated(moments(p)%moment), p=1, size(moments))]))) return
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
       call add_history('moment', [(moments(p)%moment, p=1, size(moments))], 'bending moment{, Pbar L}')
@@ -75,5 +78,38 @@ contains
          call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, ['tau     ', along])
       end subroutine add_history
    end subroutine write_stress
+
+   !> Write extremes within the window of &statistics, and cycles of stresses.
+   subroutine write_windows(group, moments, windows, along)
+      type(quantity_group_t), intent(in) :: group
+      type(moment_record_t), intent(in) :: moments(:)
+      type(moment_window_t), intent(in) :: windows(:)
+      !> Dimension scale of the places
+      character(*), intent(in) :: along
+
+      character(*), parameter :: which(2) = [character(7) :: 'minimum', 'maximum']
+      integer :: classes, i, p
+
+      call group%put_attribute('window_start', windows(1)%window(1), 'time')
+      call group%put_attribute('window_end', windows(1)%window(2), 'time')
+      do i = 1, 2
+         call group%put(which(i)//'_moment', [(windows(p)%extremes(i), p=1, size(windows))], 'moment', &
+            which(i)//' bending moment within the window{, Pbar L}', along)
+         if (all(moments%has_stress)) call group%put(which(i)//'_stress', [(moments(p)%stress_ratio &
+            *windows(p)%extremes(i), p=1, size(windows))], 'stress', &
+            which(i)//' stress within the window{, in E D/L}', along)
+      end do
+      if (.not. all([(allocated(windows(p)%class_edge), p=1, size(windows))])) return
+      call group%attribute('fatigue_slope', windows(1)%slope)
+      call group%put('stress_cycles', windows%cycles, 'number', 'cycles of the stress by rainflow counting', along)
+      call group%put('equivalent_range', windows%equivalent_range, 'stress', &
+         'range of as many equal cycles that do the same damage{, in E D/L}', along)
+      classes = size(windows(1)%class_edge)
+      call group%put('class', [(i, i=1, classes)], 'class of ranges', is_scale=.true.)
+      call group%put('range_edge', reshape([(windows(p)%class_edge, p=1, size(windows))], [classes, size(windows)]), &
+         'stress', 'upper end of the class of ranges{, in E D/L}', ['class   ', along])
+      call group%put('range_cycles', reshape([(windows(p)%class_cycles, p=1, size(windows))], [classes, &
+         size(windows)]), 'number', 'cycles in it', ['class   ', along])
+   end subroutine write_windows
 
 end module stress_groups

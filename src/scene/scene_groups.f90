@@ -309,6 +309,16 @@ contains
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
+      call table%bind(scene%stress%fatigue_slope, name_t('fatigue_slope', 'exponent m of the S-N curve: count cycles ' &
+         //'of the stress (rainflow, ASTM E1049) and give the range of equal cycles that do the same damage', &
+         range_t(1.0_wp, 100.0_wp), default='none: cycles are not counted', is_optional=.true.))
+      call table%bind(scene%stress%fatigue_threshold, name_t('fatigue_threshold_ratio', 'stress in E D/L by which ' &
+         //'the stress must reverse at a turning point that counts', range_t(0.0_wp, 1.0e12_wp), &
+         default='1 % of the range', is_optional=.true.))
+      call table%store(name_t('fatigue_threshold', 'the same as a stress', physical_range, &
+         instead_of='fatigue_threshold_ratio', quantity='stress'))
+      call table%bind(scene%stress%fatigue_classes, name_t('fatigue_classes', 'classes of the histogram of cycles', &
+         range_t(1, 10000)))
    end subroutine list_stress
 
    !> List the names of &frequencies in the table, and bind them to the components of the scene.
@@ -459,7 +469,8 @@ contains
 
       histories = pack([(i, i=1, history_count)], output%history)
       if (size(histories) == 0) histories = [history_none]
-      call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, default='all', &
+      call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, &
+         default='all but accelerations', &
          alone=[character(40) :: 'all', 'none']), history_names)
       output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
       call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &

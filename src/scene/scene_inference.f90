@@ -3,7 +3,7 @@ module scene_inference
    use inference_settings, only: fit_settings_t, is_feature, is_of_tip, observed_names, quantity_observed, &
       sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_named, measure_status, measure_table
+   use measure_list, only: demand_of, measure_count, measure_named, measure_status, measure_table
    use name_hints, only: phrase_of
    use name_table, only: table_t
    use name_types, only: group_t, name_t
@@ -480,7 +480,7 @@ contains
             if (measure%is_whole) then
                call input%complain(group, 'measures', trim(measure%name)//' is a count')
             else if (.not. scene%has_group(measure%group)) then
-               call input%complain(group, 'measures', trim(measure%name)//' needs &'//trim(measure%group))
+               call input%complain(group, 'measures', trim(measure%name)//' '//demand_of(measure%group))
             end if
          end associate
          if (input%has_problem()) return

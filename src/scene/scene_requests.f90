@@ -1,5 +1,5 @@
-!> Requests for further results of a response: the names of &statistics, &poincare, &orbit, &frequency_response and
-!> &spectrum, their checks and completion, and the period of the loads that they use.
+!> Requests for further results of a response: the names of &statistics, &relay, &poincare, &orbit, &frequency_response
+!> and &spectrum, their checks and completion, and the period of the loads that they use.
 module scene_requests
    use kinds, only: wp
    use load_periods, only: is_steady, period_of
@@ -9,7 +9,7 @@ module scene_requests
    use number_text, only: to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
-      response_settings_t, statistics_settings_t
+      relay_settings_t, response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
    use scene_spectrum, only: list_spectrum, resolve_spectrum
    use scene_types, only: frequency_response_settings_t, scene_t
@@ -20,8 +20,8 @@ module scene_requests
    public :: request_names, list_request, resolve_requests, resolve_statistics, set_period
 
    !> Names of the groups, each of which requires &response, in the order of the reference and the echo.
-   character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'poincare', 'orbit', &
-      'frequency_response', 'spectrum']
+   character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'relay', 'poincare', &
+      'orbit', 'frequency_response', 'spectrum']
 
 contains
 
@@ -36,6 +36,9 @@ contains
       case ('statistics')
          call table%open(group_t(group), scene%wants_statistics)
          if (table%is_open) call list_statistics(table, scene%statistics)
+      case ('relay')
+         call table%open(group_t(group), scene%wants_relay)
+         if (table%is_open) call list_relay(table, scene%relay)
       case ('poincare')
          call table%open(group_t(group), scene%wants_poincare)
          if (table%is_open) call list_poincare(table, scene%poincare)
@@ -94,7 +97,21 @@ contains
       call table%store(name_t('force_threshold', 'the same as a force', physical_range, &
          instead_of='threshold_ratio', quantity='force'))
       call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
+      call table%bind(statistics%acceleration, name_t('acceleration', 'RMS and extremes of the accelerations of ' &
+         //'stops and tip too'))
    end subroutine list_statistics
+
+   !> List the names of &relay in the table, and bind them to the components of the scene.
+   subroutine list_relay(table, relay)
+      class(table_t), intent(inout) :: table
+      type(relay_settings_t), intent(inout) :: relay
+
+      call table%bind(relay%lasting_force, name_t('lasting_force_ratio', 'Pbar; measure force_lasts is the instant ' &
+         //'from which the contact force stays at least as large', range_t(0.0_wp, 1.0e12_wp), default='none', &
+         is_optional=.true.))
+      call table%store(name_t('lasting_force', 'the same as a force', physical_range, &
+         instead_of='lasting_force_ratio', quantity='force'))
+   end subroutine list_relay
 
    !> Check that the interval of &statistics is within the run. Problems are reported to `input`.
    subroutine resolve_statistics(input, scene)

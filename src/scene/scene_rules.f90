@@ -73,6 +73,7 @@ module scene_rules
       demand_t('base', '', 'response precision', a_response), &
       demand_t('start', '', 'response precision', a_response), &
       demand_t('stress', '', 'response', a_response), &
+      demand_t('relay', '', 'stop', 'needs a stop, the contact that closes; add &stop /'), &
       (demand_t(request_names(k), '', 'response', a_response), k=1, size(request_names)), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('sensitivity', '', 'response', a_response), &
@@ -84,6 +85,9 @@ module scene_rules
       demand_t('best', '', 'sweep', 'does not go with &cases; give it a scene with &sweep'), &
       demand_t('output', '', 'response frequencies', &
       'there are no results to store; add &response / or &frequencies /'), &
+      demand_t('stress', 'fatigue_threshold_ratio', 'fatigue_slope', 'needs fatigue_slope too'), &
+      demand_t('stress', 'fatigue_threshold', 'fatigue_slope', 'needs fatigue_slope too'), &
+      demand_t('stress', 'fatigue_classes', 'fatigue_slope', 'needs fatigue_slope too'), &
       demand_t('beam', 'height_tip', 'height_root', 'needs height_root too (or give taper and mean_height_ratio)'), &
       demand_t('beam', 'height', 'station', 'needs station; a beam without a table takes height_root'), &
       demand_t('beam', 'station', 'height area inertia', 'needs height, or area and inertia'), &

@@ -3,7 +3,7 @@
 module scene_sweep
    use kinds, only: i8, wp
    use load_periods, only: is_steady
-   use measure_list, only: measure_table
+   use measure_list, only: demand_of, measure_table
    use name_hints, only: phrase_of
    use name_table, only: is_among, table_t
    use number_text, only: rounded, to_text
@@ -58,11 +58,7 @@ contains
       end if
       if (scene%wants_best) then
          associate (group => measure_table(scene%best%measure)%group)
-            if (group == 'stress' .and. .not. scene%wants_stress) then
-               call input%complain('best', 'measure', 'needs &stress, which gives the positions')
-            else if (.not. scene%has_group(group)) then
-               call input%complain('best', 'measure', 'needs &'//trim(group))
-            end if
+            if (.not. scene%has_group(group)) call input%complain('best', 'measure', demand_of(group))
          end associate
       end if
       call check_count(input, scene)

@@ -3,7 +3,8 @@
 module history_list
    implicit none (type, external)
    private
-   public :: history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop
+   public :: history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop, &
+      acceleration_stop, acceleration_tip
 
    type :: history_t
       !> Name in scene files
@@ -15,6 +16,8 @@ module history_list
       character(60) :: meaning
       !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
+      !> The history is recorded if the scene names no histories
+      logical :: is_default = .true.
    end type history_t
 
    type(history_t), parameter :: history_table(*) = [ &
@@ -22,7 +25,11 @@ module history_list
       history_t('displacement_tip', 'eta_tip', 'displacement of the tip{, eta}', 'displacement'), &
       history_t('velocity_stop', 'velocity_stop', 'velocity of the beam at the stop{, d eta/d tau}', &
       'velocity'), &
-      history_t('contact_force', 'contact_force', 'contact force{ Pbar}', 'force')]
+      history_t('contact_force', 'contact_force', 'contact force{ Pbar}', 'force'), &
+      history_t('acceleration_stop', 'acceleration_stop', 'acceleration at the stop, without impulses', &
+      'acceleration', .false.), &
+      history_t('acceleration_tip', 'acceleration_tip', 'acceleration of the tip, without impulses', 'acceleration', &
+      .false.)]
 
    integer, parameter :: history_count = size(history_table)
    !> Indices of the histories in the table
@@ -30,5 +37,7 @@ module history_list
    integer, parameter :: eta_tip = findloc(history_table%dataset, 'eta_tip', dim=1)
    integer, parameter :: velocity_stop = findloc(history_table%dataset, 'velocity_stop', dim=1)
    integer, parameter :: force_stop = findloc(history_table%dataset, 'contact_force', dim=1)
+   integer, parameter :: acceleration_stop = findloc(history_table%dataset, 'acceleration_stop', dim=1)
+   integer, parameter :: acceleration_tip = findloc(history_table%dataset, 'acceleration_tip', dim=1)
 
 end module history_list

@@ -6,6 +6,7 @@ module measure_list
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
       first_statistic
+   public :: measured_stops, statistics_of_stop, first_of_stops, demand_of
 
    type :: measure_t
       !> Name of the column in a sweep
@@ -29,6 +30,29 @@ module measure_list
       !> Group that a scene must have for this measure; empty: every scene has the measure
       character(12) :: group = ''
    end type measure_t
+
+   !> Number of stops that have measures of their own
+   integer, parameter :: measured_stops = 6
+   character, parameter :: stop_numbers(measured_stops) = ['1', '2', '3', '4', '5', '6']
+   !> Statistics of each of several stops, both sides together; their names end with the number of the stop
+   type(measure_t), parameter :: statistics_of_stop(*) = [ &
+      measure_t('contact_share', '', 'share of time in contact at', 'number', .false.), &
+      measure_t('mean_force', '', 'mean force, impulses included, at', 'force', .false.), &
+      measure_t('rms_force', '', 'RMS force, none with restitution, at', 'force', .false.), &
+      measure_t('impact_rate', '', 'impacts over time at', 'rate', .false.), &
+      measure_t('mean_impulse', '', 'mean impulse of an impact at', 'impulse', .false.), &
+      measure_t('work_rate', '', 'mean power that is dissipated at', 'power', .false.)]
+   ! indices of the implied loops below
+   integer, private :: i, k
+   ! Texts of these measures in constants of the right length, which gfortran 12 does not make of expressions in a table
+   character(24), parameter :: stop_names(size(statistics_of_stop), measured_stops) = reshape([character(24) :: &
+      ((trim(statistics_of_stop(i)%name)//'_stop_'//stop_numbers(k), i=1, size(statistics_of_stop)), &
+      k=1, measured_stops)], shape(stop_names))
+   character(160), parameter :: stop_meanings(size(statistics_of_stop), measured_stops) = reshape([character(160) :: &
+      ((trim(statistics_of_stop(i)%meaning)//' stop '//stop_numbers(k), i=1, size(statistics_of_stop)), &
+      k=1, measured_stops)], shape(stop_meanings))
+   character(12), parameter :: stop_groups(measured_stops) = [character(12) :: &
+      ('stop_'//stop_numbers(k), k=1, measured_stops)]
 
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
@@ -81,7 +105,41 @@ module measure_list
       'and at', '{x/L~x} =', group='stress'), &
       measure_t('stress_range', 'stress_range', 'maximum less minimum stress of a place, the maximum of all places: ' &
       //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', group='stress'), &
+      measure_t('minimum_moment', 'minimum_moment', 'minimum bending moment within the window of &statistics, of all ' &
+      //'places of &stress{, Pbar L}', 'moment', .false., group='steady'), &
+      measure_t('maximum_moment', 'maximum_moment', 'maximum bending moment there{, Pbar L}', 'moment', .false., &
+      group='steady'), &
+      measure_t('moment_range', 'moment_range', 'maximum less minimum moment of a place there, the maximum of all ' &
+      //'places{, Pbar L}', 'moment', .false., group='steady'), &
+      measure_t('minimum_stress', 'minimum_stress', 'minimum stress at the outer fibre below the axis within the ' &
+      //'window of &statistics, of all places{, in E D/L}', 'stress', .false., 'minimum, steady', group='steady'), &
+      measure_t('maximum_stress', 'maximum_stress', 'maximum stress there{, in E D/L}', 'stress', .false., &
+      'maximum, steady', group='steady'), &
+      measure_t('steady_stress_range', 'steady_stress_range', 'maximum less minimum stress of a place there, the ' &
+      //'maximum of all places{, in E D/L}', 'stress', .false., 'range, steady', group='steady'), &
+      measure_t('stress_cycles', 'stress_cycles', 'cycles of the stress by rainflow counting, half cycles included, ' &
+      //'at the place of equivalent_range', 'number', .false., 'stress cycles', group='fatigue'), &
+      measure_t('equivalent_range', 'equivalent_range', 'range of as many equal cycles that do the same damage, the ' &
+      //'maximum of all places{, in E D/L}', 'stress', .false., 'equivalent range', group='fatigue'), &
       measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.), &
+      measure_t('bounces', 'bounces', 'openings of the contact after it has closed for the first time', 'number', &
+      .true., 'bounces', is_of_contact=.true., group='relay'), &
+      measure_t('bounce_time', 'bounce_time', 'from the first closing to the final one, after which the contact ' &
+      //'stays closed to the end of the run; nan: it is open at the end', 'time', .false., 'bounce time', &
+      is_of_contact=.true., group='relay'), &
+      measure_t('last_opening', 'last_opening', 'instant of the last of these openings; nan: there is none', 'time', &
+      .false., 'last opening', 'at {tau~t} =', is_of_contact=.true., group='relay'), &
+      measure_t('final_closing', 'final_closing', 'instant from which the contact is closed to the end of the run; ' &
+      //'nan: it is open at the end', 'time', .false., 'closed to the end', 'from {tau~t} =', is_of_contact=.true., &
+      group='relay'), &
+      measure_t('minimum_force_closed', 'minimum_force_closed', 'minimum contact force{ Pbar} after the maximum that ' &
+      //'follows the final closing; a rigid contact has none', 'force', .false., 'minimum force then', &
+      is_of_contact=.true., group='relay'), &
+      measure_t('static_force', 'static_force', 'contact force{ Pbar} in static equilibrium; nan: loads act', 'force', &
+      .false., 'static force', is_of_contact=.true., group='relay'), &
+      measure_t('force_lasts', 'force_lasts', 'instant from which the contact force stays at least lasting_force; ' &
+      //'nan: it does not', 'time', .false., 'the force lasts', 'from {tau~t} =', is_of_contact=.true., &
+      group='relay'), &
       measure_t('motion_period', 'motion_period', &
       'period of the motion in periods of the load, from sections; 0: none was found', 'number', .true., &
       'repeats after', 'load periods:', group='poincare'), &
@@ -104,12 +162,17 @@ module measure_list
       'strongest in force', group='spectrum'), &
       measure_t('strongest_moment', 'strongest_moment', 'in the first of a bending moment{, Pbar L}', 'moment', &
       .false., 'strongest in moment', group='spectrum'), &
+      ((measure_t(stop_names(i, k), stop_names(i, k), stop_meanings(i, k), statistics_of_stop(i)%quantity, .false., &
+      group=stop_groups(k)), i=1, size(statistics_of_stop)), k=1, measured_stops), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
       'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
       'force', .false., group='statistics'), &
       measure_t('maximum_force', '', 'maximum force; with restitution there is none', &
       'force', .false., group='statistics'), &
+      measure_t('minimum_force', '', 'minimum force, 0 if the contact opens; with restitution there is none', &
+      'force', .false., group='statistics'), &
+      measure_t('force_range', '', 'maximum less minimum force', 'force', .false., group='statistics'), &
       measure_t('mean_contact_force', '', 'mean force over the time in contact, without impulses', &
       'force', .false., group='statistics'), &
       measure_t('rms_contact_force', '', 'RMS force over the time in contact; with restitution there is none', &
@@ -123,16 +186,29 @@ module measure_list
       measure_t('maximum_impulse', '', 'the maximum', 'impulse', .false., group='statistics'), &
       measure_t('contact_time', '', 'time in contact', 'time', .false., group='statistics'), &
       measure_t('contact_share', '', 'share of time in contact', 'number', .false., group='statistics'), &
+      measure_t('work_rate', '', 'mean power that is dissipated at the stop, by dampers and at impacts', &
+      'power', .false., group='statistics'), &
       measure_t('mean_displacement', '', 'mean displacement of the stop point, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
       measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., group='statistics'), &
       measure_t('minimum_displacement', '', 'its minimum', 'displacement', .false., group='statistics'), &
       measure_t('maximum_displacement', '', 'its maximum', 'displacement', .false., group='statistics'), &
+      measure_t('rms_acceleration', '', 'RMS acceleration of the stop point, without impulses; asked for with ' &
+      //'acceleration', 'acceleration', .false., group='statistics'), &
+      measure_t('minimum_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
+      measure_t('maximum_acceleration', '', 'its maximum', 'acceleration', .false., group='statistics'), &
+      measure_t('displacement_range', '', 'maximum less minimum displacement', 'displacement', .false., &
+      group='statistics'), &
       measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
       measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., group='statistics'), &
       measure_t('minimum_tip', '', 'its minimum', 'displacement', .false., group='statistics'), &
-      measure_t('maximum_tip', '', 'its maximum', 'displacement', .false., group='statistics')]
+      measure_t('maximum_tip', '', 'its maximum', 'displacement', .false., group='statistics'), &
+      measure_t('rms_tip_acceleration', '', 'RMS acceleration of the tip, without impulses; asked for with ' &
+      //'acceleration', 'acceleration', .false., group='statistics'), &
+      measure_t('minimum_tip_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
+      measure_t('maximum_tip_acceleration', '', 'its maximum', 'acceleration', .false., group='statistics'), &
+      measure_t('tip_range', '', 'maximum less minimum', 'displacement', .false., group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Indices of measures that the program itself uses
@@ -142,6 +218,8 @@ module measure_list
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
    !> Index of the peak of the first rebound; those of the further rebounds follow
    integer, parameter :: first_peak = findloc(measure_table%name, 'peak_1', dim=1)
+   !> Index of the first statistic of a single stop; statistic after statistic, then stop after stop
+   integer, parameter :: first_of_stops = findloc(measure_table%group, 'stop_1', dim=1)
    !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 
@@ -153,5 +231,19 @@ contains
 
       measure_named = findloc(measure_table%name, name, dim=1)
    end function measure_named
+
+   !> What a scene needs for a measure of a group.
+   pure function demand_of(group) result(words)
+      !> Group of a measure, not empty
+      character(*), intent(in) :: group
+      character(:), allocatable :: words
+
+      words = 'needs &'//trim(group)
+      if (group == 'stress') words = words//', which gives the positions'
+      if (group == 'steady') words = 'needs &statistics and &stress'
+      if (group == 'fatigue') words = 'needs &stress with fatigue_slope'
+      if (index(group, 'stop_') == 1) words = 'needs &statistics and several &stop groups, of which number ' &
+         //trim(group(6:))
+   end function demand_of
 
 end module measure_list

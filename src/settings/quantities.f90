@@ -14,8 +14,8 @@ module quantities
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
    integer, parameter :: system_none = size(system_names)
 
-   ! Scales (components of `scales_t`, or products of them); the unit of each quantity is a product of powers of one or
-   ! two scales
+   ! Scales (components of `scales_t`, or products of them); the unit of each quantity is a product of powers of one to
+   ! three scales
    integer, parameter :: none = 1
    integer, parameter :: length = 2
    integer, parameter :: omega1 = 3
@@ -39,13 +39,14 @@ module quantities
       character(8) :: symbol
       !> Unit in each of the systems of units
       character(18) :: unit(size(system_names))
-      !> One dimensionless unit is `first**power * second**second_power / constant`, where `first` and `second` are
-      !> scales
+      !> One dimensionless unit is `first**power * second**second_power * third / constant`, where `first`, `second` and
+      !> `third` are scales
       integer :: first = none
       integer :: power = 1
       integer :: second = none
       integer :: second_power = 1
       real(wp) :: constant = 1.0_wp
+      integer :: third = none
    end type quantity_t
 
    type(quantity_t), parameter :: quantity_table(*) = [ &
@@ -72,6 +73,8 @@ module quantities
       quantity_t('line_load', 'load', [character(18) :: 'N/m', 'N/mm', 'force/length'], load, 1, length, -1), &
       quantity_t('impulse', 'impulse', [character(18) :: 'N s', 'N s', 'force time'], mass, 1, velocity), &
       quantity_t('energy', 'energy', [character(18) :: 'J', 'mJ', 'force length'], mass, 1, velocity, 2), &
+      quantity_t('power', 'power', [character(18) :: 'W', 'mW', 'force length/time'], mass, 1, velocity, 2, &
+      third=omega1), &
       quantity_t('moment', 'Pbar L', [character(18) :: 'N m', 'N mm', 'force length'], force, 1, length), &
       quantity_t('displacement_density', 'eta2', [character(18) :: 'm^2/Hz', 'mm^2/Hz', 'length^2 time'], &
       displacement, 2, omega1, -1, constant=0.5_wp/pi), &
@@ -169,7 +172,7 @@ contains
       real(wp) :: product
 
       product = scale_of(entry%first, scales)**max(entry%power, 0) &
-         *scale_of(entry%second, scales)**max(entry%second_power, 0)
+         *scale_of(entry%second, scales)**max(entry%second_power, 0)*scale_of(entry%third, scales)
    end function numerator
 
    !> Denominator of one dimensionless unit: the constant times the scales with negative powers.

@@ -8,14 +8,14 @@
 !> marks the mean section: hbar is the mean height. eta_c is the gap, the distance of the beam from the surface of a
 !> stop.
 module run_settings
-   use history_list, only: history_count
+   use history_list, only: history_count, history_table
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use spectrum_settings, only: spectrum_settings_t
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
-   public :: statistics_settings_t, poincare_settings_t
+   public :: statistics_settings_t, poincare_settings_t, relay_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
@@ -123,7 +123,7 @@ module run_settings
    !> &output: contents of the results file besides the events
    type :: output_settings_t
       !> Which of the histories in `history_table` are recorded at the sample times
-      logical :: history(history_count) = .true.
+      logical :: history(history_count) = history_table%is_default
       !> Instants (tau) at which the shape and the velocity of the whole beam are stored
       real(wp), allocatable :: shape_times(:)
       !> Interval of further instants from 0 to the end, tau, at which shape and velocity are stored; 0: none
@@ -144,6 +144,12 @@ module run_settings
       real(wp), allocatable :: position(:)
       !> Record the histories of moments and stresses, besides their extremes
       logical :: history = .true.
+      !> Exponent m of the S-N curve, number of cycles times range**m = constant; 0: cycles are not counted
+      real(wp) :: fatigue_slope = 0.0_wp
+      !> Stress in E D/L by which the stress must reverse at a turning point that counts; 0: 1 % of its range
+      real(wp) :: fatigue_threshold = 0.0_wp
+      !> Number of classes of the histogram of cycles
+      integer :: fatigue_classes = 20
    end type stress_settings_t
 
    !> Settings of &statistics.
@@ -160,7 +166,16 @@ module run_settings
       real(wp) :: threshold = 0.0_wp
       !> Number of classes of the histogram of impacts
       integer :: classes = 20
+      !> Statistics of accelerations
+      logical :: acceleration = .false.
    end type statistics_settings_t
+
+   !> &relay: how a contact closes
+   type :: relay_settings_t
+      !> Contact force Pbar of which the instant is sought from which on the contact force stays at least as large; 0:
+      !> none is given
+      real(wp) :: lasting_force = 0.0_wp
+   end type relay_settings_t
 
    !> &poincare: Poincare sections, states of the motion at one fixed phase of each period of the load
    type :: poincare_settings_t
@@ -214,6 +229,8 @@ module run_settings
       type(stress_settings_t), allocatable :: stress
       !> Unallocated: no statistics are computed
       type(statistics_settings_t), allocatable :: statistics
+      !> Unallocated: it is not measured how contacts close
+      type(relay_settings_t), allocatable :: relay
       !> Unallocated: no Poincare sections are recorded
       type(poincare_settings_t), allocatable :: poincare
       !> Unallocated: no spectra are asked for

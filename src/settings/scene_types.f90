@@ -11,8 +11,8 @@ module scene_types
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
-   use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
-      statistics_settings_t, stop_settings_t, stress_settings_t
+   use run_settings, only: name_length, output_settings_t, poincare_settings_t, relay_settings_t, &
+      response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
@@ -319,6 +319,9 @@ module scene_types
       !> The file has &statistics
       logical :: wants_statistics = .false.
       type(statistics_settings_t) :: statistics
+      !> The file has &relay
+      logical :: wants_relay = .false.
+      type(relay_settings_t) :: relay
       !> The file has &poincare
       logical :: wants_poincare = .false.
       type(poincare_settings_t) :: poincare
@@ -384,6 +387,15 @@ contains
          has = scene%wants_stress
       case ('statistics')
          has = scene%wants_statistics
+      case ('steady')
+         has = scene%wants_statistics .and. scene%wants_stress
+      case ('fatigue')
+         has = scene%wants_stress .and. scene%stress%fatigue_slope > 0.0_wp
+      case ('stop_1', 'stop_2', 'stop_3', 'stop_4', 'stop_5', 'stop_6')
+         has = scene%wants_statistics .and. allocated(scene%more_stops)
+         if (has) has = iachar(group(6:6)) - iachar('0') <= 1 + size(scene%more_stops)
+      case ('relay')
+         has = scene%wants_relay
       case ('poincare')
          has = scene%wants_poincare
       case ('orbit')

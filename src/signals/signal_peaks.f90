@@ -6,7 +6,7 @@ module signal_peaks
    use row_peaks, only: peak_tolerance
    implicit none (type, external)
    private
-   public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, peak_tolerance
+   public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, find_turn, peak_tolerance
 
    !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
    !> for each phase. If they are used up, the tolerance is raised tenfold, because
@@ -233,5 +233,56 @@ contains
       stays_above = is_above .and. search%outcome == found_none
       if (stays_above) time = length
    end subroutine find_last_exceedance
+
+   !> The first turning point of a signal, a zero of its slope. If the slope has no certain sign at the start, the
+   !> search begins a little later, ever further.
+   subroutine find_turn(signal, stretch, direction, is_found, time)
+      class(transformable_signal_t), intent(in) :: signal
+      !> Start and end of the search
+      real(wp), intent(in) :: stretch(2)
+      !> In: 1 or -1, the search starts at a turning point from which the signal rises or falls; 0: elsewhere. Out: the
+      !> same for the turning point found
+      integer, intent(inout) :: direction
+      logical, intent(out) :: is_found
+      real(wp), intent(out) :: time
+
+      ! first delay of the start, as a share of the stretch
+      real(wp), parameter :: first_delay = 1.0e-9_wp
+      class(transformable_signal_t), allocatable :: rate
+      type(bounds_t) :: bounds
+      type(search_t) :: search
+      real(wp) :: delay, slope
+      ! the slope is zero at the start
+      logical :: is_turning
+
+      is_found = .false.
+      time = stretch(1)
+      delay = first_delay*(stretch(2) - stretch(1))
+      do while (time < stretch(2))
+         is_turning = direction /= 0
+         if (direction == 0) then
+            call signal%find_bounds(time, 1, bounds)
+            ! a slope that is zero except for rounding makes the start a turning point
+            is_turning = abs(bounds%value) <= bounds%rounding
+            slope = merge(bounds%slope, bounds%value, is_turning)
+            if (abs(slope) > 0.0_wp) direction = merge(1, -1, slope > 0.0_wp)
+         end if
+         if (direction /= 0) then
+            call signal%transform(time, real(direction, wp), 0.0_wp, 1, rate)
+            if (is_turning) rate%start_order = 1
+            call first_zero(rate, stretch(2) - time, search)
+            if (search%outcome == found_none) return
+            is_found = search%outcome == found_zero .and. time + search%time > time
+            if (is_found) then
+               time = time + search%time
+               direction = -direction
+               return
+            end if
+         end if
+         direction = 0
+         time = time + delay
+         delay = 2.0_wp*delay
+      end do
+   end subroutine find_turn
 
 end module signal_peaks

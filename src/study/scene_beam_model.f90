@@ -5,7 +5,7 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, shaped_section, tapered_section
    use body_settings, only: root_pinned
    use failures, only: fail, failure_t, status_bad_input
-   use history_list, only: eta_stop, force_stop, velocity_stop
+   use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: course_step, start_drop
    use mass_choice, only: is_redistribution_more_accurate
@@ -231,6 +231,7 @@ contains
       settings%stop = scene%stop
       settings%response = scene%response
       if (scene%wants_statistics) settings%statistics = scene%statistics
+      if (scene%wants_relay) settings%relay = scene%relay
       if (scene%wants_poincare) then
          settings%poincare = scene%poincare
          call set_period(scene, settings%poincare, settings%response)
@@ -238,7 +239,8 @@ contains
       if (scene%wants_spectrum) settings%spectrum = scene%spectrum
       settings%output = scene%output
       ! a beam without stops has only histories of the tip
-      if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.
+      if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop, &
+         acceleration_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
       if (scene%wants_stress) settings%stress = scene%stress
       ! the number of the stop from which the beam is released is 1 by default

@@ -17,7 +17,7 @@ module single_study
    use results_file, only: begin_results, expected_size, finish_results, write_groups
    use run_progress, only: disable_progress, enable_progress
    use run_settings, only: run_settings_t
-   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts
+   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts, print_stresses
    use scene_beam_model, only: motion_model_of, run_settings_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -80,6 +80,11 @@ contains
          if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
          if (allocated(response%statistics)) then
             call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene))
+         end if
+         ! the measures have the stress of a single place
+         if (allocated(response%moments)) then
+            if (size(response%moments) > 1) call print_stresses(job%unit, response%moments, units_in(scene), &
+               response%moment_windows)
          end if
       end if
       call print_analyses(job%unit, analysed, units_in(scene))

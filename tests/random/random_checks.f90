@@ -203,8 +203,12 @@ contains
       !> Statistics that every run has, without error bars
       character(*), parameter :: always(5) = [character(16) :: 'mean_force', 'impact_rate', 'contact_share', 'mean_tip', &
          'rms_tip']
+      !> Measures of &relay that a contact may not have
+      character(*), parameter :: of_closing(6) = [character(20) :: 'bounce_time', 'last_opening', 'final_closing', &
+         'minimum_force_closed', 'static_force', 'force_lasts']
       character(:), allocatable :: left
       character(64) :: path
+      integer :: i
 
       complaint = ''
       if (.not. opens(file)) then
@@ -220,6 +224,7 @@ contains
          ! motions without impacts have no speed of one, variations of which nothing is left no logarithm
          if (index(path, 'least_impact_speed') > 0 .or. index(path, 'log_variation') > 0) cycle
          if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 &
+            .or. any([(index(path, 'surfaces/'//trim(of_closing(i))) > 0, i=1, size(of_closing))]) &
             .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 .or. index(path, 'sweep_spectrum/') == 1 &
             .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
             .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &

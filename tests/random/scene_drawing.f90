@@ -180,6 +180,10 @@ contains
       if (choice < 0.95_wp) call draw_poincare(names, draft)
       if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_orbit(names, draft)
       if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_spectrum(names, draft)
+      if (choice < 0.95_wp .and. chance(0.3_wp)) then
+         call put(draft, 'relay', '', '')
+         call draw_group(names, 'relay', 0.7_wp, draft)
+      end if
    end subroutine draw_scene
 
    !> &spectrum of a part of the run, mostly, at a few frequencies.
@@ -1384,8 +1388,9 @@ contains
          real(wp) :: unit
 
          call put(draft, 'scene', 'displacement_scale', to_text(length))
-         call instead('statistics', 'threshold_ratio', 'force_threshold', scene%statistics%threshold*lambda1_power4*length &
-            *scene%scales%bending_stiffness/(scene%scales%height_ratio*scene%scales%length**3))
+         unit = lambda1_power4*length*scene%scales%bending_stiffness/(scene%scales%height_ratio*scene%scales%length**3)
+         call instead('statistics', 'threshold_ratio', 'force_threshold', scene%statistics%threshold*unit)
+         call instead('relay', 'lasting_force_ratio', 'lasting_force', scene%relay%lasting_force*unit)
          if (allocated(scene%forces)) then
             unit = stiffness*length
             if (.not. allocated(scene%forces(1)%position)) unit = unit/scene%scales%length
@@ -1501,6 +1506,7 @@ contains
          call take('statistics', 'rest', scene%statistics%rest)
          call take('statistics', 'threshold_ratio', scene%statistics%threshold)
       end if
+      call take('relay', 'lasting_force_ratio', scene%relay%lasting_force)
 
    contains
 

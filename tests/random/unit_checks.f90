@@ -217,7 +217,7 @@ contains
          do i = 1, first_statistic - 1
             ! of peaks as high as each other rounding chooses one
             if (any(measure_table(i)%name == [character(24) :: 'greatest_stress_tau', 'greatest_stress_position', &
-               'strongest_frequency'])) cycle
+               'strongest_frequency', 'force_lasts', 'stress_cycles', 'equivalent_range'])) cycle
             ! what a run as short as this changes of a signal, its mean removed, is rounding
             if (index(measure_table(i)%name, 'strongest') == 1 .and. settings%duration < 1.0e-6_wp) cycle
             call check(i, '', a([i]), b([i]), abs(a([i])))
@@ -249,7 +249,8 @@ contains
          !> How large is what they are made of?
          real(wp), intent(in) :: size_of(:)
 
-         character(*), parameter :: sought(5) = [character(8) :: 'maximum', 'minimum', 'greatest', 'stress', 'peak']
+         character(*), parameter :: sought(6) = [character(8) :: 'maximum', 'minimum', 'greatest', 'stress', 'peak', &
+            'range']
          character(24) :: name, quantity
          real(wp) :: tolerance
          integer :: k

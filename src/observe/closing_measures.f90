@@ -1,0 +1,218 @@
+!> How a contact closes, for either method: its bounces, from the events of the run, and its force after the final
+!> closing, from intervals of the motion (docs/theory.md, section 12).
+!>
+!> The final closing is the instant from which the contact is closed to the end of the run. The bounce time lasts from
+!> the first closing to the final one, as for relays; the last opening comes before it by one flight.
+module closing_measures
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use motion_intervals, only: interval_t, observed_contact_t, output_row_t, peak_t
+   use response_types, only: closing_measures_t, event_capture, event_contact, event_impact, is_contact_end, &
+      is_contact_start, response_t
+   use run_measures, only: accumulator_t, comes_to_rest
+   use signal_peaks, only: extreme_search_t
+   implicit none (type, external)
+   private
+   public :: closing_t, record_closing, find_closing
+
+   !> Force of a contact since its last closing. The type has no allocatable components, so that a copy restores it when
+   !> a run returns to an earlier state.
+   type :: closing_t
+      !> The contact is closed, after this number of flights
+      logical :: is_closed = .false.
+      integer :: flights = 0
+      !> The force has a finite maximum: the maximum since the closing, and the minimum since that maximum
+      logical :: has_force = .false.
+      real(wp) :: maximum = -huge(1.0_wp)
+      real(wp) :: minimum = huge(1.0_wp)
+      !> The force is at least the given one, and has been since this instant
+      logical :: lasts = .false.
+      real(wp) :: lasts_from = 0.0_wp
+      !> States of the searches for the minimum and for the maximum
+      type(extreme_search_t) :: search_state(2)
+   end type closing_t
+
+contains
+
+   !> Record the force of a contact during an interval.
+   subroutine record_closing(interval, k, contact, lasting_force, closing)
+      class(interval_t), intent(inout) :: interval
+      integer, intent(in) :: k
+      !> Status of contact k
+      type(observed_contact_t), intent(in) :: contact
+      !> Force of which the duration is asked; 0: none
+      real(wp), intent(in) :: lasting_force
+      type(closing_t), intent(inout) :: closing
+
+      if (.not. contact%is_closed) then
+         closing%is_closed = .false.
+         closing%lasts = .false.
+         return
+      end if
+      if (.not. closing%is_closed .or. closing%flights /= contact%flights) closing = closing_t(is_closed=.true., &
+         flights=contact%flights, search_state=closing%search_state)
+      closing%has_force = contact%has_force
+      if (.not. (closing%has_force .and. interval%length > 0.0_wp)) return
+      call record_extremes(interval, interval%force_row(k), closing)
+      if (lasting_force > 0.0_wp) call record_duration(interval, interval%force_row(k), lasting_force, closing)
+   end subroutine record_closing
+
+   !> Update the maximum of the force since the closing, and the minimum since that maximum.
+   subroutine record_extremes(interval, row, closing)
+      class(interval_t), intent(inout) :: interval
+      !> Row of the force
+      integer, intent(in) :: row
+      type(closing_t), intent(inout) :: closing
+
+      type(peak_t) :: peak
+      ! value and rate of the force at both ends of the interval
+      real(wp) :: state(2, 2)
+      ! time of the maximum since the closing, if the interval has it, else 0
+      real(wp) :: from
+
+      state(:, 1) = interval%evaluate(output_row_t(row), 0.0_wp)
+      state(:, 2) = interval%evaluate(output_row_t(row), interval%length)
+      from = 0.0_wp
+      if (state(1, 1) > closing%maximum) call raise(state(1, 1), 0.0_wp)
+      if (state(1, 2) > closing%maximum) call raise(state(1, 2), interval%length)
+      peak%search_state = closing%search_state(2)
+      call interval%seek_peak(output_row_t(row, scale=abs(closing%maximum), needs_time=.true.), &
+         [0.0_wp, interval%length], closing%maximum, peak)
+      closing%search_state(2) = peak%search_state
+      if (peak%is_found) call raise(peak%value, peak%time)
+      if (.not. from < interval%length) return
+      closing%minimum = min(closing%minimum, state(1, 2))
+      peak%search_state = closing%search_state(1)
+      call interval%seek_peak(output_row_t(row, -1.0_wp, scale=abs(closing%maximum)), [from, interval%length], &
+         -closing%minimum, peak)
+      closing%search_state(1) = peak%search_state
+      if (peak%is_found) closing%minimum = -peak%value
+
+   contains
+
+      !> Enter a higher maximum, from which on the minimum counts.
+      subroutine raise(value, time)
+         real(wp), intent(in) :: value
+         !> Since the start of the interval
+         real(wp), intent(in) :: time
+
+         closing%maximum = value
+         closing%minimum = value
+         from = time
+      end subroutine raise
+   end subroutine record_extremes
+
+   !> Update the instant since which the force has been at least the given one.
+   subroutine record_duration(interval, row, force, closing)
+      class(interval_t), intent(inout) :: interval
+      !> Row of the contact force
+      integer, intent(in) :: row
+      !> The given force
+      real(wp), intent(in) :: force
+      type(closing_t), intent(inout) :: closing
+
+      type(peak_t) :: peak
+      type(output_row_t) :: deficit
+      real(wp) :: state(2), low, high, middle
+
+      ! the given force less the contact force
+      deficit = output_row_t(row, -1.0_wp, force)
+      state = interval%evaluate(deficit, interval%length)
+      if (state(1) > 0.0_wp) then
+         closing%lasts = .false.
+         return
+      end if
+      call interval%seek_peak(deficit, [0.0_wp, interval%length], 0.0_wp, peak)
+      if (.not. peak%is_found) then
+         if (.not. closing%lasts) closing%lasts_from = interval%start
+         closing%lasts = .true.
+         return
+      end if
+      ! the deficit is positive at `low`, and nowhere from `high` on
+      low = peak%time
+      high = interval%length
+      do
+         middle = low + 0.5_wp*(high - low)
+         if (middle <= low .or. middle >= high) exit
+         if (high - low <= 2.0_wp*epsilon(1.0_wp)*(interval%start + high)) exit
+         call interval%seek_peak(deficit, [middle, high], 0.0_wp, peak)
+         if (peak%is_found) then
+            low = max(middle, peak%time)
+         else
+            high = middle
+         end if
+      end do
+      closing%lasts_from = interval%start + high
+      closing%lasts = .true.
+   end subroutine record_duration
+
+   !> The measures at the end of the run.
+   pure subroutine find_closing(closing, response, number, accumulator, lasting_force, measures)
+      type(closing_t), intent(in) :: closing
+      !> The run, with its events
+      type(response_t), intent(in) :: response
+      !> Number of the contact
+      integer, intent(in) :: number
+      !> Sums of the contact, with its static force
+      type(accumulator_t), intent(in) :: accumulator
+      !> Pbar of which the duration is asked; 0: none
+      real(wp), intent(in) :: lasting_force
+      type(closing_measures_t), allocatable, intent(out) :: measures
+
+      real(wp) :: nan
+
+      nan = ieee_value(1.0_wp, ieee_quiet_nan)
+      allocate (measures)
+      call count_bounces(response, number, measures)
+      measures%has_lasting_force = lasting_force > 0.0_wp
+      measures%minimum_force = nan
+      measures%static_force = nan
+      measures%force_lasts = nan
+      if (comes_to_rest(accumulator)) measures%static_force = accumulator%force_scale*accumulator%rest_force
+      if (.not. closing%is_closed) return
+      if (closing%has_force) measures%minimum_force = accumulator%force_scale*closing%minimum
+      if (closing%lasts) measures%force_lasts = closing%lasts_from
+   end subroutine find_closing
+
+   !> Bounces, bounce time, last opening and final closing from the events. An impact on a rigid stop is a closing and
+   !> an opening at once.
+   pure subroutine count_bounces(response, number, measures)
+      type(response_t), intent(in) :: response
+      !> Number of the contact
+      integer, intent(in) :: number
+      type(closing_measures_t), intent(inout) :: measures
+
+      real(wp) :: first_closing
+      logical :: has_closed, is_closed
+      integer :: i
+
+      measures%last_opening = ieee_value(1.0_wp, ieee_quiet_nan)
+      measures%final_closing = measures%last_opening
+      measures%bounce_time = measures%last_opening
+      first_closing = 0.0_wp
+      has_closed = .false.
+      is_closed = .false.
+      if (allocated(response%starts_closed)) is_closed = response%starts_closed(number)
+      do i = 1, response%event_count
+         associate (event => response%events(i))
+            if (event%contact /= number) cycle
+            if (any(event%kind == [event_impact, event_capture, event_contact]) .and. .not. has_closed) then
+               has_closed = .true.
+               first_closing = event%tau
+            end if
+            if (is_contact_start(event%kind) .and. .not. is_closed) then
+               is_closed = .true.
+               measures%final_closing = event%tau
+            else if (event%kind == event_impact .or. is_contact_end(event%kind)) then
+               is_closed = .false.
+               if (.not. has_closed) cycle
+               measures%bounces = measures%bounces + 1
+               measures%last_opening = event%tau
+            end if
+         end associate
+      end do
+      if (.not. is_closed) measures%final_closing = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (is_closed .and. has_closed) measures%bounce_time = measures%final_closing - first_closing
+   end subroutine count_bounces
+
+end module closing_measures

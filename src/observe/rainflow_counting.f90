@@ -1,0 +1,163 @@
+!> Cycles of a stress history by rainflow counting (ASTM E1049, section 5.4.4), from its turning points, and the
+!> damage-equivalent range of these cycles (docs/theory.md, section 19).
+!>
+!> A turning point counts only if the signal reverses there by more than a threshold. Values of the signal are added in
+!> the order of time; they need to include all extremes, and other values do no harm.
+module rainflow_counting
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: turning_points_t, reversal_search_t, add_value, reversals_of, count_cycles, equivalent_range
+
+   !> Search for reversals. Numbers only, so that a copy restores it.
+   type :: reversal_search_t
+      !> Number of reversals found
+      integer :: count = 0
+      !> 1: the signal rises, -1: it falls, 0: it has not moved by more than the threshold yet
+      integer :: direction = 0
+      !> Extreme value since the last reversal; without a direction the first value
+      real(wp) :: extreme = 0.0_wp
+      !> Minimum and maximum before the signal has a direction
+      real(wp) :: minimum = huge(1.0_wp)
+      real(wp) :: maximum = -huge(1.0_wp)
+   end type reversal_search_t
+
+   !> Values at the reversals; only those that a search counts are valid.
+   type :: turning_points_t
+      real(wp), allocatable :: values(:)
+   end type turning_points_t
+
+contains
+
+   !> Add a value of the signal.
+   subroutine add_value(value, threshold, search, points)
+      real(wp), intent(in) :: value
+      !> Reversals by at most this much do not count
+      real(wp), intent(in) :: threshold
+      type(reversal_search_t), intent(inout) :: search
+      type(turning_points_t), intent(inout) :: points
+
+      if (search%direction == 0) then
+         search%minimum = min(search%minimum, value)
+         search%maximum = max(search%maximum, value)
+         if (value - search%minimum > threshold) then
+            call add_reversal((search%minimum), 1)
+         else if (search%maximum - value > threshold) then
+            call add_reversal((search%maximum), -1)
+         end if
+      else if (real(search%direction, wp)*(value - search%extreme) >= 0.0_wp) then
+         search%extreme = value
+      else if (abs(value - search%extreme) > threshold) then
+         call add_reversal((search%extreme), -search%direction)
+      end if
+
+   contains
+
+      !> Append the value at a reversal.
+      subroutine add_reversal(reversal, direction)
+         real(wp), intent(in) :: reversal
+         !> Direction of the signal from there on
+         integer, intent(in) :: direction
+
+         real(wp), allocatable :: larger(:)
+
+         if (.not. allocated(points%values)) allocate (points%values(64))
+         if (search%count == size(points%values)) then
+            allocate (larger(2*search%count))
+            larger(:search%count) = points%values
+            call move_alloc(larger, points%values)
+         end if
+         search%count = search%count + 1
+         points%values(search%count) = reversal
+         search%direction = direction
+         search%extreme = value
+      end subroutine add_reversal
+   end subroutine add_value
+
+   !> Values at the reversals, with the last extreme of the signal as the last.
+   pure function reversals_of(search, points) result(values)
+      type(reversal_search_t), intent(in) :: search
+      type(turning_points_t), intent(in) :: points
+      real(wp), allocatable :: values(:)
+
+      if (search%direction == 0) then
+         allocate (values(0))
+      else
+         values = [points%values(:search%count), search%extreme]
+      end if
+   end function reversals_of
+
+   !> Count the cycles: a range that contains the first remaining reversal is half a cycle, a range that a later, at
+   !> least as large one encloses is a cycle, and the ranges that remain at the end are half cycles.
+   subroutine count_cycles(reversals, range, cycles, number)
+      !> Values at the reversals, alternately minima and maxima
+      real(wp), intent(in) :: reversals(:)
+      !> Range of each count, and 1 for a cycle or 0.5 for half a cycle, [size(reversals)]
+      real(wp), intent(out) :: range(:)
+      real(wp), intent(out) :: cycles(:)
+      !> Number of counts
+      integer, intent(out) :: number
+
+      ! remaining reversals, of which the first is `remaining(first)`
+      real(wp) :: remaining(size(reversals)), last_range, previous_range
+      integer :: first, i, top
+
+      number = 0
+      range = 0.0_wp
+      cycles = 0.0_wp
+      first = 1
+      top = 0
+      do i = 1, size(reversals)
+         top = top + 1
+         remaining(top) = reversals(i)
+         do while (top - first >= 2)
+            last_range = abs(remaining(top) - remaining(top - 1))
+            previous_range = abs(remaining(top - 1) - remaining(top - 2))
+            if (last_range < previous_range) exit
+            if (top - first == 2) then
+               call add(previous_range, 0.5_wp)
+               first = first + 1
+            else
+               call add(previous_range, 1.0_wp)
+               remaining(top - 2) = remaining(top)
+               top = top - 2
+            end if
+         end do
+      end do
+      do i = first, top - 1
+         call add(abs(remaining(i + 1) - remaining(i)), 0.5_wp)
+      end do
+
+   contains
+
+      subroutine add(counted_range, share)
+         real(wp), intent(in) :: counted_range
+         !> 1 or 0.5
+         real(wp), intent(in) :: share
+
+         number = number + 1
+         range(number) = counted_range
+         cycles(number) = share
+      end subroutine add
+   end subroutine count_cycles
+
+   !> The range of as many cycles of equal range that do the same damage by Miner's rule, if the damage of a cycle is
+   !> proportional to a power of its range: (sum n_i range_i^m / sum n_i)^(1/m). 0: there are no cycles.
+   pure function equivalent_range(range, cycles, slope) result(equivalent)
+      !> Range and number of cycles of each count
+      real(wp), intent(in) :: range(:)
+      real(wp), intent(in) :: cycles(:)
+      !> Exponent m, the slope of the S-N curve in logarithms
+      real(wp), intent(in) :: slope
+      real(wp) :: equivalent
+
+      real(wp) :: largest
+
+      equivalent = 0.0_wp
+      largest = maxval([0.0_wp, range])
+      if (.not. (largest > 0.0_wp .and. sum(cycles) > 0.0_wp)) return
+      ! quotients of ranges do not overflow
+      equivalent = largest*(sum(cycles*(range/largest)**slope)/sum(cycles))**(1.0_wp/slope)
+   end function equivalent_range
+
+end module rainflow_counting

@@ -1,0 +1,170 @@
+!> Bending moments and stresses within the window of &statistics, for either method: extremes, and cycles by rainflow
+!> counting from exact extremes (docs/theory.md, section 19).
+module stress_windows
+   use interval_statistics, only: widen_range
+   use kinds, only: wp
+   use motion_intervals, only: interval_t, output_row_t
+   use rainflow_counting, only: add_value, count_cycles, equivalent_range, reversal_search_t, reversals_of, &
+      turning_points_t
+   use response_types, only: moment_record_t, moment_window_t, response_t
+   use run_settings, only: end_of_run, run_settings_t
+   use signal_peaks, only: extreme_search_t
+   implicit none (type, external)
+   private
+   public :: stress_windows_t, place_window_t, open_windows, add_interval, finish_windows
+
+   !> What is recorded of the moment at a place. Numbers only, so that a copy restores it.
+   type :: place_window_t
+      !> Minimum and maximum
+      real(wp) :: extremes(2) = [huge(1.0_wp), -huge(1.0_wp)]
+      !> States of the searches for the minimum and for the maximum
+      type(extreme_search_t) :: search_state(2)
+      !> Search for reversals
+      type(reversal_search_t) :: reversals
+   end type place_window_t
+
+   !> Windows of all places.
+   type :: stress_windows_t
+      !> Beginning and end, tau
+      real(wp) :: window(2) = 0.0_wp
+      !> Slope of the S-N curve; 0: cycles are not counted
+      real(wp) :: slope = 0.0_wp
+      !> Number of classes of the histogram of cycles
+      integer :: classes = 1
+      !> Moment by which the signal must reverse at a turning point, [places]
+      real(wp), allocatable :: threshold(:)
+      !> [places]
+      type(place_window_t), allocatable :: now(:)
+      type(turning_points_t), allocatable :: points(:)
+   end type stress_windows_t
+
+contains
+
+   !> Prepare the windows, if statistics or cycles of stresses are requested.
+   pure subroutine open_windows(settings, moments, windows)
+      type(run_settings_t), intent(in) :: settings
+      !> Moments with their stresses, [places]
+      type(moment_record_t), intent(in) :: moments(:)
+      type(stress_windows_t), allocatable, intent(out) :: windows
+
+      if (.not. (allocated(settings%statistics) .or. settings%stress%fatigue_slope > 0.0_wp)) return
+      allocate (windows)
+      windows%window = [0.0_wp, end_of_run(settings%response)]
+      windows%slope = settings%stress%fatigue_slope
+      windows%classes = settings%stress%fatigue_classes
+      if (allocated(settings%statistics)) windows%window = [settings%statistics%start, &
+         min(settings%statistics%end, windows%window(2))]
+      allocate (windows%now(size(moments)), windows%points(size(moments)))
+      allocate (windows%threshold(size(moments)), source=0.0_wp)
+      where (moments%stress_ratio > 0.0_wp) windows%threshold = settings%stress%fatigue_threshold/moments%stress_ratio
+   end subroutine open_windows
+
+   !> Add the part of an interval that lies within the window.
+   subroutine add_interval(interval, windows)
+      class(interval_t), intent(inout) :: interval
+      type(stress_windows_t), intent(inout) :: windows
+
+      type(output_row_t) :: row
+      real(wp) :: stretch(2)
+      integer :: p
+
+      stretch = [max(windows%window(1) - interval%start, 0.0_wp), &
+         min(windows%window(2) - interval%start, interval%length)]
+      if (.not. stretch(2) > stretch(1)) return
+      do p = 1, size(windows%now)
+         row = output_row_t(interval%moment_row(p))
+         associate (now => windows%now(p))
+            call widen_range(interval, row, stretch, now%extremes, now%search_state)
+            if (windows%slope > 0.0_wp) call add_turns(interval, row, stretch, windows%threshold(p), now%reversals, &
+               windows%points(p))
+         end associate
+      end do
+   end subroutine add_interval
+
+   !> Add the values at both ends of a stretch and at all turning points between them.
+   subroutine add_turns(interval, row, stretch, threshold, search, points)
+      class(interval_t), intent(inout) :: interval
+      type(output_row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: threshold
+      type(reversal_search_t), intent(inout) :: search
+      type(turning_points_t), intent(inout) :: points
+
+      real(wp) :: state(2), time, turn
+      integer :: direction
+      logical :: is_found
+
+      state = interval%evaluate(row, stretch(1))
+      call add_value(state(1), threshold, search, points)
+      direction = 0
+      time = stretch(1)
+      do
+         call interval%seek_turn(row, [time, stretch(2)], direction, is_found, turn)
+         if (.not. is_found .or. turn <= time) exit
+         time = turn
+         state = interval%evaluate(row, time)
+         call add_value(state(1), threshold, search, points)
+      end do
+      state = interval%evaluate(row, stretch(2))
+      call add_value(state(1), threshold, search, points)
+   end subroutine add_turns
+
+   !> Store the results at the end of the run: in the response, and the extremes over all places among its measures.
+   subroutine finish_windows(windows, response)
+      type(stress_windows_t), intent(in) :: windows
+      type(response_t), intent(inout) :: response
+
+      integer :: p
+
+      allocate (response%moment_windows(size(windows%now)))
+      do p = 1, size(windows%now)
+         associate (found => response%moment_windows(p), now => windows%now(p))
+            found%window = windows%window
+            found%extremes = now%extremes
+            found%tolerance = maxval(now%search_state%tolerance)
+            found%slope = windows%slope
+            if (.not. (windows%slope > 0.0_wp .and. response%moments(p)%has_stress)) cycle
+            call summarise(response%moments(p)%stress_ratio*reversals_of(now%reversals, windows%points(p)), &
+               .not. windows%threshold(p) > 0.0_wp, windows%classes, found)
+         end associate
+      end do
+   end subroutine finish_windows
+
+   !> Cycles of the stress at a place: number, damage-equivalent range, and histogram of the ranges.
+   subroutine summarise(reversals, has_default, classes, found)
+      !> Stresses at the reversals
+      real(wp), intent(in) :: reversals(:)
+      !> No threshold is given: reversals by a small share of the range of the stress do not count
+      logical, intent(in) :: has_default
+      !> Number of classes
+      integer, intent(in) :: classes
+      type(moment_window_t), intent(inout) :: found
+
+      real(wp), parameter :: default_share = 0.01_wp
+      type(reversal_search_t) :: search
+      type(turning_points_t) :: points
+      real(wp), allocatable :: counted(:)
+      real(wp), dimension(size(reversals) + 1) :: range, cycles
+      real(wp) :: largest, threshold
+      integer :: i, number, place
+
+      threshold = 0.0_wp
+      if (has_default .and. size(reversals) > 0) threshold = default_share*(maxval(reversals) - minval(reversals))
+      do i = 1, size(reversals)
+         call add_value(reversals(i), threshold, search, points)
+      end do
+      counted = reversals_of(search, points)
+      call count_cycles(counted, range(:size(counted)), cycles(:size(counted)), number)
+      found%cycles = sum(cycles(:number))
+      found%equivalent_range = equivalent_range(range(:number), cycles(:number), found%slope)
+      largest = maxval([0.0_wp, range(:number)])
+      found%class_edge = [(largest*real(i, wp)/real(classes, wp), i=1, classes)]
+      found%class_edge(classes) = largest
+      allocate (found%class_cycles(classes), source=0.0_wp)
+      do i = 1, number
+         place = min(count(found%class_edge < range(i)) + 1, classes)
+         found%class_cycles(place) = found%class_cycles(place) + cycles(i)
+      end do
+   end subroutine summarise
+
+end module stress_windows
