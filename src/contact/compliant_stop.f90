@@ -9,7 +9,7 @@ module compliant_stop
    implicit none (type, external)
    private
    public :: impedance_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
-   public :: is_rigid_stop
+   public :: has_same_impedance, is_rigid_stop
 
    !> Impedance of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s tau).
    type :: impedance_t
@@ -131,5 +131,15 @@ contains
       slope = step%mean_slope
       constant = step%mean_indentation*indentation + step%mean_branch*branch_force
    end subroutine mean_force_coefficients
+
+   !> Have two stops the same impedance, to the last bit?
+   elemental function has_same_impedance(a, b) result(answer)
+      type(impedance_t), intent(in) :: a
+      type(impedance_t), intent(in) :: b
+      logical :: answer
+
+      answer = .not. (abs(a%stiffness - b%stiffness) > 0.0_wp .or. abs(a%viscosity - b%viscosity) > 0.0_wp .or. &
+         abs(a%branch_stiffness - b%branch_stiffness) > 0.0_wp .or. abs(a%relaxation_rate - b%relaxation_rate) > 0.0_wp)
+   end function has_same_impedance
 
 end module compliant_stop

@@ -7,8 +7,8 @@ module coupled_modes
    use compliant_stop, only: is_rigid_stop, impedance_t
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
    use coupled_roots, only: find_coupled_roots
-   use coupled_terms, only: enlarge_terms, coupled_amplitudes, coupled_modes_t, allocate_terms, sort_terms, &
-      pad_terms, terms_at
+   use coupled_terms, only: allocate_terms, compare_sides, coupled_amplitudes, coupled_modes_t, enlarge_terms, &
+      mirror_terms, pad_terms, sort_terms, terms_at
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
    use failures, only: fail, failure_t, status_run_failed
@@ -18,7 +18,7 @@ module coupled_modes
    use small_equations, only: solve_small
    implicit none (type, external)
    private
-   public :: coupled_modes_t, make_coupled_modes, coupled_amplitudes, terms_at
+   public :: coupled_modes_t, make_coupled_modes, compare_sides, mirror_terms, coupled_amplitudes, terms_at
 
    !> Modes whose values at the stops are below this share of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp

@@ -1,14 +1,15 @@
 !> Terms exp(s t) of the motion of a beam with several closed compliant contacts: their exponents, shapes, amplitudes,
 !> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
-   use compliant_stop, only: impedance_t
-   use damped_oscillators, only: padded
+   use compliant_stop, only: has_same_impedance, impedance_t
+   use damped_oscillators, only: lanes, padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
    use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: coupled_modes_t, allocate_terms, enlarge_terms, sort_terms, pad_terms, coupled_amplitudes, terms_at
+   public :: compare_sides, mirror_terms
 
    !> The terms of one set of closed contacts.
    type :: coupled_modes_t
@@ -34,8 +35,7 @@ module coupled_terms
       !> Weights with which the initial state enters the amplitudes: the heights of the stops and their internal
       !> variables P2 - beta k u (without a branch: -c u), [stops, count], and the modes, [modes, count]
       complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
-      !> Real and imaginary parts of `mode_weight`, and the sums of their magnitudes, in whole SIMD vectors, [padded,
-      !> modes, 3]
+      !> Real and imaginary parts of `mode_weight`, in whole SIMD vectors, [padded, modes, 2]
       real(wp), allocatable :: weight_parts(:, :, :)
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
@@ -115,15 +115,68 @@ contains
          allocate (modes%decay(padded(n)), modes%omega(padded(n)), source=0.0_wp)
          modes%decay(:n) = -real(modes%exponent, wp)
          modes%omega(:n) = aimag(modes%exponent)
-         allocate (modes%weight_parts(padded(n), size(modes%mode_weight, 1), 3), source=0.0_wp)
+         allocate (modes%weight_parts(padded(n), size(modes%mode_weight, 1), 2), source=0.0_wp)
          modes%weight_parts(:n, :, 1) = transpose(real(modes%mode_weight, wp))
          modes%weight_parts(:n, :, 2) = transpose(aimag(modes%mode_weight))
-         modes%weight_parts(:, :, 3) = abs(modes%weight_parts(:, :, 1)) + abs(modes%weight_parts(:, :, 2))
          allocate (modes%shape_parts(size(modes%shape, 1), n, 2))
          modes%shape_parts(:, :, 1) = real(modes%shape, wp)
          modes%shape_parts(:, :, 2) = aimag(modes%shape)
       end associate
    end subroutine pad_terms
+
+   !> Are two lists of stops the same, apart from the sides of the beam on which the stops are?
+   pure subroutine compare_sides(spring, value, other_spring, other_value, place, sign)
+      !> Impedances of the stops, [stops], and values of the modes at the stops, [modes, stops]
+      type(impedance_t), intent(in) :: spring(:)
+      real(wp), intent(in) :: value(:, :)
+      !> The other list, as long
+      type(impedance_t), intent(in) :: other_spring(:)
+      real(wp), intent(in) :: other_value(:, :)
+      !> Index of each stop in the other list, 0: it is not there; -1 if it is on the other side there, else 1, [stops]
+      integer, intent(out) :: place(:)
+      real(wp), intent(out) :: sign(:)
+
+      integer :: i, j
+
+      place = 0
+      sign = 1.0_wp
+      do j = 1, size(place)
+         do i = 1, size(place)
+            if (any(place(:j - 1) == i) .or. .not. has_same_impedance(spring(j), other_spring(i))) cycle
+            if (any(abs(value(:, j) - other_value(:, i)) > 0.0_wp)) then
+               if (any(abs(value(:, j) + other_value(:, i)) > 0.0_wp)) cycle
+               sign(j) = -1.0_wp
+            end if
+            place(j) = i
+            exit
+         end do
+         if (place(j) == 0) return
+      end do
+   end subroutine compare_sides
+
+   !> Terms with the same stops on other sides of the beam: all forces, indentations and heights at a moved stop change
+   !> their signs.
+   pure subroutine mirror_terms(from, place, sign, modes)
+      type(coupled_modes_t), intent(in) :: from
+      !> Index of each stop in `from`, and -1 if the stop is on the other side there, else 1, [stops]
+      integer, intent(in) :: place(:)
+      real(wp), intent(in) :: sign(:)
+      type(coupled_modes_t), intent(out) :: modes
+
+      integer :: j
+
+      modes = from
+      do j = 1, size(place)
+         modes%spring(j) = from%spring(place(j))
+         modes%force(j, :) = sign(j)*from%force(place(j), :)
+         modes%indentation(j, :) = sign(j)*from%indentation(place(j), :)
+         modes%branch(j, :) = sign(j)*from%branch(place(j), :)
+         modes%height_weight(j, :) = sign(j)*from%height_weight(place(j), :)
+         modes%memory_weight(j, :) = sign(j)*from%memory_weight(place(j), :)
+         modes%static_shape(:, j) = sign(j)*from%static_shape(:, place(j))
+         modes%static_force(:, j) = sign*sign(j)*from%static_force(place, place(j))
+      end do
+   end subroutine mirror_terms
 
    !> Amplitudes from the state at the start of a phase. A quantity of the motion is its static value plus the sum over
    !> all terms of weight times Re (amplitude value exp(s t)), with `value` the quantity per unit amplitude.
@@ -147,7 +200,8 @@ contains
       integer, parameter :: forces = 1, displacements = 2, rates = 3, mass_damping = 4
       complex(wp) :: direct, at_stop, inverse, alternative, sums(4)
       real(wp) :: scale, magnitude, alternative_scale, sizes(4), state(size(z), 4)
-      ! sums over the modes for all terms: real part, imaginary part, magnitude, [padded count, 3, columns of `state`]
+      ! sums over the modes for all terms: real part, imaginary part, magnitude (not of v), [padded count, 3, columns of
+      ! `state`]
       real(wp) :: total(size(modes%decay), 3, 4)
       ! at the start: P2 - beta k u of a stop with a branch, c u of a stop without one, and k u
       real(wp), dimension(size(height)) :: memory, viscous, elastic
@@ -164,12 +218,6 @@ contains
       state(:, rates) = v
       state(:, mass_damping) = modes%mass_rate*z
       call sum_over_modes(size(modes%decay), size(z), modes%weight_parts, state, total)
-      total(:, :, mass_damping) = 0.0_wp
-      if (any(modes%mass_rate > 0.0_wp)) then
-         total(:, 1, mass_damping) = matmul(modes%weight_parts(:, :, 1), state(:, mass_damping))
-         total(:, 2, mass_damping) = matmul(modes%weight_parts(:, :, 2), state(:, mass_damping))
-         total(:, 3, mass_damping) = matmul(modes%weight_parts(:, :, 3), abs(state(:, mass_damping)))
-      end if
       do m = 1, modes%count
          sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
          sizes = total(m, 3, :)
@@ -199,28 +247,66 @@ contains
       end do
    end subroutine coupled_amplitudes
 
-   !> Sums over the modes for all terms, for the first three columns W^2 z, z and v of the state.
-   pure subroutine sum_over_modes(terms, modes, weight_parts, state, total)
+   !> Sums over the modes for all terms, for the columns W^2 z, z, v and alpha z of the state.
+   pure subroutine sum_over_modes(terms, modes, weight, state, total)
       !> Number of terms in whole SIMD vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
-      real(wp), intent(in) :: weight_parts(terms, modes, 3)
-      real(wp), intent(in) :: state(modes, 3)
-      !> Sums of real parts, imaginary parts, magnitudes, [terms, 3, columns of the state]
-      real(wp), intent(out) :: total(terms, 3, 3)
+      !> Real and imaginary parts
+      real(wp), intent(in) :: weight(terms, modes, 2)
+      real(wp), intent(in) :: state(modes, 4)
+      !> Sums of real parts, imaginary parts, magnitudes (0 for v), [terms, 3, columns of the state]
+      real(wp), intent(out) :: total(terms, 3, 4)
 
-      integer :: c, i, m
+      ! the sums of one SIMD vector of terms stay in registers
+      real(wp), dimension(lanes) :: real_1, real_2, real_3, real_4, imag_1, imag_2, imag_3, imag_4, &
+         size_1, size_2, size_4
+      real(wp) :: magnitude
+      integer :: first, i, m
 
-      total = 0.0_wp
-      do i = 1, modes
-         !$omp simd
-         do m = 1, terms
-            do c = 1, 3
-               total(m, 1, c) = total(m, 1, c) + weight_parts(m, i, 1)*state(i, c)
-               total(m, 2, c) = total(m, 2, c) + weight_parts(m, i, 2)*state(i, c)
-               total(m, 3, c) = total(m, 3, c) + weight_parts(m, i, 3)*abs(state(i, c))
+      do first = 0, terms - lanes, lanes
+         real_1 = 0.0_wp
+         real_2 = 0.0_wp
+         real_3 = 0.0_wp
+         real_4 = 0.0_wp
+         imag_1 = 0.0_wp
+         imag_2 = 0.0_wp
+         imag_3 = 0.0_wp
+         imag_4 = 0.0_wp
+         size_1 = 0.0_wp
+         size_2 = 0.0_wp
+         size_4 = 0.0_wp
+         do i = 1, modes
+            !$omp simd private(magnitude)
+            do m = 1, lanes
+               real_1(m) = real_1(m) + weight(first + m, i, 1)*state(i, 1)
+               real_2(m) = real_2(m) + weight(first + m, i, 1)*state(i, 2)
+               real_3(m) = real_3(m) + weight(first + m, i, 1)*state(i, 3)
+               real_4(m) = real_4(m) + weight(first + m, i, 1)*state(i, 4)
+               imag_1(m) = imag_1(m) + weight(first + m, i, 2)*state(i, 1)
+               imag_2(m) = imag_2(m) + weight(first + m, i, 2)*state(i, 2)
+               imag_3(m) = imag_3(m) + weight(first + m, i, 2)*state(i, 3)
+               imag_4(m) = imag_4(m) + weight(first + m, i, 2)*state(i, 4)
+               magnitude = abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2))
+               size_1(m) = size_1(m) + magnitude*abs(state(i, 1))
+               size_2(m) = size_2(m) + magnitude*abs(state(i, 2))
+               size_4(m) = size_4(m) + magnitude*abs(state(i, 4))
             end do
          end do
+         associate (last => first + lanes)
+            total(first + 1:last, 1, 1) = real_1
+            total(first + 1:last, 1, 2) = real_2
+            total(first + 1:last, 1, 3) = real_3
+            total(first + 1:last, 1, 4) = real_4
+            total(first + 1:last, 2, 1) = imag_1
+            total(first + 1:last, 2, 2) = imag_2
+            total(first + 1:last, 2, 3) = imag_3
+            total(first + 1:last, 2, 4) = imag_4
+            total(first + 1:last, 3, 1) = size_1
+            total(first + 1:last, 3, 2) = size_2
+            total(first + 1:last, 3, 3) = 0.0_wp
+            total(first + 1:last, 3, 4) = size_4
+         end associate
       end do
    end subroutine sum_over_modes
 

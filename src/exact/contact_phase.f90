@@ -5,7 +5,7 @@
 !> beam at a stop) while its contact is open; a massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
-   use contact_sets, only: find_end_terms, point_response, prepare_losses
+   use contact_sets, only: find_end_terms, point_response
    use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
    use coupled_modes, only: terms_at
@@ -19,7 +19,7 @@ module contact_phase
    use moment_signals, only: begin_moments, sample_moments
    use motion_phases, only: found_segment_end, found_cancelled, motion_t, phase_t
    use phase_intervals, only: phase_interval_t
-   use phase_losses, only: find_losses, force_at, update_indentation, recover_contact
+   use phase_losses, only: find_losses, force_at, prepare_losses, recover_contact, update_indentation
    use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_contact
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &

@@ -3,24 +3,23 @@
 !> exp(s t). If each mode has its own damping ratio, rigid contacts also apply forces, to the free modes (section 18). A
 !> set is made at first use and cached.
 module contact_sets
-   use compliant_stop, only: is_rigid_stop, impedance_t
+   use compliant_stop, only: has_same_impedance, impedance_t, is_rigid_stop
    use constrained_sets, only: damp_constrained_set, free_beam_t, constrained_set_t, make_constrained_set, &
       find_static_state
-   use coupled_modes, only: coupled_modes_t, make_coupled_modes, terms_at
+   use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms, terms_at
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
    use forced_responses, only: unit_responses_t
    use kinds, only: wp
    use modal_signal, only: modal_state_t
-   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, energy_over
+   use power_integrals, only: find_span, power_form_t, span_t
    use row_basis, only: row_basis_t
    use row_integrals, only: row_form_t
    use signal_integrals, only: squares_t
    use small_equations, only: solve_small
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, start_sets, find_set, losses_in, find_end_terms, state_in, state_of_terms
-   public :: prepare_losses, point_response
+   public :: contact_set_t, set_store_t, start_sets, find_set, find_end_terms, state_in, state_of_terms, point_response
 
    !> The beam with one combination of closed contacts.
    type :: contact_set_t
@@ -54,10 +53,11 @@ module contact_sets
       !> Quadratic form of the terms of the rows; unallocated: no integral was requested
       type(row_form_t), allocatable :: row_form
       !> Row of each gap and of each force that is no combination of gap and gap rate, 0: no row, [contacts]; contact
-      !> whose gap each row is, [rows]; sign of each gap in its row; row of the tip; number of terms other than load
-      !> harmonics
+      !> whose gap each row is, [rows]; sign of each gap in its row; row of the tip, which may be that of a gap, and
+      !> sign of the tip in it; number of terms other than load harmonics
       integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
+      real(wp) :: tip_row_sign = 1.0_wp
       integer :: tip_row = 0, motion_terms = 0
       !> State of the modes at the start and end of a phase: displacements and rates of both, [modes, 4]
       real(wp), allocatable :: state(:, :)
@@ -68,23 +68,33 @@ module contact_sets
    !> Maximum number and bytes of stored sets; four stops on both sides have 81 sets.
    integer, parameter :: max_sets = 128
    real(wp), parameter :: max_bytes = 1.0e8_wp
+   !> Maximum number of bytes of the sets of each other beam.
+   real(wp), parameter :: max_other_bytes = 2.5e7_wp
 
    !> Element of an array of pointers to contact sets.
    type :: set_pointer_t
       type(contact_set_t), pointer :: set => null()
    end type set_pointer_t
 
-   !> Contact sets, reused by later runs with the same beam, damping and stops. A full store drops its oldest sets.
-   type :: set_store_t
+   !> Contact sets of one beam and its contacts.
+   type :: beam_sets_t
       private
-      !> Beam and contacts of the present run
       type(free_beam_t) :: beam
       logical, allocatable :: is_rigid(:)
       type(impedance_t), allocatable :: spring(:)
-      !> Number of runs so far
-      integer :: run = 0
       type(set_pointer_t) :: sets(max_sets)
       integer :: count = 0
+   end type beam_sets_t
+
+   !> Contact sets of the present run, reused by later runs with the same beam, damping and stops. A full store drops
+   !> its oldest sets.
+   type, extends(beam_sets_t) :: set_store_t
+      private
+      !> Sets of other beams, those used last first: trial runs, and runs of a sweep, take turns among a few numbers of
+      !> modes
+      type(beam_sets_t) :: others(3)
+      !> Number of runs so far
+      integer :: run = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
    contains
@@ -103,13 +113,21 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       type(set_store_t), intent(inout) :: store
 
+      integer :: i
+
       if (.not. is_reusable(store, beam, is_rigid, spring)) then
-         call drop_all(store)
+         do i = 1, size(store%others)
+            if (is_reusable(store%others(i), beam, is_rigid, spring)) exit
+         end do
+         call exchange(store, i)
+      end if
+      if (.not. is_reusable(store, beam, is_rigid, spring)) then
+         call drop_sets(store)
          store%is_rigid = is_rigid
          store%spring = spring
       else if (.not. has_same_damping(store%beam, beam)) then
          if (has_mass_damping(store%beam) .or. has_mass_damping(beam)) then
-            call drop_all(store)
+            call drop_sets(store)
          else
             call drop_compliant(store)
          end if
@@ -119,9 +137,27 @@ contains
       store%in_use => null()
    end subroutine start_sets
 
+   !> Put the sets of the present beam aside, and take those of another beam, or none.
+   subroutine exchange(store, place)
+      type(set_store_t), intent(inout) :: store
+      !> Index of the other beam in `others`; greater: none, and the sets of the last beam are deallocated
+      integer, intent(in) :: place
+
+      type(beam_sets_t) :: taken
+      integer :: last
+
+      last = min(place, size(store%others))
+      if (place > last) call drop_sets(store%others(last))
+      taken = store%others(last)
+      store%others(2:last) = store%others(1:last - 1)
+      store%others(1) = store%beam_sets_t
+      if (bytes_in(store) > max_other_bytes) call drop_sets(store%others(1))
+      store%beam_sets_t = taken
+   end subroutine exchange
+
    !> Can the sets of a store serve these contacts, apart from their heights and the damping of the beam?
    pure function is_reusable(store, beam, is_rigid, spring) result(answer)
-      type(set_store_t), intent(in) :: store
+      class(beam_sets_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
       type(impedance_t), intent(in) :: spring(:)
@@ -130,10 +166,7 @@ contains
       answer = .false.
       if (store%count == 0) return
       if (size(is_rigid) /= size(store%is_rigid) .or. size(beam%tip_value) /= size(store%beam%tip_value)) return
-      answer = all(is_rigid .eqv. store%is_rigid) .and. all(is_equal(spring%stiffness, store%spring%stiffness)) .and. &
-         all(is_equal(spring%branch_stiffness, store%spring%branch_stiffness)) .and. &
-         all(is_equal(spring%relaxation_rate, store%spring%relaxation_rate)) .and. &
-         all(is_equal(spring%viscosity, store%spring%viscosity))
+      answer = all(is_rigid .eqv. store%is_rigid) .and. all(has_same_impedance(spring, store%spring))
       if (.not. answer) return
       associate (old => store%beam)
          answer = all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
@@ -224,7 +257,7 @@ contains
       store%count = store%count + 1
       store%sets(store%count)%set => set
       set%run = store%run
-      call make_set(store%beam, store%is_rigid, store%spring, is_closed, set, error)
+      call make_set(store, is_closed, set, error)
    end subroutine find_set
 
    !> Deallocate the oldest sets until one more fits into the store.
@@ -232,9 +265,9 @@ contains
       type(set_store_t), intent(inout) :: store
 
       real(wp) :: bytes
-      integer :: first, i
+      integer :: first
 
-      bytes = sum([(bytes_of(store%sets(i)%set), i=1, store%count)])
+      bytes = bytes_in(store)
       first = 1
       do while (first <= store%count .and. (store%count == max_sets .or. bytes > max_bytes))
          if (associated(store%sets(first)%set, store%in_use)) then
@@ -247,6 +280,16 @@ contains
          store%count = store%count - 1
       end do
    end subroutine make_room
+
+   !> Memory of the large arrays of all sets of the present beam, in bytes.
+   pure function bytes_in(store) result(bytes)
+      class(beam_sets_t), intent(in) :: store
+      real(wp) :: bytes
+
+      integer :: i
+
+      bytes = sum([(bytes_of(store%sets(i)%set), i=1, store%count)])
+   end function bytes_in
 
    !> Memory of the large arrays of a set, in bytes; the factors count these arrays.
    pure function bytes_of(set) result(bytes)
@@ -268,34 +311,60 @@ contains
 
       integer :: i
 
+      call drop_sets(store)
+      do i = 1, size(store%others)
+         call drop_sets(store%others(i))
+      end do
+   end subroutine drop_all
+
+   !> Deallocate the sets of one beam.
+   subroutine drop_sets(store)
+      class(beam_sets_t), intent(inout) :: store
+
+      integer :: i
+
       do i = 1, store%count
          deallocate (store%sets(i)%set)
       end do
       store%count = 0
-   end subroutine drop_all
+   end subroutine drop_sets
 
    !> Make the set of a combination of closed contacts.
-   subroutine make_set(beam, is_rigid, spring, is_closed, set, error)
-      type(free_beam_t), intent(in) :: beam
-      logical, intent(in) :: is_rigid(:)
-      type(impedance_t), intent(in) :: spring(:)
+   subroutine make_set(store, is_closed, set, error)
+      !> The set is the last one
+      class(beam_sets_t), intent(in) :: store
       logical, intent(in) :: is_closed(:)
       type(contact_set_t), target, intent(inout) :: set
       type(failure_t), allocatable, intent(inout) :: error
 
+      real(wp), allocatable :: sign(:)
+      integer, allocatable :: place(:)
       integer :: i, m
       logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
-      is_constrained = is_closed .and. is_rigid .and. .not. beam%has_modal_damping
-      call make_constrained_set(beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
+      is_constrained = is_closed .and. store%is_rigid .and. .not. store%beam%has_modal_damping
+      call make_constrained_set(store%beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
       associate (n => set%constrained%count)
          allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
       end associate
       allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
       if (size(set%compliant) == 0) return
-      call make_coupled_modes(set%constrained%oscillators, set%constrained%value(:, set%compliant), &
-         spring(set%compliant), set%coupled, error)
+      allocate (place(size(set%compliant)), sign(size(set%compliant)))
+      do i = 1, store%count - 1
+         associate (other => store%sets(i)%set)
+            if (size(other%compliant) /= size(place)) cycle
+            if (size(other%constrained%closed) /= size(set%constrained%closed)) cycle
+            if (any(other%constrained%closed /= set%constrained%closed)) cycle
+            call compare_sides(store%spring(set%compliant), set%constrained%value(:, set%compliant), &
+               store%spring(other%compliant), other%constrained%value(:, other%compliant), place, sign)
+            if (any(place == 0)) cycle
+            call mirror_terms(other%coupled, place, sign, set%coupled)
+            exit
+         end associate
+      end do
+      if (i == store%count) call make_coupled_modes(set%constrained%oscillators, &
+         set%constrained%value(:, set%compliant), store%spring(set%compliant), set%coupled, error)
       if (allocated(error)) return
       associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
          allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
@@ -424,77 +493,5 @@ contains
       z(set%coupled%inactive) = uncoupled(set%coupled%inactive)
       v(set%coupled%inactive) = uncoupled_rate(set%coupled%inactive)
    end subroutine state_of_terms
-
-   !> Prepare the dissipated powers as quadratic forms of the terms.
-   pure subroutine prepare_losses(set, with_beam)
-      type(contact_set_t), intent(inout) :: set
-      !> Prepare the dissipation in the beam, too
-      logical, intent(in) :: with_beam
-
-      complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
-      integer :: j, m
-
-      if (size(set%compliant) == 0) return
-      if (with_beam .and. .not. set%has_beam_losses) then
-         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-         associate (coupled => set%coupled, k => set%coupled%count)
-            allocate (rate(set%constrained%count, k))
-            do m = 1, k
-               rate(:, m) = sqrt(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate) &
-                  *coupled%exponent(m)*coupled%shape(:, m)
-            end do
-            call make_power_form(coupled%exponent, rate, set%losses(1))
-         end associate
-         set%has_beam_losses = .true.
-      end if
-      if (set%has_stop_losses) return
-      set%has_stop_losses = .true.
-      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-      associate (coupled => set%coupled, k => set%coupled%count)
-         allocate (stop_rate(size(set%compliant), k))
-         do m = 1, k
-            do j = 1, size(set%compliant)
-               associate (spring => coupled%spring(j))
-                  if (spring%branch_stiffness > 0.0_wp) then
-                     stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*coupled%branch(j, m)
-                  else
-                     stop_rate(j, m) = sqrt(spring%viscosity)*coupled%exponent(m)*coupled%indentation(j, m)
-                  end if
-               end associate
-            end do
-         end do
-         do j = 1, size(set%compliant)
-            call make_power_form(coupled%exponent, stop_rate(j:j, :), set%losses(1 + j))
-         end do
-      end associate
-   end subroutine prepare_losses
-
-   !> Energy dissipated since the start of the phase in the beam, if prepared, and in each compliant contact.
-   pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
-      !> Prepared by `prepare_losses`
-      type(contact_set_t), intent(inout) :: set
-      !> Amplitudes times weights, [terms]
-      complex(wp), intent(in) :: amplitude(:)
-      !> State at the start of the phase, [modes]
-      real(wp), intent(in) :: z0(:)
-      real(wp), intent(in) :: v0(:)
-      real(wp), intent(in) :: time
-      !> [1 + compliant]
-      real(wp), intent(out) :: lost(:)
-
-      real(wp), dimension(size(z0)) :: z, v
-      integer :: j
-
-      call find_span(set%losses(2), amplitude, time, set%span)
-      lost(1) = 0.0_wp
-      do j = merge(1, 2, set%has_beam_losses), size(lost)
-         lost(j) = energy_over(set%losses(j), set%span)
-      end do
-      if (size(set%coupled%inactive) == 0) return
-      call propagate(set%constrained%oscillators, time, z0, v0, z, v)
-      associate (i => set%coupled%inactive, w2 => set%constrained%oscillators%square)
-         lost(1) = lost(1) + 0.5_wp*sum(v0(i)**2 - v(i)**2 + w2(i)*(z0(i)**2 - z(i)**2))
-      end associate
-   end subroutine losses_in
 
 end module contact_sets

@@ -78,7 +78,7 @@ contains
       if (present(carried)) then
          if (allocated(carried%q)) lowest = carried%lowest_modes
       end if
-      call choose_modes(model, settings, base, chosen, lowest, check, error)
+      call choose_modes(model, settings, base, chosen, lowest, check, error, store)
       if (allocated(error)) return
       if (allocated(chosen)) then
          call run_in_modes(model, chosen, check%retained, settings, store, response, error, carried)
@@ -98,7 +98,7 @@ contains
    !> not known before the run, so the motion with few modes is compared with the motion with more modes. If both
    !> motions agree well within the requested accuracy, the smaller number is used. If trial runs would cost more than
    !> they can save, or never agree, all modes are used.
-   subroutine choose_modes(model, settings, base, modes, lowest, check, error)
+   subroutine choose_modes(model, settings, base, modes, lowest, check, error, sets)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       !> From `find_base_modes`
@@ -112,7 +112,14 @@ contains
       type(mode_check_t), intent(out) :: check
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
+      !> Contact sets that trial runs share with other runs
+      type(set_store_t), target, intent(inout), optional :: sets
 
+      type(set_store_t), target :: own_sets
+      type(set_store_t), pointer :: store
+
+      store => own_sets
+      if (present(sets)) store => sets
       check%all_modes = number_of_modes(model)
       if (settings%response%mode_count > 0) then
          lowest = 0
@@ -126,7 +133,7 @@ contains
       if (lowest == unknown_modes) then
          lowest = 0
          if (check%all_modes > max_all_modes .and. .not. (needs_all_modes(settings) .or. has_stiff_node(base))) then
-            call try_numbers(model, settings, base, modes, lowest, check, error)
+            call try_numbers(model, settings, base, store, modes, lowest, check, error)
          end if
       else if (lowest > 0) then
          allocate (modes)
@@ -177,10 +184,11 @@ contains
    end subroutine take_maximum
 
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
-   subroutine try_numbers(model, settings, base, modes, lowest, check, error)
+   subroutine try_numbers(model, settings, base, sets, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(in) :: base
+      type(set_store_t), target, intent(inout) :: sets
       !> Modes of the smaller of two trials that agree; unallocated: no two trials agree
       type(free_modes_t), allocatable, intent(out) :: modes
       !> Number of the lowest modes in `modes`; 0: no two trials agree
@@ -205,7 +213,7 @@ contains
          more%count = count
          call find_few_modes(model, settings, count, more%modes, error, base)
          if (allocated(error)) return
-         call try_modes(model, more, trials, check)
+         call try_modes(model, more, sets, trials, check)
          if (.not. more%is_done) exit
          if (allocated(fewer)) then
             check%compared = size(more%modes%lambda)
@@ -230,15 +238,15 @@ contains
    end subroutine try_numbers
 
    !> Make a trial run. The first trial run is repeated with new lengths until `settle_length` accepts the length.
-   subroutine try_modes(model, trial, trials, check)
+   subroutine try_modes(model, trial, sets, trials, check)
       type(beam_model_t), intent(in) :: model
       !> Receives its response
       type(trial_t), intent(inout) :: trial
+      type(set_store_t), target, intent(inout) :: sets
       type(trials_t), intent(inout) :: trials
       !> Receives the cost of the trial
       type(mode_check_t), intent(inout) :: check
 
-      type(set_store_t), target :: sets
       type(failure_t), allocatable :: error
       logical :: is_shorter
 

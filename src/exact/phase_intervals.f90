@@ -2,27 +2,21 @@
 !> statistics, evaluate: values, maxima, integrals and energies in closed form.
 module phase_intervals
    use certified_search, only: search_t, transformable_signal_t
-   use contact_sets, only: prepare_losses
    use contact_states, only: energy_in, has_rigid_stop, contact_state_t
    use contact_values, only: gap_bound_of_terms
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy
-   use driven_modes, only: integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
    use interval_sums, only: interval_sums_t
    use kinds, only: wp
-   use load_work, only: load_response_impulse
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
    use phase_integrals, only: find_signals
-   use phase_losses, only: loss_of_contact, update_indentation, recover_contact
+   use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
    use phase_rows, only: integrate_on_path, is_on_path, signal_of_row
-   use phase_state, only: end_force, force_terms, cache_state, find_homogeneous_state, find_state, phase_state_t, &
-      signal_of, observed_gap, observed_tip
+   use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_sums
-   use point_forces, only: slow_frequency
-   use power_integrals, only: find_span, integrals_in
    use response_types, only: settling_level
    use row_peaks, only: max_on_path
    use row_signals, only: node_at_time, row_signal_t, value_at_node
@@ -310,23 +304,28 @@ contains
       type(row_signal_t) :: signals(size(rows))
       real(wp), dimension(size(rows)) :: row_integral, square_integral
       logical :: are_on_path
-      integer :: i, k, n, places
+      ! number of places, and the place that is the tip, 0: there is none
+      integer :: places, tip_place
+      ! numbers of rows and of sums
+      integer :: i, k, m, n
 
       associate (now => self%now, set => self%now%set)
          n = 0
+         tip_place = 0
          do k = 1, self%contacts
             if (now%colocated(k) /= k) cycle
             n = n + 1
             rows(n) = output_row_t(k, offset=now%beam%height(k))
+            if (abs(now%beam%tip_sign(k)) > 0.0_wp .and. .not. now%states(k)%is_node) tip_place = n
          end do
          places = n
-         n = n + 1
-         rows(n) = output_row_t(self%tip_row())
          do k = 1, self%contacts
             if (.not. set%is_closed(k)) cycle
             n = n + 1
             rows(n) = output_row_t(self%force_row(k))
          end do
+         n = n + 1
+         rows(n) = output_row_t(self%tip_row())
          are_on_path = .true.
          do i = 1, n
             are_on_path = are_on_path .and. is_on_path(now, self%length, rows(i))
@@ -335,16 +334,26 @@ contains
             are_on_path = .not. abs(signals(i)%slope) > 0.0_wp
          end do
          if (are_on_path) then
-            call integrate_on_path(now, stretch(1), stretch(2) - stretch(1), signals(:n), row_integral(:n), &
-               square_integral(:n))
+            ! a tip at a contact needs no sum of its own
+            m = n
+            if (tip_place > 0) m = n - 1
+            call integrate_on_path(now, stretch(1), stretch(2) - stretch(1), signals(:m), row_integral(:m), &
+               square_integral(:m))
+            if (tip_place > 0) then
+               row_integral(n) = now%beam%tip_sign(rows(tip_place)%number)*row_integral(tip_place)
+               square_integral(n) = square_integral(tip_place)
+            end if
          else
             if (.not. allocated(self%signals)) then
                allocate (self%signals)
-               call find_signals(now, self%length, rows(:places)%number, rows(places + 2:n)%number - self%tip_row(), &
-                  self%signals)
+               call find_signals(now, self%length, rows(:places)%number, rows(places + 1:n - 1)%number &
+                  - self%tip_row(), self%signals)
             end if
             call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:n), &
                square_integral(:n))
+            ! here the tip stands before the forces
+            row_integral(places + 1:n) = cshift(row_integral(places + 1:n), 1)
+            square_integral(places + 1:n) = cshift(square_integral(places + 1:n), 1)
          end if
          first = 0.0_wp
          second = 0.0_wp
@@ -452,48 +461,18 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
-      complex(wp), allocatable :: amplitude(:)
-      real(wp), dimension(size(self%now%z)) :: z, v
-      real(wp) :: integral_of_force(1), offset, part
+      real(wp) :: integral_of_force(1)
       type(row_signal_t) :: force
-      integer :: i, place
 
-      associate (now => self%now)
-         if (is_on_path(now, self%length, output_row_t(self%force_row(k)))) then
-            force = signal_of_row(now, output_row_t(self%force_row(k)))
-            if (.not. abs(force%slope) > 0.0_wp) then
-               call integrate_on_path(now, 0.0_wp, time, [force], integral_of_force)
-               impulse = integral_of_force(1)
-               return
-            end if
+      if (is_on_path(self%now, self%length, output_row_t(self%force_row(k)))) then
+         force = signal_of_row(self%now, output_row_t(self%force_row(k)))
+         if (.not. abs(force%slope) > 0.0_wp) then
+            call integrate_on_path(self%now, 0.0_wp, time, [force], integral_of_force)
+            impulse = integral_of_force(1)
+            return
          end if
-         if (size(now%set%compliant) > 0) then
-            associate (set => now%set)
-               call prepare_losses(set, .false.)
-               call find_span(set%losses(2), now%amplitude, time, set%span)
-               call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
-            end associate
-            impulse = offset*time + sum(real(amplitude, wp))
-         else
-            ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2
-            call find_homogeneous_state(now, time, z, v)
-            associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
-               place = findloc(constrained%closed, k, dim=1)
-               impulse = constrained%static_force(place)*time
-               do i = 1, size(z)
-                  if (square(i) < slow_frequency**2) then
-                     part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), &
-                        now%v(i)], time) &
-                        + constrained%oscillators%two_zeta*(z(i) - now%z(i))
-                  else
-                     part = (now%v(i) - v(i) + constrained%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
-                  end if
-                  impulse = impulse + constrained%reaction(place, i)*part
-               end do
-            end associate
-         end if
-         if (now%loads%count > 0) impulse = impulse + load_response_impulse(now, k, time)
-      end associate
+      end if
+      impulse = impulse_in(self%now, k, time)
    end function impulse
 
 end module phase_intervals

@@ -1,18 +1,22 @@
 !> Energy dissipated in beam and stops during a phase (the motion between two events), and forces and indentations of
 !> compliant contacts at a time in the phase (docs/theory.md, sections 17 and 18).
 module phase_losses
-   use contact_sets, only: losses_in
+   use contact_sets, only: contact_set_t
    use contact_states, only: energy_in, set_indentation, recover, contact_state_t
-   use damped_oscillators, only: elastic_and_viscous, modal_energy
+   use damped_oscillators, only: elastic_and_viscous, modal_energy, propagate
+   use driven_modes, only: integral_of_free_motion, make_driven_mode
    use driven_signal, only: phasor_of
    use forced_responses, only: forced_rows_at
    use kinds, only: wp
-   use load_work, only: loss_in_stop, work_of_loads
+   use load_work, only: load_response_impulse, loss_in_stop, work_of_loads
    use phase_rows, only: integrate_rates_on_path
-   use phase_state, only: find_state, phase_state_t
+   use phase_state, only: find_homogeneous_state, find_state, force_terms, phase_state_t
+   use point_forces, only: slow_frequency
+   use power_integrals, only: energy_over, find_span, integrals_in, make_power_form
    implicit none (type, external)
    private
-   public :: find_losses, force_at, loss_of_contact, update_indentation, recover_contact
+   public :: find_losses, force_at, impulse_in, loss_of_contact, losses_in, prepare_losses, recover_contact, &
+      update_indentation
 
 contains
 
@@ -193,5 +197,117 @@ contains
       call set_indentation(state, max(-gap, 0.0_wp))
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover_contact
+
+   !> Prepare the dissipated powers as quadratic forms of the terms.
+   pure subroutine prepare_losses(set, with_beam)
+      type(contact_set_t), intent(inout) :: set
+      !> Prepare the dissipation in the beam, too
+      logical, intent(in) :: with_beam
+
+      complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
+      integer :: j, m
+
+      if (size(set%compliant) == 0) return
+      if (with_beam .and. .not. set%has_beam_losses) then
+         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
+         associate (coupled => set%coupled, k => set%coupled%count)
+            allocate (rate(set%constrained%count, k))
+            do m = 1, k
+               rate(:, m) = sqrt(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate) &
+                  *coupled%exponent(m)*coupled%shape(:, m)
+            end do
+            call make_power_form(coupled%exponent, rate, set%losses(1))
+         end associate
+         set%has_beam_losses = .true.
+      end if
+      if (set%has_stop_losses) return
+      set%has_stop_losses = .true.
+      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
+      associate (coupled => set%coupled, k => set%coupled%count)
+         allocate (stop_rate(size(set%compliant), k))
+         do m = 1, k
+            do j = 1, size(set%compliant)
+               associate (spring => coupled%spring(j))
+                  if (spring%branch_stiffness > 0.0_wp) then
+                     stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*coupled%branch(j, m)
+                  else
+                     stop_rate(j, m) = sqrt(spring%viscosity)*coupled%exponent(m)*coupled%indentation(j, m)
+                  end if
+               end associate
+            end do
+         end do
+         do j = 1, size(set%compliant)
+            call make_power_form(coupled%exponent, stop_rate(j:j, :), set%losses(1 + j))
+         end do
+      end associate
+   end subroutine prepare_losses
+
+   !> Energy dissipated since the start of the phase in the beam, if prepared, and in each compliant contact.
+   pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
+      !> Prepared by `prepare_losses`
+      type(contact_set_t), intent(inout) :: set
+      !> Amplitudes times weights, [terms]
+      complex(wp), intent(in) :: amplitude(:)
+      !> State at the start of the phase, [modes]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
+      real(wp), intent(in) :: time
+      !> [1 + compliant]
+      real(wp), intent(out) :: lost(:)
+
+      real(wp), dimension(size(z0)) :: z, v
+      integer :: j
+
+      call find_span(set%losses(2), amplitude, time, set%span)
+      lost(1) = 0.0_wp
+      do j = merge(1, 2, set%has_beam_losses), size(lost)
+         lost(j) = energy_over(set%losses(j), set%span)
+      end do
+      if (size(set%coupled%inactive) == 0) return
+      call propagate(set%constrained%oscillators, time, z0, v0, z, v)
+      associate (i => set%coupled%inactive, w2 => set%constrained%oscillators%square)
+         lost(1) = lost(1) + 0.5_wp*sum(v0(i)**2 - v(i)**2 + w2(i)*(z0(i)**2 - z(i)**2))
+      end associate
+   end subroutine losses_in
+
+   !> Integral of the force of a closed contact from the start of the phase.
+   function impulse_in(now, k, time) result(impulse)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: k
+      !> End of the integral, since the start of the phase
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      complex(wp), allocatable :: amplitude(:)
+      real(wp), dimension(size(now%z)) :: z, v
+      real(wp) :: offset, part
+      integer :: i, place
+
+      if (size(now%set%compliant) > 0) then
+         associate (set => now%set)
+            call prepare_losses(set, .false.)
+            call find_span(set%losses(2), now%amplitude, time, set%span)
+            call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
+         end associate
+         impulse = offset*time + sum(real(amplitude, wp))
+      else
+         ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2
+         call find_homogeneous_state(now, time, z, v)
+         associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
+            place = findloc(constrained%closed, k, dim=1)
+            impulse = constrained%static_force(place)*time
+            do i = 1, size(z)
+               if (square(i) < slow_frequency**2) then
+                  part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), now%v(i)], &
+                     time) + constrained%oscillators%two_zeta*(z(i) - now%z(i))
+               else
+                  part = (now%v(i) - v(i) + constrained%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
+               end if
+               impulse = impulse + constrained%reaction(place, i)*part
+            end do
+         end associate
+      end if
+      if (now%loads%count > 0) impulse = impulse + load_response_impulse(now, k, time)
+   end function impulse_in
 
 end module phase_losses

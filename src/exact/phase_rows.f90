@@ -33,8 +33,10 @@ contains
       logical :: can
 
       can = .false.
-      ! without loads, a few signals are searched faster one after the other
-      if (self%is_at_rest .or. self%loads%count == 0 .or. count(self%states%is_active) < 2) return
+      ! without loads, a few signals are searched faster one after the other, and so is the gap of a single rigid
+      ! contact, whose low flights `short_flights` finds
+      if (self%is_at_rest .or. self%loads%count == 0 .or. .not. any(self%states%is_active)) return
+      if (count(self%states%is_active) == 1 .and. any(self%states%is_active .and. self%states%is_rigid)) return
       ! modes driven from rest, and surrogate harmonics of slow loads, are not among the terms of the set
       if (size(self%forced%pair) > 0 .or. size(self%forced%frequency) /= size(self%loads%frequencies)) return
       if (.not. self%set%has_rows) call make_rows(self)
@@ -79,15 +81,26 @@ contains
             rows = rows + 1
             set%force_row(k) = rows
          end do
-         set%tip_row = rows + 1
-         call make_row_basis(exponent, rows + 1, set%rows)
+         set%tip_row = 0
+         do k = 1, n
+            if (set%gap_row(k) == 0 .or. self%states(k)%is_node .or. .not. abs(self%beam%tip_sign(k)) > 0.0_wp) cycle
+            set%tip_row = set%gap_row(k)
+            set%tip_row_sign = self%beam%tip_sign(k)*set%gap_sign(k)
+         end do
+         if (set%tip_row == 0) then
+            rows = rows + 1
+            set%tip_row = rows
+            set%tip_row_sign = 1.0_wp
+         end if
+         call make_row_basis(exponent, rows, set%rows)
          do k = 1, n
             if (set%gap_row(k) == 0) cycle
             if (set%row_contact(set%gap_row(k)) == k) call set_row(set%rows, set%gap_row(k), 1, &
                set%gap_sign(k)*coefficients_of(self, k, end_gap))
             if (set%force_row(k) > 0) call set_row(set%rows, set%force_row(k), 1, coefficients_of(self, k, end_force))
          end do
-         call set_row(set%rows, set%tip_row, 1, coefficients_of(self, 0, observed_tip))
+         if (all(set%gap_row /= set%tip_row)) call set_row(set%rows, set%tip_row, 1, &
+            coefficients_of(self, 0, observed_tip))
       end associate
    end subroutine make_rows
 
@@ -223,7 +236,8 @@ contains
             if (set%force_row(k) > 0) call set_row(basis, set%force_row(k), set%motion_terms + 1, &
                self%forced%harmonic(set%forced%at%forces + k, :))
          end do
-         call set_row(basis, set%tip_row, set%motion_terms + 1, self%forced%harmonic(set%forced%at%tip + 1, :))
+         if (all(set%gap_row /= set%tip_row)) call set_row(basis, set%tip_row, set%motion_terms + 1, &
+            self%forced%harmonic(set%forced%at%tip + 1, :))
       end associate
    end subroutine start_path
 
@@ -264,6 +278,7 @@ contains
          load_row = 0
          if (kind == observed_tip) then
             signal%row = set%tip_row
+            signal%factor = set%tip_row_sign
             signal%offset = constrained%static_tip
             if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest_modes)
             if (self%loads%count > 0) load_row = set%forced%at%tip + 1

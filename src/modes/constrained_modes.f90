@@ -131,7 +131,7 @@ contains
       !> Poles, ascending and distinct
       real(wp), intent(in) :: pole(:)
       !> Weights, > 0
-      real(wp), intent(in) :: weight(:)
+      real(wp), contiguous, intent(in) :: weight(:)
       !> Constant, >= 0; > 0 for the root above the last pole
       real(wp), intent(in) :: constant
       !> The root lies between poles `left` and `left` + 1
@@ -141,7 +141,7 @@ contains
       real(wp), intent(out) :: distance(:)
 
       type(bracket_t) :: bracket
-      real(wp) :: shifted(size(pole)), width, low, high, next, value, slope
+      real(wp) :: high, low, next, shifted(size(pole)), slope, value, width
       integer :: origin
 
       origin = left
@@ -153,7 +153,7 @@ contains
          width = pole(left + 1) - pole(left)
          high = 0.5_wp*width
          ! the function increases from -infinity to +infinity; its sign in the middle shows which pole is nearer
-         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*width))
+         call evaluate(pole - pole(left), 0.5_wp*width, value, slope)
          if (value <= 0.0_wp) then
             origin = left + 1
             low = -0.5_wp*width
@@ -165,8 +165,7 @@ contains
          step_tolerance=epsilon(1.0_wp), value_tolerance=-1.0_wp)
       do while (.not. bracket%is_found)
          associate (x => bracket%point)
-            value = constant + sum(weight/(shifted - x))
-            slope = sum(weight/(shifted - x)**2)
+            call evaluate(shifted, x, value, slope)
             call enter_value(bracket, value)
             ! Newton's method on x f(x), which has no pole at the origin
             next = x - x*value/(value + x*slope)
@@ -183,6 +182,30 @@ contains
       end do
       root = pole(origin) + bracket%point
       distance = shifted - bracket%point
+
+   contains
+
+      !> The function and its slope.
+      pure subroutine evaluate(shifted, x, value, slope)
+         !> Poles, relative to the origin of x
+         real(wp), contiguous, intent(in) :: shifted(:)
+         real(wp), intent(in) :: x
+         real(wp), intent(out) :: value
+         real(wp), intent(out) :: slope
+
+         real(wp) :: inverse, term
+         integer :: k
+
+         value = constant
+         slope = 0.0_wp
+         !$omp simd private(inverse, term) reduction(+:value, slope)
+         do k = 1, size(shifted)
+            inverse = 1.0_wp/(shifted(k) - x)
+            term = weight(k)*inverse
+            value = value + term
+            slope = slope + term*inverse
+         end do
+      end subroutine evaluate
    end subroutine root_between
 
 end module constrained_modes

@@ -55,6 +55,8 @@ contains
       do i = 1, 2*n
          form%matrix(mod(i - 1, lanes) + 1, :, (i - 1)/lanes + 1) = form%power%matrix(i, :)
       end do
+      ! many sets share the caches of the processor: the form keeps one copy of the matrix
+      deallocate (form%power%matrix, form%power%product)
       form%inverse(:n, 1) = real(1.0_wp/exponent, wp)
       form%inverse(:n, 2) = aimag(1.0_wp/exponent)
    end subroutine make_row_form
