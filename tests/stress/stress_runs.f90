@@ -119,8 +119,11 @@ contains
          return
       end if
       associate (response => stressed%response, e => stressed%response%energy)
-         if (.not. all([(all(ieee_is_finite(response%history(i)%values)), i=1, history_count)])) &
-            stressed%complaint = stressed%complaint//' not finite'
+         do i = 1, history_count
+            if (.not. allocated(response%history(i)%values)) cycle
+            if (.not. all(ieee_is_finite(response%history(i)%values))) stressed%complaint = stressed%complaint &
+               //' not finite'
+         end do
          if (minval(response%history(force_stop)%values) < -rounding*max(1.0_wp, maxval(response%history(force_stop)%values))) &
             stressed%complaint = stressed%complaint//' the stop pulls'
          total = e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
