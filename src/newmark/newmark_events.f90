@@ -8,13 +8,17 @@ module newmark_events
    use newmark_contacts, only: begin_contact, end_contact, event_now, record_event, open_contact, resolve_contacts
    use newmark_impacts, only: apply_impacts
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
-      is_open, is_force_free, spring_damper_force, force_rounding_at, newmark_run_t
+      is_open, is_force_free, spring_damper_force, force_rounding_at, newmark_run_t, no_rejection, &
+      run_state_t
    use number_text, only: to_text
-   use response_types, only: event_release, response_t
+   use response_types, only: event_capture, event_release, response_t
    use step_intervals, only: cubic_of, maximum_of
    implicit none (type, external)
    private
-   public :: find_events, trigger_events, begin_and_end_contacts
+   public :: find_events, trigger_events, begin_and_end_contacts, close_touched
+
+   !> Displacement of a beam at rest, in the unit of displacement.
+   real(wp), parameter :: at_rest = 1.0e-13_wp
 
 contains
 
@@ -71,6 +75,71 @@ contains
    end function is_vanishing
 
 
+   !> Close the contact into which a trial step would move the beam most, of those that it touches at rest: a load
+   !> begins to press it there. The contact closes at the beginning of the step, because the beam would otherwise be
+   !> accelerated until its gap passes the contact tolerance, and then bounce.
+   pure subroutine close_touched(run, step, response, has_closed)
+      type(newmark_run_t), intent(inout) :: run
+      !> Length of the trial step, tau
+      real(wp), intent(in) :: step
+      !> Receives the event
+      type(response_t), intent(inout) :: response
+      !> A contact has closed
+      logical, intent(out) :: has_closed
+
+      ! what is rounding of a displacement at rest, and of the greatest displacement of a step
+      real(wp), parameter :: least = 1.0e-14_wp, rounding = 1.0e-12_wp
+      real(wp) :: gap, lowest
+      integer :: k, closing
+
+      lowest = -least
+      closing = 0
+      associate (old => run%states(run%now), new => run%states(3 - run%now))
+         do k = 1, size(run%contacts)
+            if (run%contacts(k)%status /= is_open .or. .not. run%contacts(k)%may_close) cycle
+            if (.not. lies_at_rest(run, k, step, old)) cycle
+            ! the beam is lifted first
+            if (step**2*row_value(run%contacts(k)%row, old%beam%acceleration) > at_rest) cycle
+            gap = gap_at(run, k, new)
+            if (gap >= lowest) cycle
+            if (-gap < rounding*maxval(abs(new%beam%displacement - old%beam%displacement))) cycle
+            lowest = gap
+            closing = k
+         end do
+         has_closed = closing > 0
+         if (.not. has_closed) return
+         associate (contact => run%contacts(closing))
+            if (allocated(contact%stop)) then
+               call begin_contact(run, closing, response)
+            else if (step**2*row_value(contact%row, old%beam%acceleration) < -at_rest) then
+               contact%is_stopped = .true.
+               call resolve_contacts(run, response)
+            else
+               ! a load that grows from zero has no reaction yet
+               contact%status = is_constrained
+               contact%may_be_capture = .false.
+               contact%rejected_end = no_rejection
+               call record_event(run, closing, event_now(run, closing, event_capture), response)
+            end if
+         end associate
+      end associate
+   end subroutine close_touched
+
+
+   !> Does the beam touch a contact and move by rounding errors only?
+   pure function lies_at_rest(run, k, step, state) result(lies)
+      type(newmark_run_t), intent(in) :: run
+      !> Index of the contact
+      integer, intent(in) :: k
+      !> Length of a step, tau
+      real(wp), intent(in) :: step
+      type(run_state_t), intent(in) :: state
+      logical :: lies
+
+      lies = abs(gap_at(run, k, state)) <= at_rest .and. step*abs(gap_rate_at(run, k, state)) <= at_rest
+   end function lies_at_rest
+
+
    !> Mark an open contact as closing if the beam arrives at it, and update the peak of its flight.
    pure subroutine check_open(run, k, step)
       type(newmark_run_t), intent(inout) :: run
@@ -92,7 +161,7 @@ contains
          ! captures are counted between flights above the hop height
          if (gap > run%hop_height) contact%captures = 0
          contact%is_penetrating = gap < -run%contact_tolerance
-         if (gap >= run%contact_tolerance) then
+         if (gap >= run%contact_tolerance .or. lies_at_rest(run, k, step, new)) then
             contact%may_close = .true.
          else if (rate < 0.0_wp .and. (contact%may_close .or. run%event_ahead(k) .or. contact%is_penetrating)) then
             run%arrives(k) = .true.

@@ -1,7 +1,8 @@
 !> Low flights of a Newmark run. A flight is a time span in which a contact is open after a rebound. If the beam returns
 !> to the contact without having exceeded the hop height, the flight is cancelled: the run returns to the instant at
 !> which the flight began, at which the contact then captures the beam, and overwrites the histories and shapes recorded
-!> since. Statistics are sums over equal blocks of the run, of which those begun since are cleared.
+!> since. Statistics are sums over equal blocks of the run, of which those begun since are cleared; integrals of spectra
+!> return to their values of that instant.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
@@ -44,6 +45,7 @@ contains
          if (run%observers%measures%is_wanted) start%measurers = run%observers%measures%of
          if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
          if (allocated(run%observers%blocks)) call store_sums(run)
+         if (allocated(run%observers%spectrum)) start%spectrum = run%observers%spectrum
       end associate
    end subroutine record_flight_start
 
@@ -79,6 +81,7 @@ contains
          if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
          if (allocated(run%observers%sections)) run%observers%sections%count = start%sections
          if (allocated(run%observers%blocks)) call restore_sums(run, last)
+         if (allocated(run%observers%spectrum)) run%observers%spectrum = start%spectrum
       end associate
    end subroutine cancel_flight
 

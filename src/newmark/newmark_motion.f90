@@ -17,7 +17,7 @@ module newmark_motion
    use moment_places, only: open_moments
    use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_events, only: trigger_events, find_events
+   use newmark_events, only: close_touched, find_events, trigger_events
    use newmark_flights, only: record_flight_start
    use newmark_limits, only: explain_mesh_error, check_ledger, check_mesh, divide_step
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
@@ -143,7 +143,8 @@ contains
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
       places = 0
       if (allocated(run%place_weights)) places = size(response%moments)
-      run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare)
+      run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
+         .or. allocated(settings%spectrum)
       call open_step_interval(size(run%contacts), places, run%interval)
    end subroutine open_outputs
 
@@ -348,8 +349,9 @@ contains
       ! number of halvings of the step, and its length in units of the shortest step
       integer :: level
       integer(i8) :: span
-      ! a jump of a load lies at the end of the step; the step violates no contact condition
-      logical :: has_passed, is_accepted
+      ! a contact has closed at the beginning of the step; a jump of a load lies at the end of the step; the step
+      ! violates no contact condition
+      logical :: has_closed, has_passed, is_accepted
       ! energy and instant at the beginning of the step, moments at both ends, length of the step
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
@@ -368,6 +370,8 @@ contains
          span = shiftr(whole_step, level)
          call try_step(run, level)
          response%evaluations = response%evaluations + 1_i8
+         call close_touched(run, run%stepper%factors(level)%step, response, has_closed)
+         if (has_closed) return
          call find_violations(run, level, is_accepted)
          if (is_accepted) exit
          response%rejected = response%rejected + 1_i8

@@ -16,6 +16,7 @@ module newmark_run
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use run_observers, only: observers_t
    use run_recorder, only: ledger_t
+   use run_spectra, only: spectrum_sums_t
    use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
@@ -167,6 +168,8 @@ module newmark_run
       type(impact_t), allocatable :: impacts(:)
       !> The gap exceeded the hop tolerance since the last impact
       logical, allocatable :: has_flown(:)
+      !> Integrals of spectra up to then, if spectra are requested
+      type(spectrum_sums_t) :: spectrum
    end type flight_start_t
 
    type, extends(run_progress_t) :: newmark_run_t

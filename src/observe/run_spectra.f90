@@ -45,12 +45,14 @@ module run_spectra
       logical :: has_begun = .false.
       !> Events that have been taken
       integer :: events = 0
-      !> Terms times frequencies so far, and most of them
+      !> Terms times frequencies times signals so far, and most of them
       real(wp) :: cost = 0.0_wp
       real(wp) :: limit = huge(1.0_wp)
       !> Since the start of the segments: from here on there are samples, [0:samples, signals], over a half segment
       real(wp) :: sampled_from = huge(1.0_wp)
       real(wp), allocatable :: samples(:, :)
+      !> Integrals over it and over the one before that lie between samples, sums of magnitudes, [signals, 2]
+      real(wp), allocatable :: unsampled(:, :)
    end type spectrum_sums_t
 
 contains
@@ -211,8 +213,8 @@ contains
       real(wp), intent(in) :: edges(2)
       type(spectrum_sums_t), intent(inout) :: sums
 
-      real(wp) :: closed_to, step, time
-      integer :: first, last, n
+      real(wp) :: closed_to
+      integer :: n
 
       if (.not. sums%has_begun) sums%ends(:, 1) = value_of(signals, stretch(1))
       sums%has_begun = .true.
@@ -226,21 +228,61 @@ contains
                      sums%transform(block(1):block(2), :, 1))
                end associate
             end do
-            sums%cost = sums%cost + real(size(signals%exponent) + 1, wp)*real(size(windows%omega), wp)
+            sums%cost = sums%cost + real((size(signals%exponent) + 1)*size(sums%ends, 1), wp) &
+               *real(size(windows%omega), wp)
          end if
       end associate
-      if (.not. allocated(sums%samples)) return
-      ! an instant that two intervals share belongs to the later, the last of the half segment to the one that ends
-      ! there
-      step = sums%result%step
-      last = ubound(sums%samples, 1)
-      first = max(0, ceiling((max(start + stretch(1), sums%sampled_from) - edges(1))/step - 1.0e-6_wp))
-      do n = first, last
-         time = edges(1) + real(n, wp)*step - start
-         if (time >= stretch(2) - 1.0e-6_wp*step .and. .not. (n == last .and. time <= stretch(2) + 1.0e-6_wp*step)) exit
-         sums%samples(n, :) = value_of(signals, min(max(time, stretch(1)), stretch(2)))
-      end do
+      if (.not. allocated(sums%samples) .or. closed_to >= stretch(2)) return
+      call take_samples(signals, [max(closed_to, stretch(1)), stretch(2)], start - edges(1), sums)
    end subroutine add_stretch
+
+   !> Samples of a stretch, and the part of its integral that lies between them: forces of dampers can end within a
+   !> step, so that neither all samples nor every second one know of them.
+   subroutine take_samples(signals, stretch, start, sums)
+      type(interval_sums_t), intent(in) :: signals
+      !> Its ends, since the start of the interval
+      real(wp), intent(in) :: stretch(2)
+      !> Of the interval, since that of the half segment
+      real(wp), intent(in) :: start
+      type(spectrum_sums_t), intent(inout) :: sums
+
+      ! of a step: instants that are no further apart are the same
+      real(wp), parameter :: same = 1.0e-6_wp
+      complex(wp) :: integral(1, size(sums%unsampled, 1))
+      real(wp) :: sampled(size(sums%unsampled, 1)), values(size(sums%unsampled, 1))
+      ! by how much more than half a step before a sample both ends are, of those that are no ends of all samples
+      real(wp) :: late(2), time
+      integer :: first, last, n
+      ! samples begin with the stretch
+      logical :: is_first
+
+      associate (step => sums%result%step)
+         first = max(0, ceiling((start + stretch(1))/step - same))
+         last = ubound(sums%samples, 1)
+         is_first = start + stretch(1) <= max(0.0_wp, sums%sampled_from - sums%windows%half*real(sums%now, wp)) &
+            + same*step
+         sampled = 0.0_wp
+         do n = first, last
+            time = real(n, wp)*step - start
+            ! an instant that two intervals share belongs to the later, the last of the half segment to the one that
+            ! ends there
+            if (time >= stretch(2) - same*step .and. .not. (n == last .and. time <= stretch(2) + same*step)) exit
+            values = value_of(signals, min(max(time, stretch(1)), stretch(2)))
+            sums%samples(n, :) = values
+            sampled = sampled + step*merge(0.5_wp, 1.0_wp, n == last .or. (n == first .and. is_first))*values
+         end do
+         if (size(signals%exponent) == 0) return
+         ! half a step belongs to each sample; what a jump at the end of a stretch changes of that, the next jump tells
+         late = (start + stretch)/step
+         late = step*(0.5_wp - (ceiling(late - same) - late))
+         if (is_first) late(1) = 0.0_wp
+         if (start + stretch(2) >= (real(last, wp) - same)*step) late(2) = 0.0_wp
+         integral = (0.0_wp, 0.0_wp)
+         call add_fourier_integrals(signals, stretch(1), stretch(2), 0.0_wp, [0.0_wp], integral)
+         sums%unsampled(:, 1) = sums%unsampled(:, 1) + abs(real(integral(1, :), wp) - sampled &
+            + late(1)*value_of(signals, stretch(1)) - late(2)*value_of(signals, stretch(2)))
+      end associate
+   end subroutine take_samples
 
    !> From an instant on, or a little later, closed forms would cost too much.
    subroutine start_samples(time, sums)
@@ -259,6 +301,7 @@ contains
          sums%sampled_from = 2.0_wp*sums%result%step*ceiling(0.5_wp*max(time, 0.0_wp)/sums%result%step)
          sums%result%sampled_from = sums%start + sums%sampled_from
          allocate (sums%samples(0:samples, size(sums%result%of)), source=0.0_wp)
+         allocate (sums%unsampled(size(sums%result%of), 2), source=0.0_wp)
          allocate (sums%change, mold=sums%transform)
          sums%change(:, :, :) = (0.0_wp, 0.0_wp)
       end associate
@@ -306,6 +349,8 @@ contains
       if (allocated(sums%change)) then
          sums%change(:, :, 2) = sums%change(:, :, 1)
          sums%change(:, :, 1) = (0.0_wp, 0.0_wp)
+         sums%unsampled(:, 2) = sums%unsampled(:, 1)
+         sums%unsampled(:, 1) = 0.0_wp
       end if
       sums%now = sums%now + 1
       sums%has_begun = .false.
@@ -326,7 +371,9 @@ contains
             sums%transform(:, k, 1) = turning*sums%transform(:, k, 1)
             call add_impulse(sums%windows%omega, edges(1), -sums%ends(k, 1), sums%transform(:, k, 1))
             call add_impulse(sums%windows%omega, edges(2), sums%ends(k, 2), sums%transform(:, k, 1))
-            if (allocated(sums%change)) sums%change(:, k, 1) = turning*sums%change(:, k, 1)
+            if (.not. allocated(sums%change)) cycle
+            sums%change(:, k, 1) = turning*sums%change(:, k, 1)
+            sums%unsampled(k, 1) = maxval(abs(sums%windows%omega))*sums%unsampled(k, 1)
          end associate
       end do
    end subroutine differentiate
@@ -387,7 +434,8 @@ contains
             result%scatter(:, k) = result%scatter(:, k) + deviation*(power - result%power(:, k))
             if (.not. allocated(sums%change)) cycle
             segment = transforms_of(windows, sums%change(:, k, :), result%segments - 1, .true.)
-            result%sampling_error(k) = max(result%sampling_error(k), maxval(abs(segment)))
+            result%sampling_error(k) = max(result%sampling_error(k), maxval(abs(segment)) &
+               + sum(sums%unsampled(k, :merge(2, 1, windows%kind == window_hann))))
          end do
       end associate
    end subroutine end_segment

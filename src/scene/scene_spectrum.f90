@@ -14,8 +14,10 @@ module scene_spectrum
    public :: list_spectrum, resolve_spectrum
 
    integer, parameter :: max_points = 1000000
-   !> Frequencies times signals times segments that half a gigabyte holds.
+   !> Frequencies times signals that half a gigabyte holds.
    real(wp), parameter :: max_numbers = 1.0e7_wp
+   !> Frequencies times signals times segments whose transforms take minutes at most, in closed form or from samples.
+   real(wp), parameter :: max_transforms = 1.0e8_wp
    !> Periods of the greatest frequency in what counts of a run: samples would be too many beyond.
    real(wp), parameter :: max_periods = 1.0e7_wp
 
@@ -59,7 +61,8 @@ contains
       if (last > 0.0_wp) spectrum%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))
       call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'exponentials of all intervals times ' &
-         //'frequencies that are integrated in closed form; what comes after is sampled', range_t(0.0_wp, 1.0e15_wp)))
+         //'frequencies and signals that are integrated in closed form; what comes after is sampled', &
+         range_t(0.0_wp, 1.0e15_wp)))
    end subroutine list_spectrum
 
    !> Signals that the scene has, a range, something to transform; problems go into the input.
@@ -81,10 +84,14 @@ contains
             end if
             if (input%has_problem()) return
          end do
-         if (spectrum%contact > contacts_of(scene)) then
+         if (spectrum%contact > 0 .and. .not. any(signal_table(spectrum%of)%is_of_contact)) then
+            call input%complain(group, 'contact', 'only goes with a signal of a contact in of')
+         else if (spectrum%point > 1 .and. all(signal_table(spectrum%of)%base /= quantity_moment)) then
+            call input%complain(group, 'point', 'only goes with moment in of')
+         else if (spectrum%contact > contacts_of(scene)) then
             call input%complain(group, 'contact', 'must be at most '//to_text(contacts_of(scene)) &
                //', the contacts of the scene')
-         else if (scene%wants_stress .and. spectrum%point > points_of(scene)) then
+         else if (spectrum%point > max(points_of(scene), 1)) then
             call input%complain(group, 'point', 'must be at most '//to_text(points_of(scene)) &
                //', the points of &stress')
          else if (.not. allocated(spectrum%range)) then
@@ -130,6 +137,10 @@ contains
       else if (points*real(size(spectrum%of), wp) > max_numbers) then
          call input%complain(group, 'of', 'would be '//to_text(points*real(size(spectrum%of), wp)) &
             //' numbers: at most '//to_text(max_numbers)//' are computed')
+      else if (points*real(size(spectrum%of)*spectrum%segments, wp) > max_transforms) then
+         call input%complain(group, 'segments', 'would be ' &
+            //to_text(points*real(size(spectrum%of)*spectrum%segments, wp))//' numbers in all segments: at most ' &
+            //to_text(max_transforms)//' are computed')
       else if (spectrum%range(2)*length/one_turn > max_periods) then
          call input%complain(group, 'frequency_ratio_range frequency_range', 'the run has ' &
             //to_text(anint(spectrum%range(2)*length/one_turn))//' periods of the maximum frequency: at most ' &

@@ -75,7 +75,7 @@ module spectrum_settings
       !> Start and end of the part of the run that is transformed, tau; huge: the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Maximum number of integrals in closed form, terms times frequencies; after this number signals are sampled
+      !> Maximum number of integrals in closed form, terms times frequencies times signals; what comes after is sampled
       real(wp) :: closed_form_limit = 2.0e10_wp
    contains
       procedure :: count_of

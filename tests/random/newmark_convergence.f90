@@ -60,11 +60,13 @@ module newmark_convergence
 contains
 
    !> What differs; empty: nothing.
-   function complaint_of_steps(scene, is_compared) result(complaint)
+   function complaint_of_steps(scene, is_compared, is_refined) result(complaint)
       !> Read, of method 'newmark'
       type(scene_t), intent(in) :: scene
       !> It could be
       logical, intent(out) :: is_compared
+      !> The longest steps did not show the order, so that shorter ones were taken
+      logical, intent(out) :: is_refined
       character(:), allocatable :: complaint
 
       type(beam_model_t) :: model
@@ -77,6 +79,7 @@ contains
 
       complaint = ''
       is_compared = .false.
+      is_refined = .false.
       call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
       settings = run_settings_of(scene)
       if (.not. allocated(error)) call set_steps(model, settings, h, error)
@@ -98,6 +101,7 @@ contains
          call compare(exact, steps, loading, 1, h, complaint)
          if (complaint == '') return
          ! too long for the order to show, or after a jump all as short as that asks for: what is wrong stays so
+         is_refined = .true.
          every = shorter
          do while (every < shortest .and. .not. shows_order(exact, loading, h/real(every, wp)))
             every = 2*every
