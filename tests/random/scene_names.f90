@@ -24,7 +24,7 @@ module scene_names
       logical :: excludes_least = .false.
       !> Words: how many, and which
       integer :: word_count = 0
-      character(32) :: words(96) = ''
+      character(32) :: words(256) = ''
       !> Numbers: the default, if it is one
       logical :: has_default = .false.
       real(wp) :: default = 0.0_wp
