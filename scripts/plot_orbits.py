@@ -67,7 +67,7 @@ def draw(path, sweep):
         factor, unit = plots.reading(greatest, plots.unit_of(branches[0], "displacement_tip"))
         for number, branch in enumerate(branches):
             draw_branch(axes, branch, plots.COLOURS[number % len(plots.COLOURS)], factor, shown)
-        axes.set_ylabel(plots.with_unit("displacement of the tip at phase 0 of the load", unit))
+        axes.set_ylabel(plots.with_unit("displacement of the tip at phase 0 of the load,\nup from the unstressed beam", unit))
         unit = plots.text_of(branches[0]["parameter"].attrs["units"])
         parameter = plots.text_of(file["scene/orbit"].attrs["parameter"])
         axes.set_xlabel(plots.with_unit(f"{parameter} of the load", "" if unit == "1" else unit))

@@ -149,7 +149,7 @@ class Shapes:
             self.name = path.stem
             self.title = plots.title_of(file)
             self.tau = plain(group, "tau")
-            self.impact = float(plain(file["measures"], "first_impact"))
+            self.impact = float(plain(file["measures"], "first_impact_tau"))
             self.stop = float(file["scene/stop"].attrs["position"])
             node = plain(group, "x")
             self.x = plot_scene.within_elements(node)
@@ -273,7 +273,7 @@ def draw_file(path, folder, pictures, films):
     with plots.open_results(path) as file:
         kinds = set(file)
         # before, at and after the first impact of the paper's stop; else the scene itself
-        has_listed_shapes = "surfaces" not in kinds and "measures/first_impact" in file and "scene/output" in file and \
+        has_listed_shapes = "surfaces" not in kinds and "measures" in file and plots.has(file["measures"], "first_impact_tau") and "scene/output" in file and \
             len(numpy.atleast_1d(file["scene/output"].attrs["shape_times"])) > 0
     picture = folder / f"{path.stem}.png"
     if "cases" in kinds:

@@ -17,7 +17,7 @@ import numpy
 
 # Dataset, label without units, label in units
 PANELS = {
-    "displacement": ("eta_stop", r"displacement $\eta$", r"displacement $y - d$"),
+    "displacement": ("eta_stop", r"displacement $\eta = (y - d)/D$", r"displacement $y - d$"),
     "velocity": ("velocity_stop", r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$", r"velocity $\mathrm{d}y/\mathrm{d}t$"),
     "force": ("contact_force", r"contact force $\bar{P}$", r"contact force $P$"),
     "moment": ("moment", r"bending moment, in $\bar{P} L$", r"bending moment $M$"),

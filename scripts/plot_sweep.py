@@ -30,9 +30,9 @@ SYMBOLS = {
     "damper_ratio": r"damper $c^*$",
 }
 MEASURES = {
-    "quiet_tau": r"settling time $\tau$",
-    "spent_tau": r"time at which 1 % of the energy is left $\tau$",
-    "first_impact_tau": r"first impact $\tau$",
+    "quiet_time": r"settling time $\tau$",
+    "spent_time": r"time at which 1 % of the energy is left $\tau$",
+    "first_impact_time": r"first impact $\tau$",
     "greatest_force": r"maximum contact force $\bar P$",
     "total_contact": r"time in contact $\tau$",
     "longest_contact": r"longest contact $\tau$",
@@ -58,7 +58,9 @@ class Sweep:
         with plots.open_results(path) as file:
             group = plots.group_of(file, "sweep", "&sweep")
             self.title = plots.title_of(file)
-            self.names = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
+            # Parameters that are tied to others have no axis of their own.
+            names = group.attrs["grid_parameters" if "grid_parameters" in group.attrs else "parameters"]
+            self.names = [name.strip() for name in plots.text_of(names).split(",")]
             self.is_in_units = "units" in file.attrs
             best = file.get("best")
             chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "quiet_tau")
@@ -73,15 +75,17 @@ class Sweep:
             factors[self.measure], self.units[self.measure] = plots.reading(
                 np.nanmax(abs(group[self.measure][:]), initial=0.0), self.units[self.measure])
             self.is_paired = plots.text_of(group.attrs["design"]) == "paired"
-            self.axes = {name: factors[name] * group["axes"][name][:] for name in self.names} if "axes" in group else None
+            grid = file.get("grid", group.get("axes"))
+            self.axes = {name: factors[name] * grid[name][:] for name in self.names} if grid else None
             self.values = {name: factors[name] * group[name][:] for name in self.names}
             self.column = factors[self.measure] * group[self.measure][:].astype(float)
             self.column[group["status"][:] > 0] = np.nan
             if not np.isfinite(self.column).any():
                 others = ", ".join(name for name in known if name != self.measure)
                 raise plots.Unplottable(f"{path}: {self.measure} has no value in any case; --measure takes another of {others}")
+            parameters = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
             spacings = plots.text_of(group.attrs["spacings"]).split(",")
-            self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(self.names, spacings)}
+            self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(parameters, spacings)}
             # the first of these is the best case of the sweep, the last the best of all
             self.path = None
             self.best = None
@@ -338,7 +342,7 @@ def main():
     """Read the command line, draw, write the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="results file, HDF5")
-    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or quiet_tau")
+    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or quiet_time")
     parser.add_argument("--kind", choices=["map", "curves", "parallel"], help="default: by the number of parameters")
     parser.add_argument("--parameters", nargs="+", help="across and up (map), across and one a curve (curves)")
     parser.add_argument("--out", type=Path, help="picture; default: the file with the ending .png")

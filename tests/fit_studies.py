@@ -54,7 +54,7 @@ class Study:
     def signal(self, truth):
         """Time and displacement of the tip."""
         with h5py.File(self.run("truth", SCENE.format(**truth))) as file:
-            return file["response/tau"][()], file["response/eta_tip"][()]
+            return file["response/time"][()], file["response/displacement_tip"][()]
 
     def save(self, time, values):
         """The signal as a file."""

@@ -8,8 +8,8 @@ module orbit_analysis
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use orbit_search, only: find_orbits
-   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_lost, mark_names, mark_torus, orbit_branch_t, &
-      orbit_point_t, orbit_study_t
+   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_names, &
+      mark_torus, orbit_branch_t, orbit_point_t, orbit_study_t
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: with_decimals, phrase, value_in_units
@@ -115,6 +115,8 @@ contains
       associate (point => branch%point)
          call group%attribute('parent', [branch%parent])
          call group%attribute('parent_point', [branch%parent_point])
+         call group%attribute('begins_where', end_in_words(branch, 1))
+         call group%attribute('ends_where', end_in_words(branch, size(branch%point)))
          do i = 1, size(point)
             largest(i) = point(i)%multiplier(1)
             do k = 1, size(displacement, 1)
@@ -172,6 +174,8 @@ contains
                counted(maxval(branch%point%periods), 'load period')//from_branch(branch%parent)
             write (unit, '(4x, a)') counted(size(branch%point), 'point')//' from '//value_of(branch%point(1))//' to ' &
                //value_of(branch%point(size(branch%point)))
+            if (branch%parent == 0) write (unit, '(4x, a)') 'begins where '//end_in_words(branch, 1)
+            write (unit, '(4x, a)') 'ends where '//end_in_words(branch, size(branch%point))
             do i = 1, size(branch%point)
                associate (point => branch%point(i))
                   if (.not. any(point%mark == [mark_fold, mark_doubling, mark_torus, mark_grazing, mark_lost])) cycle
@@ -191,6 +195,32 @@ contains
          words = value_in_units(units, trim(self%study%quantity), point%value, decimals)
       end function value_of
    end subroutine print_orbits
+
+   !> Why a branch was not continued beyond one of its ends, to follow the word where.
+   pure function end_in_words(branch, place) result(words)
+      type(orbit_branch_t), intent(in) :: branch
+      !> Index of its first or last point
+      integer, intent(in) :: place
+      character(:), allocatable :: words
+
+      associate (point => branch%point)
+         select case (point(place)%mark)
+         case (mark_limit)
+            words = 'the range ends'
+         case (mark_grazing)
+            words = 'an impact appears or vanishes (grazing)'
+         case (mark_doubling)
+            words = 'it meets its parent at a period doubling'
+         case (mark_lost)
+            words = "Newton's method finds no motion farther on"
+         case default
+            words = 'most_points are used up'
+            if (size(point) > 1 .and. abs(point(1)%value - point(size(point))%value) <= 0.0_wp) then
+               words = 'it closes in itself'
+            end if
+         end select
+      end associate
+   end function end_in_words
 
    pure function from_branch(parent) result(words)
       !> Number of the parent branch; 0: there is none

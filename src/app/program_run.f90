@@ -304,11 +304,18 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: words
+      integer :: k
 
       if (quiet .or. .not. is_first_rank()) return
       words = failing_cases(scene)
       if (words /= '') words = ', but '//words
-      call print_text(scene%file//': good'//words//new_line('a'), error)
+      words = scene%file//': good'//words//new_line('a')
+      if (allocated(scene%warnings)) then
+         do k = 1, size(scene%warnings)
+            words = words//scene%file//': warning: '//trim(scene%warnings(k)%text)//new_line('a')
+         end do
+      end if
+      call print_text(words, error)
    end subroutine report_valid
 
    !> Print a failure and update the exit status, which is the maximum status of all failures.

@@ -6,7 +6,7 @@ module sensitivity_results
       derivative_unknown
    use kinds, only: wp
    use measure_list, only: measure_table
-   use quantities, only: name_in, units_t
+   use quantities, only: name_in_results, units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use scene_types, only: scene_t
@@ -151,7 +151,7 @@ contains
                with_unit(settings%values(k), scene_unit_of(units, settings%parameters(k)%quantity)))
          end do
          do i = 1, size(measures)
-            name = name_in(units, measure_table(measures(i))%name)
+            name = name_in_results(measure_table(measures(i))%name)
             associate (derivative => sensitivity%derivative(:, i))
                if (all(derivative%state == derivative_unknown)) then
                   write (unit, '(/, 2x, a)') name//': no run has one'

@@ -3,7 +3,7 @@ module uncertainty_results
    use kinds, only: wp
    use measure_list, only: measure_table
    use number_text, only: rounded, to_text
-   use quantities, only: name_in, units_t
+   use quantities, only: name_in_results, units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: unit_in
    use sample_statistics, only: sample_t
@@ -86,7 +86,7 @@ contains
 
       allocate (names(size(uncertainty%measures)), measured_in(size(uncertainty%measures)))
       do i = 1, size(names)
-         names(i) = name_in(units, measure_table(uncertainty%measures(i))%name)
+         names(i) = name_in_results(measure_table(uncertainty%measures(i))%name)
          measured_in(i) = unit_in(units, measure_table(uncertainty%measures(i))%quantity)
       end do
       write (unit, '()')

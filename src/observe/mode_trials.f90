@@ -16,7 +16,7 @@ module mode_trials
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
-   public :: compare_runs, trial_settings
+   public :: compare_runs, horizon_of, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance: the
    !> difference is nearly the error of the smaller set, but events may enlarge it.

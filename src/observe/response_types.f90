@@ -118,9 +118,11 @@ module response_types
       real(wp) :: total_contact = 0.0_wp
       !> Tolerance of peaks and of extremes of moments and statistics, as a share of the value
       real(wp) :: extremes_tolerance = peak_tolerance
-      !> Maximum contact force, as Pbar; for a rigid stop the maximum over all episodes (module `run_measures`) of the
-      !> mean force over `force_window` from the beginning of the episode
-      real(wp) :: greatest_force = 0.0_wp
+      !> Maximum force of compliant contacts, as Pbar; negative: there is none
+      real(wp) :: greatest_force = -1.0_wp
+      !> Maximum over all episodes (module `run_measures`) of rigid contacts of the mean force over `force_window` from
+      !> the beginning of the episode, as Pbar; negative: there is no rigid contact
+      real(wp) :: greatest_mean_force = -1.0_wp
       !> Maximum impulse of an episode, less the impulse of the force at rest during its contacts
       real(wp) :: greatest_impulse = 0.0_wp
       !> Number of rebounds

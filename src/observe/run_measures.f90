@@ -8,7 +8,8 @@
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_of_stops, first_peak, first_statistic, measure_count, measure_status, measure_table, &
+   use measure_list, only: first_of_stops, first_peak, first_statistic, force_window, measure_count, measure_status, &
+      measure_table, &
       peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       settled_energy, response_t, run_measures_t
@@ -17,10 +18,7 @@ module run_measures
    private
    public :: accumulator_t, open_accumulator, add_impulse, add_contact, end_episode, record_decay, record_peak
    public :: finish_accumulator, gather_measures
-   public :: comes_to_rest, early_part, excess_of, force_window, no_rest, row_of
-
-   !> Time from the beginning of an episode over which the force of a rigid stop is averaged, tau.
-   real(wp), parameter :: force_window = 0.1_wp
+   public :: comes_to_rest, early_part, excess_of, no_rest, row_of
 
    !> Value of the energy at rest if loads or rigid-body motion prevent static equilibrium.
    real(wp), parameter :: no_rest = -huge(1.0_wp)
@@ -228,7 +226,11 @@ contains
       call end_episode(accumulator)
       measures%duration = duration
       measures%extremes_tolerance = max(measures%extremes_tolerance, accumulator%tolerance)
-      measures%greatest_force = accumulator%greatest_force
+      if (accumulator%yields) then
+         measures%greatest_force = accumulator%greatest_force
+      else
+         measures%greatest_mean_force = accumulator%greatest_force
+      end if
       measures%greatest_impulse = accumulator%greatest_impulse
       call record_decay(accumulator, excess_of(accumulator, measures%final_energy) <= 0.0_wp, duration)
       measures%has_decayed = accumulator%has_decayed
@@ -329,6 +331,7 @@ contains
                start = [start, of_contact%contact_start]
                end = [end, of_contact%contact_end]
                whole%greatest_force = max(whole%greatest_force, of_contact%greatest_force)
+               whole%greatest_mean_force = max(whole%greatest_mean_force, of_contact%greatest_mean_force)
                whole%greatest_impulse = max(whole%greatest_impulse, of_contact%greatest_impulse)
                if (.not. of_contact%has_hit_stop) cycle
                if (whole%has_hit_stop .and. of_contact%first_impact_tau >= whole%first_impact_tau) cycle
@@ -361,18 +364,20 @@ contains
       row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)
       row(findloc(name, 'rebounds', 1)) = real(measures%rebounds, wp)
       if (measures%has_hit_stop) then
-         row(findloc(name, 'first_impact_tau', 1)) = measures%first_impact_tau
+         row(findloc(name, 'first_impact_time', 1)) = measures%first_impact_tau
          row(findloc(name, 'first_impact_velocity', 1)) = measures%first_impact_velocity
       end if
-      row(findloc(name, 'greatest_force', 1)) = measures%greatest_force
+      if (measures%greatest_force >= 0.0_wp) row(findloc(name, 'greatest_force', 1)) = measures%greatest_force
+      if (measures%greatest_mean_force >= 0.0_wp) row(findloc(name, 'greatest_mean_force', 1)) = &
+         measures%greatest_mean_force
       row(findloc(name, 'greatest_impulse', 1)) = measures%greatest_impulse
       row(findloc(name, 'total_contact', 1)) = measures%total_contact
       row(findloc(name, 'longest_contact', 1)) = measures%longest_contact
       associate (peaks => min(size(measures%peak_eta), peak_count))
          row(first_peak:first_peak + peaks - 1) = measures%peak_eta(:peaks)
       end associate
-      if (measures%has_settled) row(findloc(name, 'quiet_tau', 1)) = measures%settling_tau
-      if (measures%has_decayed) row(findloc(name, 'spent_tau', 1)) = measures%decay_tau
+      if (measures%has_settled) row(findloc(name, 'quiet_time', 1)) = measures%settling_tau
+      if (measures%has_decayed) row(findloc(name, 'spent_time', 1)) = measures%decay_tau
       row(findloc(name, 'lost_beam', 1)) = measures%lost_beam
       row(findloc(name, 'lost_stop', 1)) = measures%lost_stop
       row(findloc(name, 'lost_impact', 1)) = measures%lost_impact
@@ -381,7 +386,7 @@ contains
       if (measures%has_moment) row(findloc(name, 'greatest_moment', 1)) = measures%greatest_moment
       if (measures%has_stress) then
          row(findloc(name, 'greatest_stress', 1)) = measures%greatest_stress
-         row(findloc(name, 'greatest_stress_tau', 1)) = measures%greatest_stress_tau
+         row(findloc(name, 'greatest_stress_time', 1)) = measures%greatest_stress_tau
          row(findloc(name, 'greatest_stress_position', 1)) = measures%greatest_stress_position
          row(findloc(name, 'stress_range', 1)) = measures%stress_range
       end if

@@ -13,7 +13,8 @@ module hdf5_file
       h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
       h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
       h5tclose_f, hid_t, hsize_t, size_t, h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, &
-      h5f_libver_v18_f, h5f_scope_local_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, &
+      h5f_libver_latest_f, h5f_libver_v18_f, h5f_scope_local_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, &
+      h5p_dataset_create_f, &
       h5p_dataset_xfer_f, h5p_file_access_f, h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
    use hdf5_library, only: make_text_type, open_hdf5
    use kinds, only: wp
@@ -81,7 +82,9 @@ contains
       end if
       call self%check(status, 'the file in memory')
       ! The earliest superblock is used because h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of later ones.
-      call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, h5f_libver_v18_f, status)
+      ! A file on the disk may have virtual datasets, which later versions have.
+      call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, merge(h5f_libver_v18_f, h5f_libver_latest_f, &
+         present(expected_size)), status)
       call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
 
       order = ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f)

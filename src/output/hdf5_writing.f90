@@ -9,8 +9,9 @@
 module hdf5_writing
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: failure_t
-   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5s_select_set_f, h5sclose_f, &
-      h5screate_simple_f, h5sselect_hyperslab_f, h5t_native_double, h5t_native_integer, hid_t, hsize_t, size_t
+   use hdf5, only: h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5p_dataset_create_f, h5pclose_f, &
+      h5pcreate_f, h5pset_obj_track_times_f, h5pset_virtual_f, h5s_select_set_f, h5sclose_f, h5screate_simple_f, &
+      h5sselect_hyperslab_f, h5t_native_double, h5t_native_integer, hid_t, hsize_t, size_t
    use hdf5_file, only: hdf5_file_t
    use kinds, only: wp
    implicit none (type, external)
@@ -35,6 +36,8 @@ module hdf5_writing
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       !> Make a list or a table that is filled later
       procedure :: column, rows
+      !> Show a list of another group as a table
+      procedure :: view
       !> Write an attribute of the group or of a dataset in the group: name, value, dataset
       generic :: attribute => text_attribute, real_attribute, reals_attribute, integers_attribute
       procedure, private :: add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
@@ -266,6 +269,48 @@ contains
       call self%file%describe(made%id, units, long_name, in_scene_units)
       if (present(along)) call self%file%attach(made%id, self%id, along, 1)
    end function column
+
+   !> Show a list of another group, whose values are stored there alone, as a table whose axes are dimension scales of
+   !> this group. The last axis varies fastest.
+   subroutine view(self, name, source, extents, scales, units, long_name, is_whole, in_scene_units)
+      class(hdf5_group_t), intent(in) :: self
+      !> Name of the list, and of the table
+      character(*), intent(in) :: name
+      !> Path of the group of the list
+      character(*), intent(in) :: source
+      !> Number of values along each axis, and names of the scales
+      integer, intent(in) :: extents(:)
+      character(*), intent(in) :: scales(:)
+      character(*), intent(in) :: units
+      character(*), intent(in) :: long_name
+      !> Whether the values are integers
+      logical, intent(in) :: is_whole
+      real(wp), intent(in) :: in_scene_units
+
+      integer(hid_t) :: dataset, list, properties, table, type
+      integer :: k, status
+
+      if (allocated(self%file%failed_call)) return
+      type = h5t_native_double
+      if (is_whole) type = h5t_native_integer
+      call h5screate_simple_f(1, [product(int(extents, hsize_t))], list, status)
+      ! HDF5's interface for Fortran reverses the order of the axes
+      call h5screate_simple_f(size(extents), int(extents(size(extents):1:-1), hsize_t), table, status)
+      call h5pcreate_f(h5p_dataset_create_f, properties, status)
+      call h5pset_obj_track_times_f(properties, .false., status)
+      call h5pset_virtual_f(properties, table, '.', source//'/'//name, list, status)
+      call self%file%check(status, 'a view')
+      call h5dcreate_f(self%id, name, type, table, dataset, status, dcpl_id=properties)
+      call self%file%check(status, name)
+      call self%file%describe(dataset, units, long_name, in_scene_units)
+      do k = 1, size(scales)
+         call self%file%attach(dataset, self%id, trim(scales(k)), k)
+      end do
+      call h5dclose_f(dataset, status)
+      call h5pclose_f(properties, status)
+      call h5sclose_f(list, status)
+      call h5sclose_f(table, status)
+   end subroutine view
 
    !> Make a table whose rows are written later.
    function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)

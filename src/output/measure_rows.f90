@@ -3,7 +3,7 @@
 module measure_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: measure_count, measure_force, measure_mean_force, measure_table
    use quantities, only: quantity_named, units_t
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
@@ -61,7 +61,8 @@ contains
 
       do i = 1, measure_count
          if (names(i) == '') cycle
-         if (measure_table(i)%group /= '' .and. all(ieee_is_nan(rows(i, :)))) cycle
+         if ((measure_table(i)%group /= '' .or. any(i == [measure_force, measure_mean_force])) .and. &
+            all(ieee_is_nan(rows(i, :)))) cycle
          if (measure_table(i)%is_whole) then
             call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else

@@ -3,11 +3,11 @@
 module mesh_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: force_window, measure_count, measure_mean_force, measure_table
    use number_text, only: to_text
-   use quantities, only: name_in, units_t
+   use quantities, only: name_in_results, units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: choose_prefix, unit_in
+   use reader_units, only: choose_prefix, phrase, unit_in
    use table_columns, only: add_numbers, add_texts, print_table, table_t, with_exponent
    implicit none (type, external)
    private
@@ -111,10 +111,11 @@ contains
       factors = 1.0_wp
       do i = 1, measure_count
          associate (values => errors%row(i, :), known => .not. ieee_is_nan(errors%error(i, :)))
-            labels(i) = name_in(units, measure_table(i)%name)
+            labels(i) = name_in_results(measure_table(i)%name)
             call choose_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
                unit_in(units, measure_table(i)%quantity), factors(i), prefixed_unit)
             if (prefixed_unit /= '') labels(i) = trim(labels(i))//', '//prefixed_unit
+            if (i == measure_mean_force) labels(i) = trim(labels(i))//phrase(units, ', first ', 'time', force_window)
             max_error(i) = ieee_value(1.0_wp, ieee_quiet_nan)
             if (any(known)) max_error(i) = factors(i)*maxval(errors%error(i, :), mask=known)
             settled(i) = to_text(count(known))//' of '//to_text(cases)

@@ -3,7 +3,7 @@
 module quantity_groups
    use hdf5_writing, only: hdf5_column_t, hdf5_group_t
    use kinds, only: wp
-   use quantities, only: name_in, quantity_named, quantity_table, system_none, unit_of, units_t, words_in
+   use quantities, only: name_in_results, quantity_named, quantity_table, system_none, unit_of, units_t, words_in
    implicit none (type, external)
    private
    public :: quantity_group_t
@@ -30,10 +30,12 @@ module quantity_groups
       generic :: put => put_real, put_reals, put_table, put_integer, put_integers
       !> Make a list or table that is filled later with values that need no scaling
       procedure :: put_column, put_rows
+      !> Show a list of another group as a table
+      procedure :: put_view
       !> Write a numeric attribute
       procedure :: put_attribute
       !> Name of a dataset in this file
-      procedure :: named
+      procedure, nopass :: named => name_in_results
       !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units
       procedure :: resolved
       !> Unit of a quantity that is in units of the scene in every file
@@ -200,6 +202,27 @@ contains
       call self%write_scale_unit(name, quantity, scene_factor)
    end function put_rows
 
+   !> Show a list of another group as a table whose axes are dimension scales of this group (see `view` of
+   !> `hdf5_writing`).
+   subroutine put_view(self, name, source, extents, scales, quantity, meaning, is_whole)
+      class(quantity_group_t), intent(in) :: self
+      character(*), intent(in) :: name
+      !> Path of the group of the list
+      character(*), intent(in) :: source
+      !> Number of values along each axis, the last of which varies fastest, and names of the scales
+      integer, intent(in) :: extents(:)
+      character(*), intent(in) :: scales(:)
+      character(*), intent(in) :: quantity
+      character(*), intent(in) :: meaning
+      logical, intent(in) :: is_whole
+
+      character(:), allocatable :: unit
+      real(wp) :: factor, scene_factor
+
+      call self%find_unit(quantity, unit, factor, scene_factor)
+      call self%view(self%named(name), source, extents, scales, unit, self%resolved(meaning), is_whole, scene_factor)
+   end subroutine put_view
+
    subroutine put_attribute(self, name, value, quantity)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -212,14 +235,6 @@ contains
       call self%find_unit(quantity, unit, factor, scene_factor)
       call self%attribute(self%named(name), value*factor)
    end subroutine put_attribute
-
-   pure function named(self, name)
-      class(quantity_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      character(:), allocatable :: named
-
-      named = name_in(self%units, name)
-   end function named
 
    pure function resolved(self, text)
       class(quantity_group_t), intent(in) :: self

@@ -3,6 +3,7 @@ module response_groups
    use contact_groups, only: contact_names, write_contacts
    use history_list, only: history_count, history_table
    use kinds, only: wp
+   use measure_list, only: force_window
    use measure_rows, only: write_measures_of_run
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_closed_impulse, event_names, response_t, run_measures_t
@@ -52,7 +53,7 @@ contains
       integer :: i
 
       if (allocated(response%contacts)) call group%attribute('among_several_surfaces', group%resolved( &
-         '{eta_stop~displacement_stop} and velocity_stop are of the stop from which the beam ' &
+         'displacement_stop and velocity_stop are of the stop from which the beam ' &
          //'is released, contact_force is the sum over all; each: /surfaces'))
       call group%attribute('evaluations', real(response%evaluations, wp))
       call group%attribute('rejected', real(response%rejected, wp))
@@ -82,7 +83,7 @@ contains
       do i = 1, history_count
          if (.not. allocated(response%history(i)%values)) cycle
          associate (history => history_table(i))
-            call group%put(trim(history%dataset), response%history(i)%values, history%quantity, history%meaning, 'tau')
+            call group%put(trim(history%name), response%history(i)%values, history%quantity, history%meaning, 'tau')
          end associate
       end do
    end subroutine write_histories
@@ -106,11 +107,11 @@ contains
       call group%attribute('flag_values', [(i, i=1, kinds)], 'kind')
       call group%attribute('flag_meanings', meanings, 'kind')
       call group%put('eta', [(response%events(i)%eta, i=1, count)], 'displacement', &
-         'displacement of the beam at the stop{, eta}', 'tau')
+         'displacement of the beam at the stop, up from its surface{, eta}', 'tau')
       call group%put('velocity_before', [(response%events(i)%velocity_before, i=1, count)], 'velocity', &
-         'velocity of the beam at the stop just before{, d eta/d tau}', 'tau')
+         'velocity of the beam at the stop just before, upwards: positive at a stop above{, d eta/d tau}', 'tau')
       call group%put('velocity_after', [(response%events(i)%velocity_after, i=1, count)], 'velocity', &
-         'velocity of the beam at the stop just after{, d eta/d tau}', 'tau')
+         'velocity of the beam at the stop just after, upwards{, d eta/d tau}', 'tau')
       call group%put('impulse', [(response%events(i)%impulse, i=1, count)], 'impulse', &
          'impulse on the beam{ in rho Abar L omega1 (y_c(0) - d)}', 'tau')
       call group%put('energy_change', [(response%events(i)%energy_change, i=1, count)], 'energy', &
@@ -192,18 +193,19 @@ contains
       integer :: i
 
       if (has_contacts) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
-         //'sums over all, first_impact is the first, longest_contact, greatest_force and greatest_impulse are the ' &
-         //'maximum; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
+         //'sums over all, first_impact_time is the first, longest_contact, forces and greatest_impulse are the ' &
+         //'maximum; rebounds, peaks and quiet_time are of the stop from which the beam is released; each: /surfaces')
       if (measures%extremes_tolerance > peak_tolerance) call group%attribute('tolerance', measures%extremes_tolerance)
       call group%put('duration', measures%duration, 'time', 'length of the run{, tau}')
+      if (measures%greatest_mean_force >= 0.0_wp) call group%put_attribute('force_window', force_window, 'time')
       call write_measures_of_run(group, row_of(measures))
       call group%put('contact', [(i, i=1, size(measures%contact_start))], 'contact', is_scale=.true.)
       call group%put('contact_start', measures%contact_start, 'time', 'begin of the contact{, tau}', 'contact')
       call group%put('contact_end', measures%contact_end, 'time', 'end of the contact or of the run{, tau}', 'contact')
       call group%put('rebound', [(i, i=1, size(measures%peak_eta))], 'rebound', is_scale=.true.)
       call group%put('peak_tau', measures%peak_tau, 'time', 'time of the peak of the rebound{, tau}', 'rebound')
-      call group%put('peak', measures%peak_eta, 'displacement', 'peak of the rebound, {eta~displacement} at the stop', &
-         'rebound')
+      call group%put('peak', measures%peak_eta, 'displacement', 'peak of the rebound, {eta~displacement} at the ' &
+         //'stop, up from its surface', 'rebound')
    end subroutine write_measures
 
 end module response_groups

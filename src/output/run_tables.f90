@@ -3,7 +3,8 @@
 module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_peak, first_statistic, measure_count, measure_named, measure_table, peak_count
+   use measure_list, only: first_peak, first_statistic, force_window, measure_count, measure_decay, measure_force, &
+      measure_mean_force, measure_named, measure_settling, measure_table, peak_count
    use measure_rows, only: row_in_units
    use mesh_checks, only: mesh_check_t
    use mesh_errors, only: mesh_errors_t
@@ -17,7 +18,7 @@ module run_tables
    use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
    implicit none (type, external)
    private
-   public :: measure_column_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, &
+   public :: measure_column_t, add_measures, print_measures, print_driven, print_mesh, print_modes, print_statistics, &
       print_contacts, print_stresses
 
    !> A column of a table of measures.
@@ -36,9 +37,10 @@ module run_tables
    type(measure_column_t), parameter :: contact_columns(*) = [ &
       measure_column_t('impacts', 'impacts'), &
       measure_column_t('contacts', 'contacts'), &
-      measure_column_t('first_impact_tau', 'first at {tau =~t}'), &
+      measure_column_t('first_impact_time', 'first at {tau =~t}'), &
       measure_column_t('total_contact', 'time in contact'), &
       measure_column_t('greatest_force', 'maximum force'), &
+      measure_column_t('greatest_mean_force', 'mean force'), &
       measure_column_t('greatest_impulse', 'maximum impulse')]
 
    type(measure_column_t), parameter :: statistic_columns(*) = [ &
@@ -111,7 +113,7 @@ contains
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.
-   subroutine print_measures(unit, measures, units, released, errors)
+   subroutine print_measures(unit, measures, units, released, errors, is_driven)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
       !> Units of the results
@@ -120,38 +122,56 @@ contains
       integer, intent(in), optional :: released
       !> Errors of the mesh; absent: they are not printed
       type(mesh_errors_t), intent(in), optional :: errors
+      !> Harmonic loads act throughout the run, so that neither settling nor rebounds from the start are of interest
+      logical, intent(in), optional :: is_driven
 
       character(:), allocatable :: heading
       real(wp) :: row(measure_count)
       integer :: i
+      logical :: decays
 
       heading = 'rebound peaks'
       if (present(released)) then
          if (released > 0) heading = 'peaks at stop '//to_text(released)
       end if
+      decays = .true.
+      if (present(is_driven)) decays = .not. is_driven
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
-         if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i)) .and. .not. is_told(measures, i)) cycle
+         if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
+            .not. is_told(measures, i) .or. .not. decays .and. any(i == [measure_settling, measure_decay])) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
-            measure_in_words(i, row(i), measures%duration, units)//error_in_words(i))
+            measure_in_words(i, row(i), measures%duration, units)//error_in_words(i)//window_in_words(i))
       end do
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
          'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
-      if (measures%rebounds == 0) call print_line(unit, heading, 'none')
-      do i = 1, min(measures%rebounds, max_peaks)
+      if (measures%rebounds == 0 .and. decays) call print_line(unit, heading, 'none')
+      do i = 1, merge(min(measures%rebounds, max_peaks), 0, decays)
          if (i == 2) heading = ''
          call print_line(unit, heading, &
             phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
             //error_in_words(merge(first_peak + i - 1, 0, i <= peak_count)) &
             //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
       end do
-      if (measures%rebounds > max_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - max_peaks)// &
-         ' more')
-      if (present(errors)) call print_line(unit, '', '+- is the error of the mesh, estimated with ' &
-         //to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements')
+      if (measures%rebounds > max_peaks .and. decays) call print_line(unit, '', 'and ' &
+         //to_text(measures%rebounds - max_peaks)//' more')
+      if (present(errors)) call print_line(unit, '', '+- error of the mesh, by '//to_text(2*errors%elements(1)) &
+         //' and '//to_text(4*errors%elements(1))//' elements')
 
    contains
+
+      !> What the force of a rigid stop is averaged over, such as ' over the first 12 ms of an episode'; empty for other
+      !> measures.
+      pure function window_in_words(measure) result(words)
+         !> Index in `measure_table`
+         integer, intent(in) :: measure
+         character(:), allocatable :: words
+
+         words = ''
+         if (measure == measure_mean_force) words = phrase(units, ' over the first ', 'time', force_window) &
+            //words_in(units, '{ of tau~}')//' of an episode'
+      end function window_in_words
 
       !> The error of the mesh of a measure, such as ' +- 3e-5', in the unit of the number that stands before it.
       pure function error_in_words(measure) result(words)
@@ -216,6 +236,7 @@ contains
       associate (entry => measure_table(measure))
          if (ieee_is_nan(value)) then
             words = 'none'
+            if (measure == measure_force) words = 'not defined for a rigid stop'
             if (entry%lead /= '') words = phrase(units, 'not until {tau~t} = ', 'time', duration)
          else if (entry%is_whole .and. entry%lead /= '' .and. nint(value) == 0) then
             words = 'none found'
@@ -263,23 +284,29 @@ contains
       type(table_t) :: table
       real(wp) :: rows(measure_count, size(contacts))
       integer :: i
+      logical :: has_column(size(contact_columns))
 
       do i = 1, size(contacts)
          rows(:, i) = row_in_units(units, row_of(contacts(i)%measures))
       end do
       call add_contacts(table, contacts)
-      call add_measures(table, contact_columns, rows, units)
+      ! the column of a force that no contact has is left out
+      has_column = [(index(contact_columns(i)%measure, '_force') == 0 .or. .not. all(ieee_is_nan(rows(measure_named( &
+         contact_columns(i)%measure), :))), i=1, size(contact_columns))]
+      call add_measures(table, pack(contact_columns, has_column), rows, units)
       write (unit, '()')
       call print_table(unit, table)
    end subroutine print_contacts
 
    !> Print the statistics requested by &statistics with a line for each contact.
-   subroutine print_statistics(unit, statistics, contacts, units)
+   subroutine print_statistics(unit, statistics, contacts, units, load_period)
       integer, intent(in) :: unit
       type(run_statistics_t), intent(in) :: statistics
       type(contact_record_t), intent(in) :: contacts(:)
       !> Units of the results
       type(units_t), intent(in) :: units
+      !> Period of the loads of a driven run, tau; 0: the run is not driven
+      real(wp), intent(in) :: load_period
 
       type(table_t) :: table
       real(wp) :: rows(measure_count, size(contacts))
@@ -288,6 +315,7 @@ contains
       blocks = ubound(statistics%edge, 1)
       write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
          //' blocks'
+      write (unit, '(2x, a)') 'displacements are up from the unstressed beam'
       if (size(contacts) == 0) return
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(contacts)
@@ -296,6 +324,12 @@ contains
       end do
       call add_contacts(table, contacts)
       call add_measures(table, statistic_columns, rows, units)
+      if (load_period > 0.0_wp) then
+         call add_numbers(table, 'amplitude', 0.5_wp*(rows(measure_named('maximum_displacement'), :) &
+            - rows(measure_named('minimum_displacement'), :)), decimals, unit_in(units, 'displacement'))
+         call add_numbers(table, 'impacts a period', load_period*statistics%value(measure_named('impact_rate') &
+            - first_statistic + 1, 1:), 3)
+      end if
       call print_table(unit, table)
 
    contains
@@ -354,6 +388,43 @@ contains
          call add_numbers(table, words_in(units, heading), factor*values, decimals, unit_in(units, quantity))
       end subroutine add
    end subroutine print_stresses
+
+   !> Print the lines of a driven run: the period of its loads and, in the window of &statistics, the displacement of
+   !> the tip and the impacts, or how to ask for them.
+   subroutine print_driven(unit, statistics, load_period, units)
+      integer, intent(in) :: unit
+      !> Absent: the scene has no &statistics
+      type(run_statistics_t), intent(in), optional :: statistics
+      !> Period of the loads, tau
+      real(wp), intent(in) :: load_period
+      !> Units of the results
+      type(units_t), intent(in) :: units
+
+      write (unit, '()')
+      call print_line(unit, 'load period', phrase(units, '{tau =~} ', 'time', load_period))
+      if (.not. present(statistics)) then
+         call print_line(unit, 'driven motion', 'amplitudes, RMS values, shares of time in contact and impacts a ' &
+            //'period: add &statistics, with a start after the start-up')
+         return
+      end if
+      call print_line(unit, 'amplitude of tip', value_in_units(units, 'displacement', 0.5_wp*(value_of('maximum_tip') &
+         - value_of('minimum_tip')), decimals)//', half of its range')
+      call print_line(unit, 'RMS of tip', value_in_units(units, 'displacement', value_of('rms_tip'), decimals) &
+         //phrase(units, ', mean ', 'displacement', value_of('mean_tip'), decimals))
+      call print_line(unit, 'impacts a period', rounded(load_period*value_of('impact_rate'))//' at all stops')
+      call print_line(unit, 'share in contact', rounded(value_of('contact_share'))//' of the time, summed over stops')
+
+   contains
+
+      !> A statistic of all contacts together.
+      pure function value_of(name) result(value)
+         character(*), intent(in) :: name
+         real(wp) :: value
+
+         value = statistics%value(measure_named(name) - first_statistic + 1, 0)
+      end function value_of
+
+   end subroutine print_driven
 
    !> Add the first column of a table of contacts, with entries such as '2 above'.
    subroutine add_contacts(table, contacts)

@@ -236,8 +236,8 @@ contains
             words = to_text(size(node_position) - 1)//' elements, found for a tolerance of '//rounded(mesh%tolerance)
          else if (mesh%found%compared > 0) then
             if (abs(mesh%ratio - 1.0_wp) <= 0.0_wp) words = to_text(mesh%elements)//' elements'
-            words = words//', found for '//rounded(100.0_wp*mesh%found%tolerance) &
-               //' % of displacement and first impact '//trim(mesh%found_for)
+            words = words//' found for '//rounded(100.0_wp*mesh%found%tolerance) &
+               //' % of displacement, first impact '//trim(mesh%found_for)
          end if
       end associate
    end function mesh_of_scene

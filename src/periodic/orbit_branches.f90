@@ -230,6 +230,8 @@ contains
             if (is_acceptable) call add_step(map, options, next, direction, trace)
          end if
       end do
+      if (.not. trace%is_over .or. trace%is_closed .or. size(trace%point) == 0) return
+      if (trace%point(size(trace%point))%mark == mark_none) trace%point(size(trace%point))%mark = mark_lost
    end subroutine continue_trace
 
    !> Add a point, and the bifurcations between this point and the point before. If the point lies outside the range of

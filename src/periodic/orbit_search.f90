@@ -124,12 +124,37 @@ contains
       map%section_phase = initial%section_phase
       if (allocated(error)) return
       associate (sections => response%sections)
-         study%tau = sections%tau
-         study%tip = sections%tip(1, :)
-         study%tip_velocity = sections%tip(2, :)
-         study%stop = sections%stop(1, :, :)
-         study%stop_velocity = sections%stop(2, :, :)
+         study%tau = [0.0_wp, sections%tau]
+         study%tip = from_phase_0(sections%tip(1, :))
+         study%tip_velocity = from_phase_0(sections%tip(2, :))
+         study%stop = by_stop(sections%stop(1, :, :))
+         study%stop_velocity = by_stop(sections%stop(2, :, :))
       end associate
+
+   contains
+
+      !> A history from phase 0 on, whose sample at the start is the one at the end of the period.
+      pure function from_phase_0(values) result(whole)
+         !> Samples after phase 0
+         real(wp), intent(in) :: values(:)
+         real(wp) :: whole(size(values) + 1)
+
+         whole = [values(size(values)), values]
+      end function from_phase_0
+
+      !> Histories of the contacts from phase 0 on.
+      pure function by_stop(values) result(whole)
+         !> Samples after phase 0, [contacts, samples]
+         real(wp), intent(in) :: values(:, :)
+         real(wp) :: whole(size(values, 1), size(values, 2) + 1)
+
+         integer :: k
+
+         do k = 1, size(values, 1)
+            whole(k, :) = from_phase_0(values(k, :))
+         end do
+      end function by_stop
+
    end subroutine record_orbit
 
 end module orbit_search

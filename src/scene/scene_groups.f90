@@ -6,7 +6,7 @@
 module scene_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_named, measure_status, measure_table
+   use measure_list, only: former_names, formerly_named, measure_count, measure_status, measure_table
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
@@ -319,6 +319,8 @@ contains
          instead_of='fatigue_threshold_ratio', quantity='stress'))
       call table%bind(scene%stress%fatigue_classes, name_t('fatigue_classes', 'classes of the histogram of cycles', &
          range_t(1, 10000)))
+      call table%bind(scene%stress%strength, name_t('strength', 'stress that the material bears, beyond which there ' &
+         //'is a warning; 0: none', range_t(0.0_wp, 1.0e20_wp)))
    end subroutine list_stress
 
    !> List the names of &frequencies in the table, and bind them to the components of the scene.
@@ -380,20 +382,13 @@ contains
       !> Index of the measure, after the status of the case, in the list of words
       integer :: chosen
 
-      ! measures that have another name in results with units, and their names in dimensionless results
-      character(*), parameter :: in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
-         'greatest_stress_time']
-      character(*), parameter :: without(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
-         'greatest_stress_tau']
-
       ! the first measure, the status of a case, is no measure by which cases are compared
       chosen = best%measure - measure_status
       call table%bind(chosen, name_t('measure', &
-         'measure by which cases are compared; with restitution greatest_force ' &
-         //'is the mean over the first 0.1 of tau of an episode, as the peak has no limit in the mesh'), &
-         [measure_table(measure_status + 1:)%name, in_units])
+         'measure by which cases are compared'), &
+         [measure_table(measure_status + 1:)%name, former_names])
       best%measure = chosen + measure_status
-      if (best%measure > measure_count) best%measure = measure_named(without(best%measure - measure_count))
+      if (best%measure > measure_count) best%measure = formerly_named(best%measure - measure_count)
       call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
       call table%bind(best%count, name_t('count', 'cases in the table of the best', range_t(1, 10000)))
       call table%bind(best%refine, name_t('refine', &

@@ -3,7 +3,8 @@ module scene_inference
    use inference_settings, only: fit_settings_t, is_feature, is_of_tip, observed_names, quantity_observed, &
       sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
-   use measure_list, only: demand_of, measure_count, measure_named, measure_status, measure_table
+   use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
+      measure_status, measure_table
    use name_hints, only: phrase_of
    use name_table, only: table_t
    use name_types, only: group_t, name_t
@@ -14,7 +15,7 @@ module scene_inference
    use scene_input, only: scene_input_t
    use scene_loads, only: folder_of
    use scene_sweep, only: entry_of_parameter, refuse_lost_units
-   use scene_types, only: scene_t
+   use scene_types, only: has_rigid_stops, scene_t
    use signal_file, only: read_signal, signal_t, unit_ratio
    use sweep_names, only: list_parameters, parameter_of
    use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
@@ -26,13 +27,8 @@ module scene_inference
    !> Names of the groups, in the order of the reference and of the echo.
    character(*), parameter :: inference_names(*) = [character(name_length) :: 'sensitivity', 'fit', 'uncertainty']
 
-   !> Measures that have other names in results with units.
-   character(*), parameter :: names_in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
-      'greatest_stress_time']
-   character(*), parameter :: names_without_units(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
-      'greatest_stress_tau']
-   !> Names that `measures` accepts: all measures but the status of a case.
-   character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, names_in_units]
+   !> Names that `measures` accepts: all measures but the status of a case, and former names.
+   character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, former_names]
 
 contains
 
@@ -185,7 +181,7 @@ contains
       allocate (measures(size(chosen)))
       do k = 1, size(chosen)
          measures(k) = chosen(k) + measure_status
-         if (measures(k) > measure_count) measures(k) = measure_named(names_without_units(measures(k) - measure_count))
+         if (measures(k) > measure_count) measures(k) = formerly_named(measures(k) - measure_count)
       end do
    end subroutine list_chosen_measures
 
@@ -197,10 +193,23 @@ contains
       !> Scene, of which all other groups are resolved
       type(scene_t), intent(inout) :: scene
 
+      if (has_rigid_stops(scene)) then
+         call replace_force(scene%sensitivity%measures)
+         call replace_force(scene%uncertainty%measures)
+      end if
       if (scene%wants_sensitivity) call resolve_sensitivity(input, table, scene)
       if (scene%wants_fit) call resolve_fit(input, scene)
       if (scene%wants_uncertainty) call resolve_uncertainty(input, scene)
    end subroutine resolve_inference
+
+   !> Replace the greatest force, which a rigid stop does not have, by its mean over the beginning of an episode.
+   pure subroutine replace_force(measures)
+      !> Indices in `measure_table`; unallocated: none
+      integer, allocatable, intent(inout) :: measures(:)
+
+      if (.not. allocated(measures)) return
+      where (measures == measure_force) measures = measure_mean_force
+   end subroutine replace_force
 
    !> Check &sensitivity: each parameter has a value that can be changed continuously, and runs of the scene have the
    !> measures.

@@ -17,7 +17,7 @@ module scene_requests
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)
    private
-   public :: request_names, list_request, resolve_requests, resolve_statistics, set_period
+   public :: request_names, list_request, resolve_requests, resolve_statistics, set_period, harmonic_frequencies
 
    !> Names of the groups, each of which requires &response, in the order of the reference and the echo.
    character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'relay', 'poincare', &

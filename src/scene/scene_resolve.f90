@@ -2,7 +2,7 @@
 !> values are set, and quantities in the user's units are converted to dimensionless values (ratios). A check that fails
 !> reports the problem to `input`, and the following steps are skipped.
 module scene_resolve
-   use kinds, only: lambda1, pi, wp
+   use kinds, only: lambda1, wp
    use name_table, only: table_t
    use number_text, only: rounded, to_text
    use printable_text, only: character_count, excerpt
@@ -27,7 +27,7 @@ module scene_resolve
       default_mode_count, frequency_settings_t, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
-   use scene_warnings, only: warn_of_scene
+   use scene_warnings, only: warn_of_scene, words_of_frequency
    use section_shapes, only: is_uniform, profile_stepped
    use unit_ratios, only: check_units, entries_in_units, set_ratio
    use value_rules, only: contains_value, max_length_ratio, max_numbers, range_t, range_text, length_ratio_problem
@@ -287,8 +287,8 @@ contains
             names = 'step step_time'
             if (scene%unit_system > 0 .and. scene%unit_system /= system_none) then
                names = names//' duration_time'
-               reason = reason//': the first frequency of the beam is '//rounded(omega1/(2.0_wp*pi)) &
-                  //' Hz; are its lengths, E and density in the units of the scene?'
+               reason = 'a step of '//rounded(response%step/omega1)//' s is longer than the run of ' &
+                  //rounded(response%duration/omega1)//' s: '//words_of_frequency(scene)
             end if
             call input%complain('response', names, reason)
          else if (response%duration/response%step > max_numbers) then

@@ -272,7 +272,9 @@ contains
             if (unit <= 0.0_wp) then
                call input%complain('stop', name, 'needs initial_height too'//trim(merge( &
                   ', here or at the stop from which the beam is released', &
-                  '                                                     ', stop_count(scene) > 1)), k)
+                  '                                                     ', stop_count(scene) > 1)) &
+                  //trim(merge(", or &start kind = 'rest' for a beam at rest between them", &
+                  repeat(' ', 57), side == side_both)), k)
             else if (height > scene%scales%length) then
                call input%complain('stop', name, "must be smaller in size than the beam's length, " &
                   //to_text(scene%scales%length), k)

@@ -3,15 +3,15 @@
 module scene_sweep
    use kinds, only: i8, wp
    use load_periods, only: is_steady
-   use measure_list, only: demand_of, measure_table
+   use measure_list, only: demand_of, measure_force, measure_mean_force, measure_table
    use name_hints, only: phrase_of
    use name_table, only: is_among, table_t
    use number_text, only: rounded, to_text
    use scene_beam, only: min_tip_ratio
    use scene_input, only: scene_input_t
-   use scene_types, only: scene_t
+   use scene_types, only: has_rigid_stops, scene_t
    use sweep_names, only: chosen_parameter, max_cases
-   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, &
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_follower, is_swept, parameter_t, &
       parameter_index, &
       swept_t, values_given
    use value_rules, only: max_length_ratio, max_numbers, length_ratio_problem
@@ -56,7 +56,9 @@ contains
       if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
          call input%complain('sweep', 'design', 'needs count, the number of cases')
       end if
+      call check_ties(input, scene)
       if (scene%wants_best) then
+         if (scene%best%measure == measure_force .and. has_rigid_stops(scene)) scene%best%measure = measure_mean_force
          associate (group => measure_table(scene%best%measure)%group)
             if (.not. scene%has_group(group)) call input%complain('best', 'measure', demand_of(group))
          end associate
@@ -168,7 +170,9 @@ contains
             values = int(max(swept%points, 1), i8)
             if (allocated(swept%list)) values = size(swept%list, kind=i8)
             if (k == scene%sweep%carry .and. scene%sweep%carries_back) values = 2_i8*values
-            if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*max_cases)
+            if (scene%sweep%design == design_grid .and. .not. is_follower(scene%sweep, k)) then
+               cases = min(cases*values, 2_i8*max_cases)
+            end if
             if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
             if (first /= '' .and. values /= cases) then
                call input%complain('sweep', trim(swept%parameter%name), &
@@ -182,6 +186,41 @@ contains
       end do
       if (cases > int(max_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(max_cases)//' cases')
    end subroutine check_count
+
+   !> Check that parameters that vary together are swept in a grid, with equally many values.
+   subroutine check_ties(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
+      integer, allocatable :: values(:)
+      integer :: k
+
+      associate (sweep => scene%sweep)
+         if (.not. allocated(sweep%tied)) return
+         allocate (values(size(sweep%tied)))
+         do k = 1, size(values)
+            values(k) = sweep%swept(sweep%tied(k))%points
+            if (allocated(sweep%swept(sweep%tied(k))%list)) values(k) = size(sweep%swept(sweep%tied(k))%list)
+         end do
+         if (sweep%design /= design_grid) then
+            call input%complain('sweep', 'tied', "goes with design = 'grid'; design = 'paired' ties all lists")
+         else if (size(values) < 2) then
+            call input%complain('sweep', 'tied', "takes two or more parameters, such as 'position', 'preload'")
+         else if (.not. all(is_swept(sweep%swept(sweep%tied)))) then
+            call input%complain('sweep', 'tied', trim(sweep%swept(sweep%tied(findloc(is_swept( &
+               sweep%swept(sweep%tied)), .false., dim=1)))%parameter%name)//' must be swept: give it a list or a range')
+         else if (any(values /= values(1))) then
+            k = findloc(values /= values(1), .true., dim=1)
+            call input%complain('sweep', 'tied', 'takes parameters with equally many values; ' &
+               //trim(sweep%swept(sweep%tied(1))%parameter%name)//' has '//to_text(values(1))//', ' &
+               //trim(sweep%swept(sweep%tied(k))%parameter%name)//' '//to_text(values(k)))
+         else if (sweep%carry > 0) then
+            call input%complain('sweep', 'tied', 'does not go with carry')
+         else if (scene%wants_best .and. scene%best%refine) then
+            call input%complain('sweep', 'tied', 'does not go with refine of &best')
+         end if
+      end associate
+   end subroutine check_ties
 
    !> Check that the tapers of all cases give positive heights, and their meshes an allowed ratio of longest to shortest
    !> element.

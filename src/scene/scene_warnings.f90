@@ -2,21 +2,26 @@
 module scene_warnings
    use kinds, only: pi, wp
    use load_settings, only: start_release
+   use measure_list, only: former_names, formerly_named, measure_force, measure_table
+   use namelist_text, only: item_name, value_text
+   use namelist_tokens, only: lower_case
    use number_text, only: rounded, to_text
-   use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
+   use quantities, only: quantity_named, system_names, system_none, unit_of, units_of, units_t
    use run_settings, only: side_both, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: scene_t
-   use warning_list, only: warning_frequency, warning_height, warning_position, warning_start, warning_t, warning_tau, &
-      warning_twins
+   use scene_types, only: has_rigid_stops, scene_t
+   use warning_list, only: warning_frequency, warning_height, warning_name, warning_position, warning_start, &
+      warning_stiffness, warning_t, warning_tau, warning_twins
    implicit none (type, external)
    private
-   public :: warn_of_scene
+   public :: add_warning, warn_of_scene, words_of_frequency
 
    !> Ratio of height to length beyond which shear, which the theory neglects, is not small.
    real(wp), parameter :: max_height_ratio = 0.2_wp
    !> Range of plausible first frequencies, Hz: from chimneys to microbeams.
    real(wp), parameter :: min_frequency = 0.01_wp, max_frequency = 1.0e7_wp
+   !> Range of plausible Young's moduli, Pa: from rubber to diamond.
+   real(wp), parameter :: min_modulus = 1.0e5_wp, max_modulus = 2.0e12_wp
    !> Positions below this share of the length are rare, and lengths in m are often below.
    real(wp), parameter :: min_position = 0.05_wp
 
@@ -33,6 +38,7 @@ contains
       if (allocated(scene%warnings)) deallocate (scene%warnings)
       allocate (scene%warnings(0), stops(0))
       if (.not. (scene%wants_response .or. scene%wants_frequencies)) return
+      call warn_of_names(input, scene)
       call warn_of_beam(input, scene)
       if (.not. scene%wants_response) return
       if (scene%has_stop) stops = [scene%stop]
@@ -54,17 +60,60 @@ contains
       type(scene_input_t), intent(in) :: input
       type(scene_t), intent(inout) :: scene
 
-      real(wp) :: frequency
+      real(wp) :: frequency, modulus
 
-      if (scene%scales%height_ratio > max_height_ratio .and. input%has_group('beam')) call add(scene, warning_height, &
-         'the height is '//rounded(scene%scales%height_ratio)//' of the length; the theory neglects shear, which ' &
-         //'counts from '//rounded(max_height_ratio)//' on')
+      if (scene%scales%height_ratio > max_height_ratio .and. input%has_group('beam')) call add_warning(scene, &
+         warning_height, 'the height is '//rounded(scene%scales%height_ratio)//' of the length; the ' &
+         //'theory neglects shear, which counts from '//rounded(max_height_ratio)//' on')
       if (.not. has_units(scene)) return
+      ! MPa in the system of mm, tonnes and s
+      modulus = scene%beam%youngs_modulus*merge(1.0e6_wp, 1.0_wp, system_names(scene%unit_system) == 'mm_t_s')
+      if (modulus < min_modulus .or. modulus > max_modulus) call add_warning(scene, warning_stiffness, &
+         'youngs_modulus = '//to_text(scene%beam%youngs_modulus)//' is '//rounded(modulus)//' Pa, ' &
+         //trim(merge('softer than rubber  ', 'stiffer than diamond', modulus < min_modulus))//'; is it in GPa?')
       frequency = scene%scales%omega1/(2.0_wp*pi)
-      if (frequency < min_frequency .or. frequency > max_frequency) call add(scene, warning_frequency, &
-         'the first frequency of the beam is '//rounded(frequency)//' Hz; are lengths, E and density in the units ' &
-         //'of the scene?')
+      if (frequency < min_frequency .or. frequency > max_frequency) call add_warning(scene, warning_frequency, &
+         words_of_frequency(scene))
    end subroutine warn_of_beam
+
+   !> The first frequency of the beam and the values from which it follows, as the file gives them.
+   pure function words_of_frequency(scene) result(words)
+      !> A scene in units
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      associate (beam => scene%beam)
+         words = 'with length = '//to_text(beam%length)//', youngs_modulus = '//to_text(beam%youngs_modulus) &
+            //' and density = '//to_text(beam%density)//' the first frequency of the beam is ' &
+            //rounded(scene%scales%omega1/(2.0_wp*pi))//" Hz; are they in the units of the scene, '" &
+            //trim(system_names(scene%unit_system))//"'?"
+      end associate
+   end function words_of_frequency
+
+   !> Warn of names that measures had before.
+   subroutine warn_of_names(input, scene)
+      type(scene_input_t), intent(in) :: input
+      type(scene_t), intent(inout) :: scene
+
+      integer :: i, k, place
+
+      associate (namelist => input%namelist)
+         do i = 1, namelist%item_count
+            if (index(item_name(namelist, i), 'measure') /= 1) cycle
+            do k = namelist%items(i)%first_value, namelist%items(i)%last_value
+               do place = size(former_names), 1, -1
+                  if (lower_case(value_text(namelist, k)) == former_names(place)) exit
+               end do
+               if (lower_case(value_text(namelist, k)) == measure_table(measure_force)%name .and. &
+                  has_rigid_stops(scene)) call add_warning(scene, warning_name, &
+                  'a rigid stop has no greatest_force, because an impact is an impulse: greatest_mean_force is the ' &
+                  //'mean over the first 0.1/omega1 of an episode')
+               if (place > 0) call add_warning(scene, warning_name, "the measure '"//trim(former_names(place)) &
+                  //"' is called '"//trim(measure_table(formerly_named(place))%name)//"' now")
+            end do
+         end do
+      end associate
+   end subroutine warn_of_names
 
    !> Warn of dimensionless positions and times that may have been meant in units.
    subroutine warn_of_ratios(input, scene, stops)
@@ -76,7 +125,7 @@ contains
 
       do k = 1, size(stops)
          if (stops(k)%position >= min_position .or. stops(k)%position > scene%scales%length) cycle
-         if (input%has('stop', 'position', k)) call add(scene, warning_position, 'position = ' &
+         if (input%has('stop', 'position', k)) call add_warning(scene, warning_position, 'position = ' &
             //rounded(stops(k)%position)//' of &stop number '//to_text(k) &
             //' is a share of the length; use position_length for a length')
       end do
@@ -96,7 +145,7 @@ contains
          type(units_t) :: units
 
          units = units_of(scene%scales, scene%unit_system, .true.)
-         call add(scene, warning_tau, name//' = '//rounded(value)//' is omega1 t, which is ' &
+         call add_warning(scene, warning_tau, name//' = '//rounded(value)//' is omega1 t, which is ' &
             //rounded(value*units%factor(quantity_named('time')))//' '//trim(unit_of(quantity_named('time'), units)) &
             //'; '//name//'_time is a time')
       end subroutine warn_of_tau
@@ -115,19 +164,19 @@ contains
       ! a sweep may vary what the stops differ in
       do k = merge(size(stops) + 1, 2, scene%wants_sweep .or. scene%wants_cases), size(stops)
          do j = 1, k - 1
-            if (are_identical(stops(j), stops(k))) call add(scene, warning_twins, '&stop number '//to_text(k) &
+            if (are_identical(stops(j), stops(k))) call add_warning(scene, warning_twins, '&stop number '//to_text(k) &
                //' is identical to &stop number '//to_text(j))
          end do
       end do
       if (scene%start%kind /= start_release .or. scene%has_start) return
       if (any([(input%has('stop', 'initial_height', k) .or. input%has('stop', 'pulled', k), k=1, size(stops))])) return
       if (all(stops%side == stops(1)%side) .and. stops(1)%side /= side_both) return
-      call add(scene, warning_start, "the beam is released from a deflection; &start kind = 'rest' starts it at rest " &
-         //'between the stops')
+      call add_warning(scene, warning_start, "the beam is released from a deflection; &start kind = 'rest' starts it " &
+         //'at rest between the stops')
    end subroutine warn_of_stops
 
    !> Add a warning, unless the scene silences it.
-   subroutine add(scene, kind, text)
+   subroutine add_warning(scene, kind, text)
       type(scene_t), intent(inout) :: scene
       !> One of the `warning_` constants
       integer, intent(in) :: kind
@@ -137,7 +186,7 @@ contains
          if (any(scene%silent_warnings == kind)) return
       end if
       scene%warnings = [scene%warnings, warning_t(kind, text)]
-   end subroutine add
+   end subroutine add_warning
 
    !> Do two stops have the same place, side and law?
    pure function are_identical(first, second) result(answer)

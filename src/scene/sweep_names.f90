@@ -224,6 +224,8 @@ contains
       end do
       call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
          //'start of the next', default='none: each case by itself', is_optional=.true.), names)
+      call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
+         //'axis of the grid', default='none', is_optional=.true.), names)
       call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
    end subroutine list_carry
 

@@ -9,11 +9,9 @@ module history_list
    type :: history_t
       !> Name in scene files
       character(24) :: name
-      !> Name of the dataset in results files
-      character(24) :: dataset
       !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
       !> results with units; without ~, `that` is empty
-      character(60) :: meaning
+      character(80) :: meaning
       !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
       !> The history is recorded if the scene names no histories
@@ -21,23 +19,23 @@ module history_list
    end type history_t
 
    type(history_t), parameter :: history_table(*) = [ &
-      history_t('displacement_stop', 'eta_stop', 'displacement of the beam at the stop{, eta}', 'displacement'), &
-      history_t('displacement_tip', 'eta_tip', 'displacement of the tip{, eta}', 'displacement'), &
-      history_t('velocity_stop', 'velocity_stop', 'velocity of the beam at the stop{, d eta/d tau}', &
+      history_t('displacement_stop', 'displacement of the beam at the stop, up from its surface{, eta}', &
+      'displacement'), &
+      history_t('displacement_tip', 'displacement of the tip, up from the height of the surface{, eta}', &
+      'displacement'), &
+      history_t('velocity_stop', 'velocity of the beam at the stop, upwards{, d eta/d tau}', &
       'velocity'), &
-      history_t('contact_force', 'contact_force', 'contact force{ Pbar}', 'force'), &
-      history_t('acceleration_stop', 'acceleration_stop', 'acceleration at the stop, without impulses', &
-      'acceleration', .false.), &
-      history_t('acceleration_tip', 'acceleration_tip', 'acceleration of the tip, without impulses', 'acceleration', &
-      .false.)]
+      history_t('contact_force', 'contact force{ Pbar}', 'force'), &
+      history_t('acceleration_stop', 'acceleration at the stop, without impulses', 'acceleration', .false.), &
+      history_t('acceleration_tip', 'acceleration of the tip, without impulses', 'acceleration', .false.)]
 
    integer, parameter :: history_count = size(history_table)
    !> Indices of the histories in the table
-   integer, parameter :: eta_stop = findloc(history_table%dataset, 'eta_stop', dim=1)
-   integer, parameter :: eta_tip = findloc(history_table%dataset, 'eta_tip', dim=1)
-   integer, parameter :: velocity_stop = findloc(history_table%dataset, 'velocity_stop', dim=1)
-   integer, parameter :: force_stop = findloc(history_table%dataset, 'contact_force', dim=1)
-   integer, parameter :: acceleration_stop = findloc(history_table%dataset, 'acceleration_stop', dim=1)
-   integer, parameter :: acceleration_tip = findloc(history_table%dataset, 'acceleration_tip', dim=1)
+   integer, parameter :: eta_stop = findloc(history_table%name, 'displacement_stop', dim=1)
+   integer, parameter :: eta_tip = findloc(history_table%name, 'displacement_tip', dim=1)
+   integer, parameter :: velocity_stop = findloc(history_table%name, 'velocity_stop', dim=1)
+   integer, parameter :: force_stop = findloc(history_table%name, 'contact_force', dim=1)
+   integer, parameter :: acceleration_stop = findloc(history_table%name, 'acceleration_stop', dim=1)
+   integer, parameter :: acceleration_tip = findloc(history_table%name, 'acceleration_tip', dim=1)
 
 end module history_list

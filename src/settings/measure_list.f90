@@ -2,16 +2,18 @@
 !> results files and the lines on the console follow from this table; `row_of` in `run_measures` computes the values of
 !> a run, in the order of the table (a row).
 module measure_list
+   use kinds, only: wp
    implicit none (type, external)
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
-      first_statistic
+      first_statistic, former_names, formerly_named
+   public :: force_window, measure_decay, measure_force, measure_mean_force
    public :: measured_stops, statistics_of_stop, first_of_stops, demand_of
 
    type :: measure_t
       !> Name of the column in a sweep
       character(24) :: name
-      !> Name of the dataset in the results file of one run or of &cases; empty: there is no dataset
+      !> The name if the results file of one run or of &cases has a dataset of the measure, else empty
       character(24) :: run_name
       !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
       !> results with units; without ~, `that` is empty
@@ -61,15 +63,16 @@ module measure_list
       measure_t('contacts', '', 'contacts of finite duration', 'number', .true., 'contacts', is_of_contact=.true.), &
       measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
       .true.), &
-      measure_t('first_impact_tau', 'first_impact', 'instant of the first contact with the stop', 'time', &
+      measure_t('first_impact_time', 'first_impact_time', 'instant of the first contact with the stop', 'time', &
       .false., 'first impact', 'at {tau~t} =', is_of_contact=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', &
-      '{d eta/d tau~velocity} at the stop point before it', 'velocity', .false., 'velocity before it', &
+      '{d eta/d tau~velocity} at the stop point before it, upwards', 'velocity', .false., 'velocity before it', &
       is_of_contact=.true.), &
-      measure_t('greatest_force', 'greatest_force', &
-      'maximum contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
-      'force', &
-      .false., is_of_contact=.true.), &
+      measure_t('greatest_force', 'greatest_force', 'maximum contact force{ Pbar}; not defined for a rigid stop, ' &
+      //'where it has no limit in the mesh', 'force', .false., 'maximum force', is_of_contact=.true.), &
+      measure_t('greatest_mean_force', 'greatest_mean_force', 'of a rigid stop, the maximum mean contact ' &
+      //'force{, Pbar,} over the first 0.1 {of tau~/ omega1} of an episode', 'force', .false., 'mean force', &
+      is_of_contact=.true.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
       'maximum impulse of an episode, between flights above 0.02{~ of the unit of displacement}, less that of the ' &
       //'force at rest', 'impulse', &
@@ -78,15 +81,16 @@ module measure_list
       is_of_contact=.true.), &
       measure_t('longest_contact', 'longest_contact', 'longest contact', 'time', .false., 'longest contact', &
       is_of_contact=.true.), &
-      measure_t('peak_1', '', 'highest point of the first rebound{, eta}', 'displacement', .false.), &
-      measure_t('peak_2', '', 'of the second', 'displacement', .false.), &
-      measure_t('peak_3', '', 'of the third', 'displacement', .false.), &
-      measure_t('peak_4', '', 'of the fourth', 'displacement', .false.), &
-      measure_t('peak_5', '', 'of the fifth', 'displacement', .false.), &
-      measure_t('quiet_tau', 'quiet', 'instant after which {|eta_c|~the stop point} stays within 0.02{~ of the unit ' &
-      //'of displacement}; nan: it does not', 'time', &
+      measure_t('peak_1', '', 'highest point of the first rebound, up from the surface{, eta}', 'displacement', &
+      .false.), &
+      measure_t('peak_2', '', 'highest point of the second, up from the surface', 'displacement', .false.), &
+      measure_t('peak_3', '', 'highest point of the third, up from the surface', 'displacement', .false.), &
+      measure_t('peak_4', '', 'highest point of the fourth, up from the surface', 'displacement', .false.), &
+      measure_t('peak_5', '', 'highest point of the fifth, up from the surface', 'displacement', .false.), &
+      measure_t('quiet_time', 'quiet_time', 'instant after which {|eta_c|~the stop point} stays within 0.02{~ of the ' &
+      //'unit of displacement} of the surface; nan: it does not', 'time', &
       .false., 'rebounds below 2 %', 'after {tau~t} ='), &
-      measure_t('spent_tau', 'spent', &
+      measure_t('spent_time', 'spent_time', &
       'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
       'time', .false., 'energy below 1 %', 'after {tau~t} ='), &
       measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", 'number', &
@@ -99,7 +103,7 @@ module measure_list
       //'{, Pbar L}', 'moment', .false., group='stress'), &
       measure_t('greatest_stress', 'greatest_stress', 'maximum stress at the outer fibre there, in magnitude' &
       //'{, in E D/L}', 'stress', .false., 'maximum stress', group='stress'), &
-      measure_t('greatest_stress_tau', 'greatest_stress_tau', 'instant of it', 'time', .false., 'reached', &
+      measure_t('greatest_stress_time', 'greatest_stress_time', 'instant of it', 'time', .false., 'reached', &
       'at {tau~t} =', group='stress'), &
       measure_t('greatest_stress_position', 'greatest_stress_position', 'its place{, x/L}', 'length', .false., &
       'and at', '{x/L~x} =', group='stress'), &
@@ -190,9 +194,12 @@ module measure_list
       'power', .false., group='statistics'), &
       measure_t('mean_displacement', '', 'mean displacement of the stop point, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
-      measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., group='statistics'), &
-      measure_t('minimum_displacement', '', 'its minimum', 'displacement', .false., group='statistics'), &
-      measure_t('maximum_displacement', '', 'its maximum', 'displacement', .false., group='statistics'), &
+      measure_t('rms_displacement', '', 'RMS displacement of the stop point, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
+      measure_t('minimum_displacement', '', 'minimum displacement of the stop point, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
+      measure_t('maximum_displacement', '', 'maximum displacement of the stop point, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
       measure_t('rms_acceleration', '', 'RMS acceleration of the stop point, without impulses; asked for with ' &
       //'acceleration', 'acceleration', .false., group='statistics'), &
       measure_t('minimum_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
@@ -201,9 +208,12 @@ module measure_list
       group='statistics'), &
       measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
-      measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., group='statistics'), &
-      measure_t('minimum_tip', '', 'its minimum', 'displacement', .false., group='statistics'), &
-      measure_t('maximum_tip', '', 'its maximum', 'displacement', .false., group='statistics'), &
+      measure_t('rms_tip', '', 'RMS displacement of the tip, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
+      measure_t('minimum_tip', '', 'minimum displacement of the tip, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
+      measure_t('maximum_tip', '', 'maximum displacement of the tip, up from the unstressed beam', &
+      'displacement', .false., group='statistics'), &
       measure_t('rms_tip_acceleration', '', 'RMS acceleration of the tip, without impulses; asked for with ' &
       //'acceleration', 'acceleration', .false., group='statistics'), &
       measure_t('minimum_tip_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
@@ -213,9 +223,21 @@ module measure_list
    integer, parameter :: measure_count = size(measure_table)
    !> Indices of measures that the program itself uses
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
-   integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_tau', dim=1)
+   integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_time', dim=1)
+   integer, parameter :: measure_decay = findloc(measure_table%name, 'spent_time', dim=1)
+   !> Names that measures had before, which scenes may still have, and the measures
+   character(*), parameter :: former_names(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
+      'greatest_stress_tau']
+   integer, parameter :: formerly_named(4) = [findloc(measure_table%name, 'first_impact_time', dim=1), &
+      findloc(measure_table%name, 'quiet_time', dim=1), findloc(measure_table%name, 'spent_time', dim=1), &
+      findloc(measure_table%name, 'greatest_stress_time', dim=1)]
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
+   !> Indices of the greatest force, and of its mean for rigid stops
+   integer, parameter :: measure_force = findloc(measure_table%name, 'greatest_force', dim=1)
+   integer, parameter :: measure_mean_force = findloc(measure_table%name, 'greatest_mean_force', dim=1)
+   !> Length of the part of an episode over which that mean is taken, tau
+   real(wp), parameter :: force_window = 0.1_wp
    !> Index of the peak of the first rebound; those of the further rebounds follow
    integer, parameter :: first_peak = findloc(measure_table%name, 'peak_1', dim=1)
    !> Index of the first statistic of a single stop; statistic after statistic, then stop after stop

@@ -7,7 +7,7 @@ module quantities
    implicit none (type, external)
    private
    public :: quantity_table, quantity_named, system_names, system_none
-   public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in, words_in
+   public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in_results, words_in
 
    !> Systems of units, as named in scene files: SI; millimetre, tonne and second; 'none' stands for any consistent
    !> units, of which only the dimensions are known.
@@ -240,26 +240,24 @@ contains
       unit = trim(quantity_table(quantity)%unit(units%system))
    end function unit_of
 
-   !> The name of a dataset or a column: in results with units, the words tau, eta and omega of a name become time,
+   !> The name of a dataset or a column, with or without units: the words tau, eta and omega of a name become time,
    !> displacement and frequency.
-   pure function name_in(units, name) result(named)
-      type(units_t), intent(in) :: units
-      !> Name in dimensionless results; underscores join its words
+   pure function name_in_results(name) result(named)
+      !> Name; underscores join its words
       character(*), intent(in) :: name
       character(:), allocatable :: named
 
-      ! words of dimensionless names, and the words that replace them in results with units
+      ! symbols in names, and the words that replace them
       character(*), parameter :: greek(3) = [character(5) :: 'tau', 'eta', 'omega']
       character(*), parameter :: latin(3) = [character(12) :: 'time', 'displacement', 'frequency']
       integer :: i, place
 
       named = trim(name)
-      if (.not. units%are_of_scene) return
       do i = 1, size(greek)
          place = index('_'//named//'_', '_'//trim(greek(i))//'_')
          if (place > 0) named = named(:place - 1)//trim(latin(i))//named(place + len_trim(greek(i)):)
       end do
-   end function name_in
+   end function name_in_results
 
    !> A text for results: of each {this~that} in the text, `this` remains in dimensionless results, `that` in results
    !> with units.

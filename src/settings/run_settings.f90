@@ -150,6 +150,8 @@ module run_settings
       real(wp) :: fatigue_threshold = 0.0_wp
       !> Number of classes of the histogram of cycles
       integer :: fatigue_classes = 20
+      !> Stress that the material bears, in the units of the scene; 0: not given
+      real(wp) :: strength = 0.0_wp
    end type stress_settings_t
 
    !> Settings of &statistics.

@@ -11,7 +11,7 @@ module scene_types
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
-   use run_settings, only: name_length, output_settings_t, poincare_settings_t, relay_settings_t, &
+   use run_settings, only: law_restitution, name_length, output_settings_t, poincare_settings_t, relay_settings_t, &
       response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
@@ -19,6 +19,7 @@ module scene_types
    use warning_list, only: warning_t
    implicit none (type, external)
    private
+   public :: has_rigid_stops
    public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
    public :: support_displacement, support_rotation, support_motion_names
    public :: frequency_response_settings_t, frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
@@ -374,6 +375,15 @@ module scene_types
    end type scene_t
 
 contains
+
+   !> Does the scene have stops, all of them rigid?
+   pure function has_rigid_stops(scene) result(answer)
+      class(scene_t), intent(in) :: scene
+      logical :: answer
+
+      answer = scene%has_stop .and. scene%stop%law == law_restitution
+      if (answer .and. allocated(scene%more_stops)) answer = all(scene%more_stops%law == law_restitution)
+   end function has_rigid_stops
 
    !> Does the scene have the group that a measure or an analysis requires?
    elemental function has_group(scene, group) result(has)

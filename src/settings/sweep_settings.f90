@@ -5,8 +5,8 @@ module sweep_settings
    use measure_list, only: measure_settling
    implicit none (type, external)
    private
-   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, parameter_index, &
-      values_given
+   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t
+   public :: is_follower, is_swept, parameter_index, values_given
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
 
@@ -80,6 +80,8 @@ module sweep_settings
       integer :: carry = 0
       !> The cases run through the values of the parameter `carry` in the given order, and then in reverse order
       logical :: carries_back = .false.
+      !> Indices of parameters of a grid that vary together, value by value, as one axis; unallocated: none
+      integer, allocatable :: tied(:)
    end type sweep_settings_t
 
    !> Settings of &best.
@@ -127,6 +129,17 @@ contains
 
       is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
+
+   !> Does a parameter follow another one, to which it is tied and which comes before it?
+   pure function is_follower(sweep, place) result(answer)
+      type(sweep_settings_t), intent(in) :: sweep
+      !> Index of the parameter
+      integer, intent(in) :: place
+      logical :: answer
+
+      answer = .false.
+      if (allocated(sweep%tied)) answer = any(sweep%tied == place) .and. place > minval(sweep%tied)
+   end function is_follower
 
    !> Values given for a parameter in a sweep: the list, or only the minimum and the maximum of the range.
    pure function values_given(swept, otherwise) result(values)

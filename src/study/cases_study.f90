@@ -31,10 +31,10 @@ module cases_study
    !> Measures in the table that compares the cases
    type(measure_column_t), parameter :: compared_measures(*) = [ &
       measure_column_t('impacts'), &
-      measure_column_t('first_impact_tau'), &
+      measure_column_t('first_impact_time'), &
       measure_column_t('first_impact_velocity'), &
-      measure_column_t('quiet_tau'), &
-      measure_column_t('spent_tau')]
+      measure_column_t('quiet_time'), &
+      measure_column_t('spent_time')]
 
 contains
 

@@ -8,7 +8,7 @@ module mesh_choice
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use mesh_checks, only: mesh_check_t
-   use mode_trials, only: compare_runs, is_driven, trial_settings
+   use mode_trials, only: compare_runs, horizon_of, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: mode_check_t, response_t, run_measures_t
    use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
@@ -192,12 +192,14 @@ contains
    !> graded mesh differs less from the next finer uniform one.
    subroutine refine_mesh(scene, settings, share, beam)
       type(scene_t), intent(in) :: scene
-      !> Settings of the runs that are compared
-      type(run_settings_t), intent(in) :: settings
+      !> Settings of the runs that are compared; those of a search that the scene does not request become shorter
+      type(run_settings_t), intent(inout) :: settings
       !> Share of the work that the search of a scene without a mesh may take
       real(wp), intent(in) :: share
       type(case_beam_t), intent(out) :: beam
 
+      ! further runs are this much longer than the interval in which the first could be compared
+      real(wp), parameter :: reserve = 1.25_wp
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
       real(wp) :: grading, max_work, minimum, other_grading, tolerance, work
@@ -211,8 +213,11 @@ contains
       call run_on_mesh(scene, settings, meshes(1), grading, coarse)
       work = work_of(coarse%response, settings)
       max_work = huge(1.0_wp)
-      if (scene%mesh%is_sought) max_work = share*max(cheap_work, max_share*work_of_run(coarse, settings, &
-         run_settings_of(scene)))
+      if (scene%mesh%is_sought) then
+         max_work = share*max(cheap_work, max_share*work_of_run(coarse, settings, run_settings_of(scene)))
+         if (.not. allocated(coarse%error)) settings%response%duration = min(settings%response%duration, &
+            reserve*horizon_of(coarse%response, settings%response%duration))
+      end if
       i = 1
       do while (i < size(meshes))
          call run_on_mesh(scene, settings, meshes(i + 1), grading, fine)

@@ -7,18 +7,20 @@ module scene_beam_model
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
+   use load_periods, only: period_of
    use load_settings, only: course_step, start_drop
    use mass_choice, only: is_redistribution_more_accurate
+   use mode_trials, only: is_driven
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
-   use scene_requests, only: set_period
+   use scene_requests, only: harmonic_frequencies, set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
    use section_shapes, only: is_uniform, profile_stepped
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
-   public :: section_of, model_of, motion_model_of, redistributes, run_settings_of
+   public :: load_period_of, section_of, model_of, motion_model_of, redistributes, run_settings_of
 
    !> Stiffness of a spring with stiffness ratio 1, for E Ibar = L = 1
    real(wp), parameter :: spring_unit = 3.0_wp
@@ -41,6 +43,21 @@ contains
          section = tapered_section(settings%height_root, settings%height_tip)
       end select
    end function section_of
+
+   !> Period of the loads of a run that is driven throughout, tau: the common period of its harmonic loads, or of the
+   !> slowest if they have none in common. 0: the run is not driven.
+   pure function load_period_of(scene) result(period)
+      type(scene_t), intent(in) :: scene
+      real(wp) :: period
+
+      real(wp), allocatable :: frequencies(:)
+
+      period = 0.0_wp
+      if (.not. is_driven(run_settings_of(scene))) return
+      frequencies = harmonic_frequencies(scene)
+      period = period_of(frequencies, 0)
+      if (period <= 0.0_wp) period = period_of(frequencies, minloc(frequencies, dim=1))
+   end function load_period_of
 
    !> Assemble the beam of a scene on a mesh, with the consistent mass matrix.
    pure subroutine model_of(scene, elements, ratio, model, error)

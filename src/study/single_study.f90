@@ -17,8 +17,10 @@ module single_study
    use results_file, only: begin_results, expected_size, finish_results, write_groups
    use run_progress, only: disable_progress, enable_progress
    use run_settings, only: run_settings_t
-   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts, print_stresses
-   use scene_beam_model, only: motion_model_of, run_settings_of
+   use run_tables, only: print_contacts, print_driven, print_measures, print_mesh, print_modes, print_statistics, &
+      print_stresses
+   use run_warnings, only: warn_of_run
+   use scene_beam_model, only: load_period_of, motion_model_of, run_settings_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model, released_stop
@@ -43,6 +45,10 @@ contains
       type(mesh_errors_t), allocatable :: errors
       type(analysed_t), allocatable :: analysed(:)
       type(quantity_group_t) :: root
+      ! the scene with warnings about its run
+      type(scene_t), allocatable :: shown
+      ! tau; 0: the run is not driven
+      real(wp) :: load_period
 
       if (.not. job%quiet) call start_progress(job%label)
       call compute_scene(scene, model, table, response, analysed, error)
@@ -68,18 +74,23 @@ contains
       if (allocated(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error) .or. job%quiet) return
-      call print_model(job%unit, scene, model%mesh%position)
+      allocate (shown, source=scene)
+      if (allocated(response)) call warn_of_run(shown, response)
+      call print_model(job%unit, shown, model%mesh%position)
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response) .and. scene%has_stop) then
+         load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
-         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene), errors)
+         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene), errors, &
+            is_driven=load_period > 0.0_wp)
+         if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
          if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
-            'an estimate takes longer than the tables: --estimate')
+            'not estimated, as that would take long: --estimate does')
          if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
          if (allocated(response%statistics)) then
-            call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene))
+            call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene), load_period)
          end if
          ! the measures have the stress of a single place
          if (allocated(response%moments)) then

@@ -132,7 +132,7 @@ contains
       !> Estimated errors of the mesh for some cases
       type(mesh_errors_t), intent(in), optional :: errors
 
-      type(quantity_group_t) :: root, maps, sweep
+      type(quantity_group_t) :: root, grid, maps, sweep
       type(spectra_columns_t) :: spectra
       type(failure_t), allocatable :: refusal
       character(:), allocatable :: assembled
@@ -160,6 +160,11 @@ contains
          call make_spectra(maps, scene, plan%cases, spectra)
       end if
       call write_rows(sweep, path, plan, text, has_measure(scene), spectra, error)
+      if (plan%is_grid .and. .not. plan%goes_back) then
+         grid = root%subgroup('grid')
+         if (.not. sweep%scales_values) grid = grid%unscaled(plan%axes%parameter%quantity)
+         call write_grid(grid, plan, has_measure(scene))
+      end if
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
@@ -178,8 +183,8 @@ contains
       !> Summary of the chunks
       type(survey_t), intent(in) :: survey
 
-      type(quantity_group_t) :: axes
       character(len(measure_table%name)) :: names(measure_count)
+      logical :: leads(size(plan%axes))
       integer :: k
 
       do k = 1, measure_count
@@ -193,14 +198,9 @@ contains
       call group%attribute('failures', [survey%failures])
       if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in the array order of C
-         call group%attribute('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
-         axes = group%subgroup('axes')
-         do k = 1, size(plan%axes)
-            associate (axis => plan%axes(k))
-               call axes%add(trim(axis%parameter%name), axis%values, group%scene_unit(axis%parameter%quantity), &
-                  trim(axis%parameter%meaning), is_scale=.true.)
-            end associate
-         end do
+         leads = plan%axes%leader == 0
+         call group%attribute('grid_parameters', joined(pack(plan%axes%parameter%name, leads)))
+         call group%attribute('grid_extents', pack([(size(plan%axes(k)%values), k=1, size(plan%axes))], leads))
       end if
       if (plan%chain > 0) then
          call group%attribute('carry', trim(scene%sweep%swept(scene%sweep%carry)%parameter%name))
@@ -209,6 +209,40 @@ contains
       call group%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
       call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
    end subroutine write_group
+
+   !> Write the group /grid: the values of each parameter, and the measures of /sweep as tables with an axis for each
+   !> parameter.
+   subroutine write_grid(group, plan, has_column)
+      type(quantity_group_t), intent(in) :: group
+      type(plan_t), intent(in) :: plan
+      !> Measures that /sweep has, [measure_count]
+      logical, intent(in) :: has_column(:)
+
+      integer :: extents(size(plan%axes)), k
+      logical :: leads(size(plan%axes))
+
+      leads = plan%axes%leader == 0
+      do k = 1, size(plan%axes)
+         associate (axis => plan%axes(k))
+            if (leads(k)) call group%add(trim(axis%parameter%name), axis%values, &
+               group%scene_unit(axis%parameter%quantity), trim(axis%parameter%meaning), is_scale=.true.)
+            extents(k) = size(axis%values)
+         end associate
+      end do
+      ! a parameter that is tied to another one has its values along the axis of that one
+      do k = 1, size(plan%axes)
+         associate (axis => plan%axes(k))
+            if (.not. leads(k)) call group%add(trim(axis%parameter%name), axis%values, &
+               group%scene_unit(axis%parameter%quantity), trim(axis%parameter%meaning), &
+               along=trim(plan%axes(axis%leader)%parameter%name))
+         end associate
+      end do
+      do k = 1, measure_count
+         if (has_column(k)) call group%put_view(trim(measure_table(k)%name), '/sweep', pack(extents, leads), &
+            pack(plan%axes%parameter%name, leads), measure_table(k)%quantity, measure_table(k)%meaning, &
+            measure_table(k)%is_whole)
+      end do
+   end subroutine write_grid
 
    !> Which measures does a scene have?
    pure function has_measure(scene) result(answer)

@@ -11,7 +11,7 @@ module sweep_plan
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use run_settings, only: method_newmark
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, &
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, is_swept, parameter_t, &
       sweep_settings_t, swept_t, values_given
    use sweep_spectra, only: spectrum_size
    implicit none (type, external)
@@ -34,6 +34,8 @@ module sweep_plan
       logical :: is_logarithmic = .false.
       !> Distribution of the values, in words; empty: they are evenly spaced
       character(24) :: distribution = ''
+      !> Index of the axis whose values this one follows, value by value; 0: it is an axis of its own
+      integer :: leader = 0
    end type axis_t
 
    !> The plan of a sweep.
@@ -95,7 +97,9 @@ contains
             end if
             axes(count)%minimum = minval(values_given(sweep%swept(k)))
             axes(count)%maximum = maxval(values_given(sweep%swept(k)))
-            if (plan%is_grid) then
+            if (is_follower(sweep, k)) then
+               axes(count)%leader = count_swept(sweep%swept(:minval(sweep%tied)))
+            else if (plan%is_grid) then
                plan%cases = plan%cases*size(axes(count)%values)
             else
                plan%cases = size(axes(count)%values)
@@ -116,6 +120,13 @@ contains
          plan%chunks = (plan%cases - 1)/plan%chunk_cases + 1
       end associate
    end subroutine make_plan
+
+   !> Number of parameters that are swept.
+   pure integer function count_swept(swept)
+      type(swept_t), intent(in) :: swept(:)
+
+      count_swept = count(is_swept(swept))
+   end function count_swept
 
    !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
    !> sections; always a multiple of the length of a chain.
@@ -272,18 +283,18 @@ contains
       !> Values of the parameters, [axes]
       real(wp), intent(out) :: values(:)
 
-      integer :: k, remainder
+      integer :: k, place(size(plan%axes)), remainder
 
+      place = case
       remainder = case - 1
       do k = size(plan%axes), 1, -1
-         associate (axis => plan%axes(k)%values)
-            if (plan%is_grid) then
-               values(k) = axis(modulo(remainder, size(axis)) + 1)
-               remainder = remainder/size(axis)
-            else
-               values(k) = axis(case)
-            end if
-         end associate
+         if (.not. plan%is_grid .or. plan%axes(k)%leader > 0) cycle
+         place(k) = modulo(remainder, size(plan%axes(k)%values)) + 1
+         remainder = remainder/size(plan%axes(k)%values)
+      end do
+      do k = 1, size(plan%axes)
+         if (plan%axes(k)%leader > 0) place(k) = place(plan%axes(k)%leader)
+         values(k) = plan%axes(k)%values(place(k))
       end do
    end subroutine case_values
 

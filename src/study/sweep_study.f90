@@ -21,7 +21,7 @@ module sweep_study
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
    use sweep_run, only: run_chunks, scene_of_case
-   use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, sweep_settings_t
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
@@ -186,7 +186,7 @@ contains
       if (sweep%design == design_latin_hypercube) cases = real(sweep%count, wp)
       do k = 1, size(sweep%swept)
          values = values_of(sweep, k)
-         if (sweep%design == design_grid) cases = cases*real(values, wp)
+         if (sweep%design == design_grid .and. .not. is_follower(sweep, k)) cases = cases*real(values, wp)
          if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
       end do
    end function cases_of

@@ -3,7 +3,7 @@ module sweep_tables
    use kinds, only: wp
    use measure_list, only: measure_table
    use number_text, only: to_text
-   use quantities, only: name_in, units_t
+   use quantities, only: name_in_results, units_t
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use run_tables, only: print_mesh
    use scene_types, only: scene_t
@@ -51,6 +51,7 @@ contains
             words = with_unit(axis%minimum, scene_unit_of(units, axis%parameter%quantity))//' to ' &
                //with_unit(axis%maximum, scene_unit_of(units, axis%parameter%quantity))
             if (plan%is_grid) words = words//', '//to_text(size(axis%values))//' values'
+            if (axis%leader > 0) words = words//', tied to '//trim(plan%axes(axis%leader)%parameter%name)
             if (axis%distribution /= '') then
                words = words//', '//trim(axis%distribution)
             else if (axis%is_logarithmic) then
@@ -112,7 +113,7 @@ contains
 
       associate (measure => scene%best%measure)
          write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' ' &
-            //name_in(units_in(scene), measure_table(measure)%name)
+            //name_in_results(measure_table(measure)%name)
          if (best%count == 0) then
             write (unit, '(2x, a)') 'no case has one'
             return
@@ -137,7 +138,7 @@ contains
       associate (measure => scene%best%measure, last => refined%count, units => units_in(scene))
          measured_in = unit_in(units, measure_table(measure)%quantity)
          write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-            //name_in(units, measure_table(measure)%name)//' from '//with_unit(refined%rows(measure, 1), measured_in) &
+            //name_in_results(measure_table(measure)%name)//' from '//with_unit(refined%rows(measure, 1), measured_in) &
             //' to '//with_unit(refined%rows(measure, last), measured_in)
          call add_texts(table, '', ['best'])
          call add_case_columns(table, scene, plan, refined%values(:, last:last), refined%rows(measure, last:last))
@@ -165,7 +166,7 @@ contains
          end associate
       end do
       associate (measure => measure_table(scene%best%measure))
-         call add_numbers(table, name_in(units, measure%name), measured, six_digits, unit_in(units, measure%quantity))
+         call add_numbers(table, name_in_results(measure%name), measured, six_digits, unit_in(units, measure%quantity))
       end associate
    end subroutine add_case_columns
 

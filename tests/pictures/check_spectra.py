@@ -48,7 +48,7 @@ def errors_of(program, folder, step):
     subprocess.run([program, "--quiet", "--out", folder, scene], check=True, stdin=subprocess.DEVNULL)
     errors = []
     with h5py.File(folder/"samples.h5") as file:
-        for history, name in (("eta_tip", "displacement_tip"), ("contact_force", "contact_force")):
+        for history, name in (("displacement_tip", "displacement_tip"), ("contact_force", "contact_force")):
             found = of_samples(file["response"][history][()], step)
             for kind, values in zip(("amplitude", "density"), found):
                 ours = file["spectrum"][f"{kind}_{name}"][()]

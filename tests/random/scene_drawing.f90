@@ -1013,7 +1013,7 @@ contains
       !> Place of a name that it shall have; missing: any
       integer, intent(in), optional :: swept
 
-      character(:), allocatable :: group, name, parameter
+      character(:), allocatable :: group, name, parameter, tied
       integer :: i, count, first, length, wanted, design
 
       call put(draft, 'sweep', '', '')
@@ -1035,11 +1035,12 @@ contains
       if (design == 2) call put(draft, 'sweep', 'count', to_text(1 + int(8.0_wp*number())))
       length = 1 + int(3.0_wp*number())
       wanted = 1 + int(2.0_wp*number())
+      tied = ''
       count = 0
       do while (count < wanted)
          i = 1 + int(number()*real(size(names), wp))
          if (count == 0 .and. first > 0) i = first
-         if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list) cycle
+         if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list .or. names(i)%name == 'tied') cycle
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
          if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
@@ -1049,6 +1050,7 @@ contains
                to_text(2 + int(2.0_wp*number())))
          else
             call put(draft, 'sweep', trim(names(i)%name), numbers_for(names(i), group, name, length))
+            if (index(tied, "'"//parameter//"'") == 0) tied = tied//", '"//parameter//"'"
          end if
          if (parameter == 'mesh_ratio') call put(draft, 'mesh', 'elements', to_text(1 + int(4.0_wp*number())))
          if (parameter == 'elements' .or. parameter == 'mesh_ratio') call drop(draft, 'mesh', 'ratio')
@@ -1060,6 +1062,8 @@ contains
          end if
          count = count + 1
       end do
+      ! all lists have equally many values
+      if (design == 0 .and. index(tied(2:), ',') > 0 .and. chance(0.5_wp)) call put(draft, 'sweep', 'tied', tied(3:))
       if (.not. chance(0.3_wp)) return
       call put(draft, 'best', '', '')
       call draw_group(names, 'best', 0.5_wp, draft)

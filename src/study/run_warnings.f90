@@ -1,0 +1,53 @@
+!> Warnings about the results of a run that are beyond what the theory or the material bears.
+module run_warnings
+   use history_list, only: eta_tip
+   use kinds, only: wp
+   use number_text, only: rounded
+   use quantities, only: quantity_named, units_of, units_t
+   use reader_units, only: with_unit, unit_in
+   use response_types, only: response_t
+   use run_settings, only: side_above
+   use scene_types, only: scene_t
+   use scene_warnings, only: add_warning
+   use warning_list, only: warning_slope, warning_strength
+   implicit none (type, external)
+   private
+   public :: warn_of_run
+
+   !> Slope beyond which deflections are not small.
+   real(wp), parameter :: max_slope = 0.2_wp
+   !> Slope at the tip over displacement of the tip over length, of a cantilever bent by a force at its tip
+   real(wp), parameter :: slope_ratio = 1.5_wp
+
+contains
+
+   !> Add warnings to a scene in units: of a slope that is not small, and of a stress beyond the strength.
+   subroutine warn_of_run(scene, response)
+      type(scene_t), intent(inout) :: scene
+      !> The run of the scene
+      type(response_t), intent(in) :: response
+
+      type(units_t) :: units
+      real(wp) :: height, slope, stress
+
+      if (scene%scales%displacement <= 0.0_wp .or. .not. allocated(scene%warnings)) return
+      if (allocated(response%history(eta_tip)%values)) then
+         ! the history counts from the height of the surface
+         height = 0.0_wp
+         if (scene%has_stop) height = merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)*scene%stop%preload
+         slope = slope_ratio*maxval(abs(response%history(eta_tip)%values + height))*scene%scales%displacement &
+            /scene%scales%length
+         if (slope > max_slope) call add_warning(scene, warning_slope, 'the slope of the beam is about ' &
+            //rounded(real(nint(100.0_wp*slope), wp)/100.0_wp)//'; the theory is one of small deflections, to about ' &
+            //rounded(max_slope))
+      end if
+      if (scene%stress%strength <= 0.0_wp .or. .not. allocated(response%measures)) return
+      if (.not. response%measures%has_stress) return
+      units = units_of(scene%scales, scene%unit_system, .true.)
+      stress = response%measures%greatest_stress*units%factor(quantity_named('stress'))
+      if (stress > scene%stress%strength) call add_warning(scene, warning_strength, 'the greatest stress, ' &
+         //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
+         //with_unit(scene%stress%strength, unit_in(units, 'stress')))
+   end subroutine warn_of_run
+
+end module run_warnings
