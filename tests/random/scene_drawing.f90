@@ -171,6 +171,13 @@ contains
       if (choice < 0.95_wp .and. chance(0.25_wp)) then
          call put(draft, 'stress', '', '')
          call draw_group(names, 'stress', 0.5_wp, draft)
+         ! all turning points are found, of which fast modes have millions
+         if (.not. has_name(draft, 'response', 'modes')) then
+            call drop(draft, 'stress', 'fatigue_slope')
+            call drop(draft, 'stress', 'fatigue_threshold_ratio')
+            call drop(draft, 'stress', 'fatigue_threshold')
+            call drop(draft, 'stress', 'fatigue_classes')
+         end if
          ! extremes are searched while the beam oscillates
          call drop(draft, 'response', 'duration_time')
          call drop(draft, 'response', 'step_time')
@@ -1395,6 +1402,8 @@ contains
          unit = lambda1_power4*length*scene%scales%bending_stiffness/(scene%scales%height_ratio*scene%scales%length**3)
          call instead('statistics', 'threshold_ratio', 'force_threshold', scene%statistics%threshold*unit)
          call instead('relay', 'lasting_force_ratio', 'lasting_force', scene%relay%lasting_force*unit)
+         call instead('stress', 'fatigue_threshold_ratio', 'fatigue_threshold', scene%stress%fatigue_threshold &
+            *scene%scales%youngs_modulus*length/scene%scales%length)
          if (allocated(scene%forces)) then
             unit = stiffness*length
             if (.not. allocated(scene%forces(1)%position)) unit = unit/scene%scales%length
@@ -1511,6 +1520,7 @@ contains
          call take('statistics', 'threshold_ratio', scene%statistics%threshold)
       end if
       call take('relay', 'lasting_force_ratio', scene%relay%lasting_force)
+      call take('stress', 'fatigue_threshold_ratio', scene%stress%fatigue_threshold)
 
    contains
 
