@@ -186,13 +186,15 @@ contains
                   end do
                end if
                if (.not. is_nonzero(segment%harmonic)) cycle
-               associate (c => segment%harmonic, rotation => phasor(self%loads%harmonic(g)))
-                  work = work + 0.5_wp*real(c*work_of_rotation(set%forward_work(:, g), rotation, term, amplitude) &
-                     + conjg(c)*work_of_rotation(set%backward_work(:, g), conjg(rotation), term, amplitude), wp)
+               associate (c => segment%harmonic, rotation => phasor(self%loads%harmonic(g)), &
+                  sigma => cmplx(0.0_wp, segment%frequency, wp))
+                  work = work + 0.5_wp*real(c*work_of_rotation(set%forward_work(:, g), coupled%exponent + sigma, time, &
+                     rotation, term, amplitude) + conjg(c)*work_of_rotation(set%backward_work(:, g), &
+                     coupled%exponent - sigma, time, conjg(rotation), term, amplitude), wp)
                   do m = 1, size(set%resonant_terms)
                      if (set%resonant_load(m) /= g) cycle
                      associate (i => set%resonant_terms(m))
-                        s = coupled%exponent(i) - cmplx(0.0_wp, segment%frequency, wp)
+                        s = coupled%exponent(i) - sigma
                         work = work + 0.5_wp*real(conjg(c)*coupled%exponent(i)*load(i)*amplitude(i) &
                            *integral(s, time, exp(s*time)), wp)
                      end associate
@@ -204,20 +206,29 @@ contains
    end function work_on_terms
 
    !> Change of exp(sigma t) times the terms, weighted.
-   pure function work_of_rotation(weight, rotation, term, amplitude) result(work)
-      !> Weights, and the terms at the end and at the start, [terms]
+   pure function work_of_rotation(weight, exponent, time, rotation, term, amplitude) result(work)
       complex(wp), contiguous, intent(in) :: weight(:)
+      !> Exponents of the products of exp(sigma t) and the terms, [terms]
+      complex(wp), intent(in) :: exponent(:)
+      real(wp), intent(in) :: time
       !> exp(sigma t) at the end
       complex(wp), intent(in) :: rotation
+      !> The terms at the end and at the start, [terms]
       complex(wp), contiguous, intent(in) :: term(:)
       complex(wp), contiguous, intent(in) :: amplitude(:)
       complex(wp) :: work
 
+      ! below this product of exponent and time the difference of the two ends would lose digits
+      real(wp), parameter :: cancels = 0.1_wp
       integer :: m
 
       work = (0.0_wp, 0.0_wp)
       do m = 1, size(weight)
-         work = work + weight(m)*(rotation*term(m) - amplitude(m))
+         if ((abs(real(exponent(m), wp)) + abs(aimag(exponent(m))))*time < cancels) then
+            work = work + weight(m)*exponent(m)*amplitude(m)*integral(exponent(m), time, (1.0_wp, 0.0_wp))
+         else
+            work = work + weight(m)*(rotation*term(m) - amplitude(m))
+         end if
       end do
    end function work_of_rotation
 
