@@ -62,7 +62,7 @@ contains
       if (settings%response%mode_count > 0) mode_count = min(mode_count, settings%response%mode_count)
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
-      force = matmul(transpose(modes%mode(:, :mode_count)), loads%vector)
+      force = matmul(transpose(modes%mode(:, :mode_count)), loads%vector(:size(modes%mode, 1), :))
       ! coefficient 2 zeta W^2 + alpha of each modal velocity
       damping = 2.0_wp*settings%zeta*modes%square(:mode_count) + rates_of_modes(settings, modes%square(:mode_count))
       associate (unused => response, points => scene%frequency_response%points)

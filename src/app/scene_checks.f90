@@ -187,7 +187,7 @@ contains
       logical :: changes
 
       changes = parameter%changes_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
-         (parameter%group == 'stop' .and. .not. single_contact)
+         ((parameter%group == 'stop' .or. parameter%group == 'body') .and. .not. single_contact)
    end function changes_start
 
 end module scene_checks

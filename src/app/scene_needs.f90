@@ -250,6 +250,7 @@ contains
 
       number = 0
       if (allocated(scene%more_stops)) number = size(scene%more_stops)
+      if (allocated(scene%bodies)) number = number + size(scene%bodies)
       if (allocated(scene%supports)) number = number + size(scene%supports)
       if (allocated(scene%masses)) number = number + size(scene%masses)
       if (allocated(scene%beam%section%station)) number = number + size(scene%beam%section%station)

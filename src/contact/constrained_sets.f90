@@ -30,8 +30,11 @@ module constrained_sets
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
       !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
-      !> Sign s of the contact if it is at the tip, else 0, [contacts]
+      !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
+      !> Index of the mode of each body, and displacement of the body per unit of the mode, [bodies]
+      integer, allocatable :: body_mode(:)
+      real(wp), allocatable :: body_value(:)
    end type free_beam_t
 
    !> The constrained modes of one set of closed rigid contacts.

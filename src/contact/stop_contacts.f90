@@ -1,7 +1,10 @@
-!> Unilateral contacts of the beam. A stop below or above the beam has one contact, a stop on both sides has two.
+!> Unilateral contacts of the beam and of bodies. A stop below or above the beam has one contact, a stop on both sides
+!> has two.
 !>
 !> The sign s is 1 for a contact below the beam and -1 for one above. The gap is s y - h, with h the height of the
-!> contact: s times the coordinate d of its surface. The force acts on the beam along s.
+!> contact: s times the coordinate d of its surface. The force acts on the beam along s. The gap between the beam and a
+!> body with the coordinate z is s (y - z) - h, and the force acts on the body along -s; the gap between a body and its
+!> floor (s = 1) or ceiling (s = -1) is s z - h.
 module stop_contacts
    use kinds, only: wp
    use load_settings, only: start_release
@@ -10,6 +13,7 @@ module stop_contacts
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
+   public :: shape_of_contact, datum_of, force_on_body
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -146,6 +150,7 @@ contains
       do k = 1, size(contacts)
          do i = 1, size(contacts)
             if (i == k .or. dofs(i) /= dofs(k) .or. contacts(i)%sign*contacts(k)%sign < 0.0_wp) cycle
+            if (max(contacts(i)%settings%body, contacts(k)%settings%body) > 0) cycle
             if (any([contacts(i)%settings%law, contacts(k)%settings%law] /= law_restitution)) cycle
             difference = contacts(i)%height - contacts(k)%height
             if (.not. abs(difference) > 0.0_wp) then
@@ -162,7 +167,7 @@ contains
       type(contact_t), intent(in) :: other
       logical :: answer
 
-      real(wp) :: a(9), b(9)
+      real(wp) :: a(10), b(10)
       integer :: first
 
       a = keys(one)
@@ -175,13 +180,55 @@ contains
    !> Sort keys of a contact, the most significant first.
    pure function keys(contact) result(values)
       type(contact_t), intent(in) :: contact
-      real(wp) :: values(9)
+      real(wp) :: values(10)
 
       associate (settings => contact%settings)
          values = [settings%position, -contact%sign, -contact%height, real(settings%law, wp), &
             real(settings%impulse, wp), -settings%restitution, settings%stiffness_ratio, settings%branch_ratio, &
-            settings%damper_ratio]
+            settings%damper_ratio, real(settings%body, wp)]
       end associate
    end function keys
+
+   !> Row of a contact in a set of shapes: the rate of its gap per unit of the rate of each shape.
+   pure function shape_of_contact(contact, dof, bodies, shapes) result(row)
+      type(contact_t), intent(in) :: contact
+      !> Degree of freedom of the beam at the contact, and number of bodies
+      integer, intent(in) :: dof
+      integer, intent(in) :: bodies
+      !> Shapes over the degrees of freedom of the beam, followed by those of the bodies, [degrees of freedom, shapes]
+      real(wp), intent(in) :: shapes(:, :)
+      real(wp) :: row(size(shapes, 2))
+
+      associate (settings => contact%settings)
+         row = 0.0_wp
+         if (.not. settings%is_of_base) row = contact%sign*shapes(dof, :)
+         if (settings%body == 0) return
+         associate (body => size(shapes, 1) - bodies + settings%body)
+            if (settings%is_of_base) row = contact%sign*shapes(body, :)
+            if (.not. settings%is_of_base) row = row - contact%sign*shapes(body, :)
+         end associate
+      end associate
+   end function shape_of_contact
+
+   !> Force on a body, positive upwards, per unit of the force of a contact.
+   elemental function force_on_body(contact, body) result(force)
+      type(contact_t), intent(in) :: contact
+      !> Number of the body
+      integer, intent(in) :: body
+      real(wp) :: force
+
+      force = 0.0_wp
+      if (contact%settings%body == body) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
+   end function force_on_body
+
+   !> Displacement from which the histories of beams count that are released from a contact: the surface of a stop; 0 if
+   !> a body moves instead.
+   elemental function datum_of(contact) result(datum)
+      type(contact_t), intent(in) :: contact
+      real(wp) :: datum
+
+      datum = 0.0_wp
+      if (contact%settings%body == 0) datum = contact%sign*contact%height
+   end function datum_of
 
 end module stop_contacts

@@ -27,11 +27,12 @@ module contact_phase
       start_phase, observed_gap
    use phase_sums, only: sample_accelerations
    use phase_transitions, only: apply_transition
-   use response_types, only: response_t, contact_record_t
+   use response_types, only: body_record_t, response_t, contact_record_t
    use run_observers, only: reads_losses, observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
-   use section_states, only: record_modes, state_at
+   use section_states, only: record_bodies, record_modes, state_at
    use section_types, only: section_state_t
+   use stop_contacts, only: datum_of
    use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
    implicit none (type, external)
    private
@@ -56,6 +57,8 @@ module contact_phase
       integer :: recorded = 0
       !> Accelerations at the contacts and of the tip in the present phase; unallocated: not requested yet
       type(interval_sums_t), allocatable :: accelerations
+      !> Histories of each body, [bodies]
+      type(body_record_t), allocatable :: bodies(:)
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
       !> State from which the run continues (if `q` is allocated), and after the run its last state; unallocated: not
@@ -249,24 +252,20 @@ contains
                if (is_constrained) rate = 0.0_wp
                if (allocated(record%eta)) record%eta(self%recorded) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%recorded) = sign*rate
-               if (asked%history(force_stop)) then
-                  if (set%is_closed(k)) then
-                     if (time > 0.0_wp .or. now%states(k)%is_rigid) then
-                        record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
-                           term)
-                     else
-                        ! computed from the state: with large and stiff dampers the sum of the terms loses digits at
-                        ! time 0
-                        record%force(self%recorded) = self%force_scale*force_in(now%states(k), rate)
-                     end if
-                     total = total + record%force(self%recorded)
+               if (asked%history(force_stop) .and. set%is_closed(k)) then
+                  if (time > 0.0_wp .or. now%states(k)%is_rigid) then
+                     record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
+                        term)
+                  else
+                     ! from the state: with large and stiff dampers the sum of the terms loses digits at time 0
+                     record%force(self%recorded) = self%force_scale*force_in(now%states(k), rate)
                   end if
+                  total = total + record%force(self%recorded)
                end if
                ! the histories of the run refer to the release contact: eta = 0 at its undeformed surface
                if (k /= now%release_contact) cycle
-               sample%history(eta_stop) = sign*gap
-               sample%history(velocity_stop) = sign*rate
-               sample%history(eta_tip) = (constrained%static_tip - sign*now%beam%height(k)) &
+               sample%history([eta_stop, velocity_stop]) = sign*[gap, rate]
+               sample%history(eta_tip) = (constrained%static_tip - datum_of(now%states(k)%contact)) &
                   + sum(constrained%tip_value*z)
                if (abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = merge(0.0_wp, &
                   sample%history(eta_tip) + sign*node(1), is_constrained)
@@ -277,6 +276,7 @@ contains
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
+         if (size(self%bodies) > 0) call record_bodies(now, z, v, self%recorded, self%records, self%bodies)
          sample%history(force_stop) = total
          if (any(asked%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
             self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)

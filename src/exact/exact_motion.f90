@@ -21,6 +21,7 @@ module exact_motion
    use run_recorder, only: make_recorder, recorder_t
    use run_settings, only: count_samples, run_settings_t
    use section_types, only: section_state_t
+   use stop_contacts, only: datum_of
    implicit none (type, external)
    private
    public :: exact_response, choose_modes, unknown_modes
@@ -288,8 +289,8 @@ contains
       type(free_modes_t) :: reduced
       type(run_settings_t) :: reduced_settings
 
-      if (mode_count == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
-         settings%zeta_mass <= 0.0_wp) then
+      if (mode_count == size(modes%lambda) .and. .not. (allocated(settings%mode_ratios) .or. &
+         allocated(settings%bodies)) .and. settings%zeta_mass <= 0.0_wp) then
          call run_among_contacts(model, modes, settings, sets, response, error, carried)
       else
          reduced = modes
@@ -346,7 +347,7 @@ contains
       if (.not. allocated(response%shape_tau)) return
       if (phase%now%release_contact > 0) then
          associate (state => phase%now%states(phase%now%release_contact))
-            call fill_shapes(modes, state%contact%sign*state%contact%height, motion%recorder, response)
+            call fill_shapes(modes, datum_of(state%contact), motion%recorder, response)
          end associate
       else
          call fill_shapes(modes, 0.0_wp, motion%recorder, response)

@@ -12,15 +12,15 @@ module exact_start
    use contact_values, only: gap_to_undeformed
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
-   use free_modes, only: free_modes_t
+   use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
-   use mode_choice, only: rates_of_modes
+   use mode_choice, only: damps_each_mode, rates_of_modes
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_set_store, phase_state_t
    use phase_transitions, only: begin_contacts_at_start, update_contacts
-   use response_records, only: open_contact_record
+   use response_records, only: open_body_record, open_contact_record
    use response_types, only: response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -28,7 +28,7 @@ module exact_start
    use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: restore_state
    use section_types, only: run_sections_t
-   use stop_contacts, only: active_contacts, contact_t, contacts_of
+   use stop_contacts, only: active_contacts, contact_t, contacts_of, shape_of_contact
    use tangent_columns, only: allocate_tangent, tangent_t
    implicit none (type, external)
    private
@@ -61,7 +61,7 @@ contains
 
       allocate (contacts, source=contacts_of(settings))
       allocate (is_active, source=active_contacts(contacts, model%stop_dofs(contacts%stop)))
-      allocate (static_force(size(contacts)))
+      allocate (static_force(size(contacts)), source=0.0_wp)
       associate (beam => phase%now%beam, now => phase%now)
          now%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
          call make_beam(model, modes, settings, contacts, beam)
@@ -75,7 +75,6 @@ contains
             if (modes%node_flexibility > 0.0_wp) call add_massless_node(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
-         static_force = 0.0_wp
          static_energy = no_rest
          if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(now, is_active, static_force, &
             static_energy)
@@ -112,6 +111,10 @@ contains
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
+      allocate (phase%bodies(size(phase%now%beam%body_mode)))
+      do k = 1, size(phase%bodies)
+         call open_body_record(settings%bodies(k), settings%output, samples + 1, phase%bodies(k))
+      end do
       call start_motion(settings, phase, motion, response)
    end subroutine start_exact
 
@@ -161,7 +164,7 @@ contains
       real(wp) :: forces(size(is_active))
       integer :: k
 
-      call find_modal_start(model, modes, settings%start, now, is_active, motion%q, motion%v, forces, error)
+      call find_modal_start(model, modes, settings, now, is_active, motion%q, motion%v, forces, error)
       if (allocated(error)) return
       do k = 1, size(forces)
          associate (state => now%states(k))
@@ -204,7 +207,7 @@ contains
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)
          ! all modes take part, each with the same energy
-         tangent%q(:, 1) = 1.0_wp/sqrt(square)
+         tangent%q(:, 1) = 1.0_wp/sqrt(merge(1.0_wp, square, square <= max_free_square))
          tangent%v(:, 1) = 0.5_wp
       end associate
    end subroutine start_variation
@@ -230,10 +233,18 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       type(free_beam_t), intent(out) :: beam
 
-      integer :: k
+      integer :: bodies, i, k
 
-      call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
-      beam%has_modal_damping = allocated(settings%mode_ratios)
+      beam%has_modal_damping = damps_each_mode(settings)
+      call make_oscillators(modes%square, merge(0.0_wp, settings%zeta, beam%has_modal_damping), beam%oscillators, &
+         rates_of_modes(settings, modes%square, modes%body))
+      bodies = 0
+      if (allocated(settings%bodies)) bodies = size(settings%bodies)
+      allocate (beam%body_mode(bodies), beam%body_value(bodies))
+      if (bodies > 0) then
+         beam%body_mode(:) = [(findloc(modes%body, i, dim=1), i=1, bodies)]
+         beam%body_value(:) = 1.0_wp/sqrt(settings%bodies%mass_ratio)
+      end if
       if (settings%stop%impulse == impulse_nodal) then
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       end if
@@ -244,13 +255,14 @@ contains
       allocate (beam%tip_sign(size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
          associate (dof => model%stop_dofs(contacts(k)%stop))
-            beam%value(:, k) = contacts(k)%sign*modes%mode(dof, :)
-            if (dof == modes%tip_dof) beam%tip_sign(k) = contacts(k)%sign
+            beam%value(:, k) = shape_of_contact(contacts(k), dof, bodies, modes%mode)
+            if (dof == modes%tip_dof .and. contacts(k)%settings%body == 0) beam%tip_sign(k) = contacts(k)%sign
          end associate
       end do
    end subroutine make_beam
 
-   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion.
+   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. Bodies without springs
+   !> have one only if no contact presses.
    pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
       !> Active contacts, [contacts]
@@ -265,6 +277,11 @@ contains
       logical :: is_loaded(size(is_active))
       integer :: j, k
 
+      if (any(now%beam%oscillators%square <= max_free_square)) then
+         force = 0.0_wp
+         energy = merge(no_rest, 0.0_wp, any(now%beam%height > 0.0_wp))
+         return
+      end if
       do k = 1, size(is_active)
          do j = 1, size(is_active)
             compliance(j, k) = sum(now%beam%value(:, j)*now%beam%value(:, k)/now%beam%oscillators%square)
@@ -290,6 +307,7 @@ contains
       do k = 1, size(phase%records)
          response%contacts(phase%now%states(k)%contact%number) = phase%records(k)
       end do
+      if (size(phase%bodies) > 0) call move_alloc(phase%bodies, response%bodies)
       lost_stop = sum(phase%now%states%dissipated)
       associate (ledger => motion%recorder%ledger, measures => motion%observers%measures)
          ! dissipation in the beam is the remainder, so that the energy balance closes to rounding

@@ -2,18 +2,21 @@
 !> displacements and velocities (docs/theory.md, section 18). The unit of displacement is the initial distance of the
 !> stop point from the contact from which the beam is released.
 module modal_starts
-   use beam_model, only: beam_model_t, is_mechanism
+   use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
    use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
    use contact_states, only: contact_state_t
    use failures, only: fail, failure_t, status_bad_input
-   use free_modes, only: free_modes_t
+   use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use load_courses, only: value_at
-   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
+   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, &
       start_table, start_velocity
+   use number_text, only: to_text
    use phase_state, only: phase_state_t
    use point_forces, only: find_point_forces, slow_frequency
+   use run_settings, only: run_settings_t, side_below, side_both
+   use stop_contacts, only: contact_t
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility
@@ -36,10 +39,11 @@ module modal_starts
 contains
 
    !> Find the initial state of the free modes and the contact forces.
-   subroutine find_modal_start(model, modes, start, phase, is_active, q, v, forces, error)
+   subroutine find_modal_start(model, modes, settings, phase, is_active, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      type(start_settings_t), intent(in) :: start
+      !> Start of the beam, and bodies
+      type(run_settings_t), intent(in) :: settings
       !> The beam, its contacts and the loads on it
       type(phase_state_t), intent(in) :: phase
       !> Contacts that are active (not shadowed by another contact), [contacts]
@@ -59,30 +63,37 @@ contains
       forces = 0.0_wp
       beam%row = phase%beam%value
       beam%square = phase%beam%oscillators%square
-      select case (start%kind)
-      case (start_release)
-         ! the static shape of a force at the release contact, with a gap of 1 there
-         associate (b => phase%beam%value(:, phase%release_contact), square => phase%beam%oscillators%square)
-            q(:) = (1.0_wp + phase%beam%height(phase%release_contact))*b &
-               /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))
-         end associate
-      case (start_balance)
-         call find_balance(phase, beam, is_active, q, forces, error)
-         if (is_mechanism(model)) call check_balance(phase, forces, error)
-      case (start_velocity, start_drop, start_mode, start_table)
-         if (is_in_mode(start)) then
-            associate (tip => modes%mode(modes%tip_dof, start%mode))
-               if (start%kind == start_mode) q(start%mode) = start%displacement/tip
-               v(start%mode) = start%velocity/tip
+      associate (start => settings%start)
+         select case (start%kind)
+         case (start_release)
+            ! the static shape of a force at the release contact, with a gap of 1 there
+            associate (b => phase%beam%value(:, phase%release_contact), square => phase%beam%oscillators%square)
+               q(:) = (1.0_wp + phase%beam%height(phase%release_contact))*b &
+                  /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))
             end associate
-         else
-            call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
-            q(:) = matmul(momentum(:, 1), modes%mode)
-            v(:) = matmul(momentum(:, 2), modes%mode)
-         end if
-      end select
+         case (start_balance)
+            call find_balance(phase, beam, is_active, q, forces, error)
+            call check_balance(phase, forces, error)
+         case (start_velocity, start_drop, start_mode, start_table)
+            if (is_in_mode(start)) then
+               associate (tip => modes%mode(modes%tip_dof, start%mode))
+                  if (start%kind == start_mode) q(start%mode) = start%displacement/tip
+                  v(start%mode) = start%velocity/tip
+               end associate
+            else
+               call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
+               associate (shapes => modes%mode(:size(momentum, 1), :))
+                  q(:) = matmul(momentum(:, 1), shapes)
+                  v(:) = matmul(momentum(:, 2), shapes)
+               end associate
+            end if
+         end select
+      end associate
+      if (allocated(settings%bodies)) call place_bodies(settings, phase%states%contact, &
+         matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), phase%beam%body_mode, q, v)
       ! the static shape of a release was checked on the finite-element model before the modes were computed
-      if (start%kind /= start_release) call check_start(beam, phase%states%contact, forces, q, error)
+      if (settings%start%kind /= start_release .or. allocated(settings%bodies)) call check_start(beam, &
+         phase%states%contact, forces, q, error)
       if (.not. allocated(error)) call move_onto_contacts(beam, phase%states%contact, is_active, forces, q, error)
    end subroutine find_modal_start
 
@@ -122,7 +133,45 @@ contains
       call find_static_equilibrium(beam, phase%states%contact, is_active, q, forces, error)
    end subroutine find_balance
 
-   !> Report an error if a beam that rotates freely about its root is supported by no contact.
+   !> Set the coordinates and velocities of the bodies at the start. In a balance, the coordinates are already those of
+   !> static equilibrium; otherwise a body is at its distance from the beam, or where its spring has no force, and a
+   !> free body in a cavity is in its middle.
+   pure subroutine place_bodies(settings, contacts, deflection, mode, q, v)
+      type(run_settings_t), intent(in) :: settings
+      type(contact_t), intent(in) :: contacts(:)
+      !> Displacement of the beam at each contact, [contacts]
+      real(wp), intent(in) :: deflection(:)
+      !> Index of the mode of each body, [bodies]
+      integer, intent(in) :: mode(:)
+      !> Modal displacements and velocities, of which those of the bodies are set, [modes]
+      real(wp), intent(inout) :: q(:)
+      real(wp), intent(inout) :: v(:)
+
+      ! displacement of the beam at the body; coordinate and velocity of the body
+      real(wp) :: beam, coordinate, velocity
+      integer :: b
+
+      do b = 1, size(settings%bodies)
+         associate (body => settings%bodies(b), start => settings%start)
+            beam = deflection(findloc(contacts%settings%body == b .and. .not. contacts%settings%is_of_base, .true., &
+               dim=1))
+            velocity = body%start_velocity
+            if (start%kind == start_drop) velocity = velocity - start%velocity
+            v(mode(b)) = sqrt(body%mass_ratio)*velocity
+            if (start%kind == start_balance) cycle
+            coordinate = 0.0_wp
+            if (body%start_gap >= 0.0_wp) then
+               coordinate = beam - body%rest + merge(1.0_wp, -1.0_wp, body%side == side_below) &
+                  *(body%clearance - body%start_gap)
+            else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
+               coordinate = beam
+            end if
+            q(mode(b)) = sqrt(body%mass_ratio)*coordinate
+         end associate
+      end do
+   end subroutine place_bodies
+
+   !> Report an error if no contact supports a beam that rotates freely about its root, or a body without a spring.
    subroutine check_balance(now, forces, error)
       type(phase_state_t), intent(in) :: now
       !> Contact forces, [contacts]
@@ -130,10 +179,24 @@ contains
       !> Set if no contact supports the beam
       type(failure_t), allocatable, intent(inout) :: error
 
-      if (allocated(error) .or. any(forces > 0.0_wp) .or. now%loads%count == 0) return
-      if (abs(now%load(1)) <= 0.0_wp) return
-      call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has no ' &
-         //'balance to start in')
+      integer :: b, i
+
+      if (allocated(error) .or. now%loads%count == 0) return
+      do i = 1, size(now%load)
+         if (now%beam%oscillators%square(i) > max_free_square .or. abs(now%load(i)) <= 0.0_wp) cycle
+         if (any(forces > 0.0_wp .and. abs(now%beam%value(i, :)) > 0.0_wp)) cycle
+         b = findloc(now%beam%body_mode, i, dim=1)
+         if (b == 0) then
+            call fail(error, status_bad_input, &
+               'nothing carries the beam, which turns freely about its root: it has no ' &
+               //'balance to start in')
+         else
+            call fail(error, status_bad_input, &
+               'nothing carries &body number '//to_text(b)//', which moves freely: it ' &
+               //'has no balance to start in')
+         end if
+         return
+      end do
    end subroutine check_balance
 
    !> Static displacements of the modes.

@@ -13,11 +13,11 @@ module moment_signals
    use certified_search, only: transformable_signal_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
-   use free_modes, only: free_modes_t, rigid_square
+   use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
-   use modal_signal, only: make_modal_signal, modal_signal_t
+   use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
    use moment_places, only: find_place_weights, place_weights_t
-   use phase_state, only: set_reaction_state, phase_state_t
+   use phase_state, only: phase_state_t
    use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
    use stop_contacts, only: contact_t
@@ -73,8 +73,10 @@ contains
       integer :: k
 
       call find_place_weights(model, settings, loads, places)
-      allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
-      allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
+      associate (mode => modes%mode(:size(places%mass, 1), :))
+         allocate (moments%stiffness, source=matmul(transpose(mode), places%stiffness))
+         allocate (moments%mass, source=matmul(transpose(mode), places%mass))
+      end associate
       call move_alloc(places%load, moments%load)
       allocate (moments%contact(size(contacts), size(settings%stress%position)), source=0.0_wp)
       allocate (moments%place(size(settings%stress%position)))
@@ -82,8 +84,9 @@ contains
       ! static response of truncated modes: moment at each place per unit of force on each degree of freedom
       allocate (static, source=matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), places%stiffness) &
          /spread(modes%truncated_square, 2, size(settings%stress%position))))
-      if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
+      if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
       do k = 1, size(contacts)
+         if (contacts(k)%settings%is_of_base) cycle
          moments%contact(k, :) = contacts(k)%sign*static(model%stop_dofs(contacts(k)%stop), :)
       end do
    end subroutine make_moments
@@ -168,8 +171,8 @@ contains
             allocate (mass, source=moments%mass(:, p))
             allocate (row%weight, source=stiffness - constrained%oscillators%square*mass)
          end if
-         ! the rotation about a pinned root causes no moment
-         where (constrained%oscillators%square <= rigid_square) row%weight = 0.0_wp
+         ! the rotation about a pinned root and free bodies cause no moment
+         where (constrained%oscillators%square <= max_free_square) row%weight = 0.0_wp
          allocate (row%force_moment, source=force_moments(now, mass, contact))
       end associate
       if (now%loads%count == 0) return

@@ -9,20 +9,21 @@ module phase_state
    use coupled_modes, only: coupled_amplitudes
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
-   use exponential_signal, only: exponential_signal_t
+   use exponential_signal, only: add_decay, exponential_signal_t
    use failures, only: failure_t
    use forced_responses, only: forced_rows_at, find_rows_at, make_unit_responses, forced_response_t, &
       start_forced_response
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
-   use modal_signal, only: make_modal_signal, modal_signal_t
+   use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
    use row_integrals, only: row_span_t
    use row_signals, only: row_path_t
+   use summed_signal, only: summed_signal_t
    use surrogate_loads, only: forced_terms
    implicit none (type, external)
    private
    public :: phase_state_t, open_set_store, start_phase, find_load, signal_of, find_gap_signal, cache_state
-   public :: driven_terms, find_state, find_homogeneous_state, to_free_state, force_terms, set_reaction_state
+   public :: driven_terms, find_state, find_homogeneous_state, to_free_state, force_terms
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, observed_gap, observed_tip
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
@@ -203,27 +204,6 @@ contains
       end associate
    end subroutine start_load_response
 
-   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p. The
-   !> modes after `unseparated` have the state p, p', and the signal forms the sum (`is_viscous`) without cancellation.
-   subroutine set_reaction_state(z, v, reaction)
-      !> Homogeneous part of the state of the constrained modes, [modes]
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      type(modal_signal_t), intent(inout) :: reaction
-
-      integer :: i
-
-      associate (oscillators => reaction%oscillators, two_zeta => reaction%oscillators%two_zeta)
-         !$omp simd
-         do i = 1, oscillators%unseparated
-            reaction%z(i) = z(i) + two_zeta*v(i)
-            reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
-         end do
-         reaction%z(oscillators%unseparated + 1:) = z(oscillators%unseparated + 1:)
-         reaction%v(oscillators%unseparated + 1:) = v(oscillators%unseparated + 1:)
-      end associate
-   end subroutine set_reaction_state
-
    !> A signal of a contact in the present phase, valid until the next call.
    subroutine signal_of(self, k, kind, signal)
       type(phase_state_t), target, intent(inout) :: self
@@ -238,6 +218,7 @@ contains
 
       if (size(self%set%compliant) > 0) then
          call exponential_of(self, k, kind, made)
+         if (size(self%set%coupled%inactive) > 0) call add_inactive_modes(self, k, kind, made)
       else if (kind == end_gap .or. kind == observed_gap) then
          call find_gap_signal(self, k, gap)
          ! the gap to the stop includes the displacement of the massless node
@@ -377,25 +358,43 @@ contains
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
             if (kind == end_gap .and. state%indentation > 0.0_wp &
-               .and. .not. state%moves_with_beam) call add_recovery_term(state, sum)
+               .and. .not. state%moves_with_beam) call add_decay(state%indentation, state%spring%recovery_rate, sum)
          end select
       end associate
       call move_alloc(sum, signal)
    end subroutine exponential_of
 
-   !> Add the recovering indentation of an open contact as one more term.
-   pure subroutine add_recovery_term(state, sum)
-      type(contact_state_t), intent(in) :: state
-      type(exponential_signal_t), intent(inout) :: sum
+   !> Add the motion of the modes that vanish at all compliant contacts, which are not among the terms of the set.
+   subroutine add_inactive_modes(self, k, kind, signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      class(transformable_signal_t), allocatable, intent(inout) :: signal
 
-      real(wp) :: rate
-      integer :: slower
+      class(transformable_signal_t), allocatable :: modes
+      type(summed_signal_t), allocatable :: total
+      real(wp) :: sign
+      logical :: is_inactive(size(self%z))
 
-      rate = min(state%spring%recovery_rate, huge(1.0_wp))
-      slower = count(abs(sum%exponent) < rate)
-      sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
-      sum%amplitude = [sum%amplitude(:slower), cmplx(state%indentation, 0.0_wp, wp), sum%amplitude(slower + 1:)]
-   end subroutine add_recovery_term
+      if (kind == end_force .and. all(self%set%constrained%closed /= k)) return
+      is_inactive = .false.
+      is_inactive(self%set%coupled%inactive) = .true.
+      call modal_signal_of(self, k, kind, modes)
+      select type (modes)
+      type is (modal_signal_t)
+         if (kind == end_force) call set_reaction_state(self%z, self%v, modes)
+         if (.not. any(is_inactive .and. abs(modes%weight) > 0.0_wp)) return
+         modes%offset = 0.0_wp
+         ! `modal_signal_of` gives minus the gap
+         sign = merge(-1.0_wp, 1.0_wp, kind == end_gap .or. kind == observed_gap)
+         modes%z = sign*merge(modes%z, 0.0_wp, is_inactive)
+         modes%v = sign*merge(modes%v, 0.0_wp, is_inactive)
+      end select
+      allocate (total)
+      call move_alloc(signal, total%first)
+      call move_alloc(modes, total%second)
+      call move_alloc(total, signal)
+   end subroutine add_inactive_modes
 
    !> Force of closed contact k (k = 0: displacement of the tip) as offset plus terms, if a compliant contact is closed.
    pure subroutine force_terms(self, k, factor, offset, amplitude)

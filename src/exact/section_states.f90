@@ -5,10 +5,13 @@ module section_states
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
+   use response_records, only: record_body
+   use response_types, only: body_record_t, contact_record_t
    use section_types, only: run_sections_t, section_state_t
+   use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: state_at, record_modes, restore_state
+   public :: state_at, record_modes, record_bodies, restore_state
 
 contains
 
@@ -75,6 +78,42 @@ contains
          end associate
       end do
    end subroutine restore_state
+
+   !> Record the bodies at a sample.
+   pure subroutine record_bodies(self, z, v, place, contacts, bodies)
+      type(phase_state_t), intent(in) :: self
+      !> State of the constrained modes, [modes]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Index of the sample in the histories
+      integer, intent(in) :: place
+      !> Contacts with the forces of the sample, in the order of the motion
+      type(contact_record_t), intent(in) :: contacts(:)
+      type(body_record_t), intent(inout) :: bodies(:)
+
+      ! displacement and velocity of the mode of a body
+      real(wp) :: force, motion(2)
+      integer :: b, k
+
+      associate (beam => self%beam, constrained => self%set%constrained)
+         do b = 1, size(bodies)
+            associate (i => beam%body_mode(b))
+               if (allocated(constrained%mode)) then
+                  motion = [constrained%static(i) + sum(constrained%mode(i, :)*z), sum(constrained%mode(i, :)*v)]
+               else
+                  motion = [z(i), v(i)]
+               end if
+            end associate
+            force = 0.0_wp
+            do k = 1, size(contacts)
+               if (allocated(contacts(k)%force)) force = force + contacts(k)%force(place) &
+                  *force_on_body(self%states(k)%contact, b)
+            end do
+            motion = beam%body_value(b)*motion
+            call record_body(place, motion(1), motion(2), force, bodies(b))
+         end do
+      end associate
+   end subroutine record_bodies
 
    !> Record the free modes at the sections in a phase.
    subroutine record_modes(self, tau, length, first, sections)

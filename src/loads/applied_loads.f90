@@ -27,7 +27,8 @@ module applied_loads
       integer :: count = 0
       !> Time course of each load, [loads]
       type(time_course_t), allocatable :: course(:)
-      !> Load vectors over the degrees of freedom per unit of the time course, [order, loads]
+      !> Load vectors over the degrees of freedom of the beam, and then of the bodies, per unit of the time course,
+      !> [order + bodies, loads]
       real(wp), allocatable :: vector(:, :)
       !> Modal loads of the free modes per unit of the time course; unallocated: the modes are not known yet, [modes,
       !> loads]
@@ -88,12 +89,14 @@ contains
       type(applied_loads_t), intent(out) :: loads
 
       real(wp), allocatable :: vector(:)
-      integer :: forces, g, i
+      integer :: bodies, forces, g, i
 
       forces = count_forces(settings)
+      bodies = 0
+      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (loads%course, source=courses_of(settings))
       loads%count = size(loads%course)
-      allocate (loads%vector(model%mass%order, loads%count))
+      allocate (loads%vector(model%mass%order + bodies, loads%count), source=0.0_wp)
       do g = 1, forces
          associate (force => settings%forces(g))
             if (allocated(force%position)) then
@@ -105,7 +108,7 @@ contains
                allocate (vector, source=line_load(model, force%stretch(1), force%stretch(2)))
             end if
          end associate
-         loads%vector(:, g) = 3.0_wp/lambda1_power4*vector
+         loads%vector(:model%mass%order, g) = 3.0_wp/lambda1_power4*vector
          deallocate (vector)
       end do
       allocate (loads%power(loads%count), source=0)
@@ -114,7 +117,8 @@ contains
             loads%course(g) = acceleration_of(base)
             if (base%quantity == base_displacement .and. base%course%kind == course_harmonic) loads%power(g) = 2
          end associate
-         loads%vector(:, g) = -base_mass_vector(model)
+         loads%vector(:model%mass%order, g) = -base_mass_vector(model)
+         if (bodies > 0) loads%vector(model%mass%order + 1:, g) = -settings%bodies%mass_ratio
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration

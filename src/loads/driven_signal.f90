@@ -385,7 +385,7 @@ contains
 
       select type (signal)
       type is (exponential_signal_t)
-         if (abs(terms%slope) <= 0.0_wp) then
+         if (abs(terms%slope) <= 0.0_wp .and. .not. has_driven_modes(terms)) then
             call add_harmonics(terms, signal)
             return
          end if
@@ -403,6 +403,15 @@ contains
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
    end subroutine add_terms
+
+   !> Do modes driven from rest contribute to the load response?
+   pure function has_driven_modes(terms) result(has)
+      type(driven_terms_t), intent(in) :: terms
+      logical :: has
+
+      has = terms%modes > 0
+      if (has) has = any(abs(terms%share) > 0.0_wp .or. abs(terms%share_of_rate) > 0.0_wp)
+   end function has_driven_modes
 
    !> Add the constant, and the harmonics as further exponential terms, in order of increasing magnitude of the
    !> exponents.

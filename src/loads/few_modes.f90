@@ -252,7 +252,7 @@ contains
       do j = 1, stops
          forces(model%stop_dofs(j), j) = 1.0_wp
       end do
-      if (loads%count > 0) forces(:, stops + 1:) = loads%vector
+      if (loads%count > 0) forces(:, stops + 1:) = loads%vector(:beam%dofs, :)
       ! a force at a rigid support has no effect on the beam
       forces(beam%supported, :) = 0.0_wp
       allocate (shapes(beam%order, size(forces, 2) + count(has_impulses)))

@@ -152,7 +152,9 @@ contains
          call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%share(:, g), forced%load(:, g))
       end do
       allocate (forced%driven(0))
-      is_slow = constrained%oscillators%frequency < loads%slow .and. size(compliant) == 0
+      ! modes that vanish at all compliant contacts are uncoupled
+      is_slow = constrained%oscillators%frequency < loads%slow .and. &
+         .not. maxval(abs(constrained%value(:, compliant)), dim=2) > 0.0_wp
       do i = 1, constrained%count
          if (is_slow(i)) call add_driven(constrained, i, by_constant, 0, forced)
          if (is_slow(i)) call add_driven(constrained, i, by_slope, 0, forced)
@@ -162,8 +164,8 @@ contains
          forced%constant(:, g) = real(response, wp)
          forced%ramp(:, g) = aimag(response)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
-         is_driven = size(compliant) == 0 .and. (resonates(constrained%oscillators, loads%frequency(g)) .or. &
-            (is_slow .and. loads%frequency(g) < loads%slow))
+         is_driven = (size(compliant) == 0 .and. resonates(constrained%oscillators, loads%frequency(g))) .or. &
+            (is_slow .and. loads%frequency(g) < loads%slow)
          do i = 1, constrained%count
             if (is_driven(i)) call add_driven(constrained, i, by_harmonic, g, forced)
          end do
@@ -264,9 +266,8 @@ contains
          no_height = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
          where (.not. is_rigid_stop(spring(compliant))) flexibility = 1.0_wp/dynamic_stiffness(spring(compliant), s)
-         call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, cmplx(forced%load(:, load), &
-            0.0_wp, wp), &
-            no_height, force, z)
+         call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, &
+            cmplx(merge(0.0_wp, forced%load(:, load), left_out), 0.0_wp, wp), no_height, force, z)
       else
          z = (0.0_wp, 0.0_wp)
          where (.not. left_out) z = forced%load(:, load)/dynamic

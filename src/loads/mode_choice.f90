@@ -2,6 +2,7 @@
 !> modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
+   use body_modes, only: append_bodies, rate_of, square_of
    use damped_oscillators, only: damping_order
    use free_modes, only: free_modes_t
    use kinds, only: pi, wp
@@ -10,7 +11,7 @@ module mode_choice
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes
+   public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes, damps_each_mode
 
    !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
    integer, parameter :: max_all_modes = 32
@@ -96,40 +97,71 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
+   !> Has each mode its own damping, by a list of damping ratios, or by bodies whose dampers are not proportional to
+   !> mass and stiffness as the damping of the beam is? `zeta` of the settings is then part of the rates of the modes.
+   pure function damps_each_mode(settings) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = allocated(settings%mode_ratios)
+      if (answer .or. .not. allocated(settings%bodies)) return
+      associate (bodies => settings%bodies)
+         answer = any(abs(rate_of(bodies) - 2.0_wp*(settings%zeta*square_of(bodies) + settings%zeta_mass)) > 0.0_wp)
+      end associate
+   end function damps_each_mode
+
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
-   !> ratio zeta_i of mode i. The last ratio given holds for all further modes.
-   pure function rates_of_modes(settings, square) result(rate)
+   !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, alpha
+   !> of a mode of the beam includes 2 zeta W_i^2, and alpha of a body is the rate of its damper.
+   pure function rates_of_modes(settings, square, body) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
+      !> Number of the body of each mode, 0: of the beam; absent: all are of the beam, [modes]
+      integer, intent(in), optional :: body(:)
       real(wp) :: rate(size(square))
 
       integer :: i
 
       rate = 2.0_wp*settings%zeta_mass
-      if (.not. allocated(settings%mode_ratios)) return
-      associate (ratio => settings%mode_ratios)
-         rate = 2.0_wp*sqrt(square)*ratio([(min(i, size(ratio)), i=1, size(square))])
-      end associate
+      if (allocated(settings%mode_ratios)) then
+         associate (ratio => settings%mode_ratios)
+            rate = 2.0_wp*sqrt(square)*ratio([(min(i, size(ratio)), i=1, size(square))])
+         end associate
+      end if
+      if (.not. present(body)) return
+      if (.not. damps_each_mode(settings)) return
+      rate = rate + 2.0_wp*settings%zeta*square
+      do i = 1, size(square)
+         if (body(i) > 0) rate(i) = rate_of(settings%bodies(body(i)))
+      end do
    end function rates_of_modes
 
-   !> Select the lowest modes, order them as `damping_order` requires, and reorder the settings of single modes in the
-   !> same way. Stresses need the truncated modes, too, for their static response.
+   !> Select the lowest modes and those of all bodies, order them as `damping_order` requires, and reorder the settings
+   !> of single modes in the same way. Stresses need the truncated modes, too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
-      !> Number of modes
+      !> Number of modes of the beam; of all modes if those of the bodies are among them
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
 
       real(wp), allocatable :: ratio(:)
-      integer :: i, order(mode_count)
+      integer, allocatable :: order(:)
+      integer :: i, total
 
-      order = damping_order(modes%square(:mode_count), settings%zeta, &
-         rates_of_modes(settings, modes%square(:mode_count)))
       if (mode_count < size(modes%square) .and. allocated(settings%stress)) then
          allocate (modes%truncated_square, source=modes%square(mode_count + 1:))
          allocate (modes%truncated_mode, source=modes%mode(:, mode_count + 1:))
       end if
+      total = mode_count
+      if (allocated(settings%bodies) .and. .not. allocated(modes%body)) then
+         call append_bodies(settings%bodies, mode_count, modes)
+         total = size(modes%square)
+      end if
+      associate (zeta => merge(0.0_wp, settings%zeta, damps_each_mode(settings)))
+         order = damping_order(modes%square(:total), zeta, rates_of_modes(settings, modes%square(:total), modes%body))
+      end associate
+      if (allocated(modes%body)) modes%body = modes%body(order)
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
       call order_columns(modes%mode, order)
@@ -137,7 +169,7 @@ contains
       if (.not. allocated(settings%mode_ratios)) return
       allocate (ratio, source=settings%mode_ratios)
       deallocate (settings%mode_ratios)
-      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, mode_count)])
+      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, total)])
    end subroutine select_modes
 
 end module mode_choice

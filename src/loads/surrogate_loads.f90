@@ -49,8 +49,7 @@ contains
 
       logical :: is_slow
 
-      is_slow = any(abs(coupled%exponent)*loads%duration < max_slow) .or. &
-         any(constrained%oscillators%frequency(coupled%inactive)*loads%duration < max_slow)
+      is_slow = any(abs(coupled%exponent)*loads%duration < max_slow)
       if (is_slow) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       if (is_slow .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
    end subroutine forced_terms
@@ -106,11 +105,14 @@ contains
 
       complex(wp) :: response(set%at%rows), share(surrogate_count)
       complex(wp), allocatable :: harmonic(:, :)
-      logical :: none_left_out(constrained%count)
+      type(load_segment_t) :: segment
+      logical :: is_driven(constrained%count)
       real(wp) :: length, clearances(size(stretches))
       integer :: g, k, harmonic_count
 
-      none_left_out = .false.
+      ! uncoupled slow modes are driven from rest
+      is_driven = .false.
+      is_driven(set%driven%mode) = .true.
       forced%until = min(forced%until, forced%tau + loads%duration)
       length = forced%until - forced%tau
       clearances = [(min_clearance([coupled%exponent, cmplx(-constrained%oscillators%decay(coupled%inactive), &
@@ -121,16 +123,18 @@ contains
       forced%frequency = [loads%frequencies, surrogate_frequencies(length)]
       allocate (harmonic(set%at%rows, harmonic_count + surrogate_count), source=(0.0_wp, 0.0_wp))
       do g = 1, loads%count
-         call surrogate_amplitudes(forced%segment(g), length, share)
-         if (loads%harmonic(g) > 0 .and. .not. is_slow(forced%segment(g), length)) then
+         segment = forced%segment(g)
+         if (loads%harmonic(g) > 0 .and. (size(set%driven) > 0 .or. .not. is_slow(segment, length))) then
             associate (m => loads%harmonic(g))
-               harmonic(:, m) = harmonic(:, m) + forced%segment(g)%harmonic*set%harmonic(:, g)
+               harmonic(:, m) = harmonic(:, m) + segment%harmonic*set%harmonic(:, g)
             end associate
+            segment%harmonic = (0.0_wp, 0.0_wp)
          end if
+         call surrogate_amplitudes(segment, length, share)
          if (all(abs(share) <= 0.0_wp)) cycle
          do k = 1, surrogate_count
             call response_at(constrained, compliant, spring, set, g, &
-               cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), none_left_out, response)
+               cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), is_driven, response)
             harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + share(k)*response
          end do
       end do

@@ -9,7 +9,7 @@ module free_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, complete_modes, rigid_square
+   public :: free_modes_t, find_free_modes, complete_modes, rigid_square, max_free_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
@@ -23,8 +23,12 @@ module free_modes
       real(wp), allocatable :: lambda(:)
       !> Squared frequencies W_i^2 = (lambda_i/lambda1)^4 in omega1^2, [modes]
       real(wp), allocatable :: square(:)
-      !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
+      !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]. Modes of bodies have degrees of freedom of
+      !> their own, which follow those of the beam
       real(wp), allocatable :: mode(:, :)
+      !> Number of the body of which each mode is, 0: of the beam; unallocated: the bodies of the run, if it has any,
+      !> have no modes yet, [modes]
+      integer, allocatable :: body(:)
       !> Squared frequencies and shapes of the truncated modes, whose static part a run adds to the bending moments;
       !> unallocated: no mode is truncated
       real(wp), allocatable :: truncated_square(:)
@@ -40,6 +44,8 @@ module free_modes
    !> polynomial in time, or with mass-proportional damping from an exponential, by (W t)^2/2, which is below rounding
    !> in a run of any length.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
+   !> Modes up to this W^2 are free motions: rigid-body modes, bodies without springs, and combinations of both.
+   real(wp), parameter :: max_free_square = 1.0e-30_wp
 
 contains
 

@@ -12,7 +12,7 @@ module mode_trials
    use load_settings, only: course_harmonic, start_balance, start_rest, time_course_t
    use response_types, only: event_impact, is_contact_start, mode_check_t, settling_level, response_t
    use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
-   use stop_contacts, only: contact_t, contacts_of
+   use stop_contacts, only: contact_t, contacts_of, datum_of
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
@@ -117,7 +117,7 @@ contains
       call set_length(trials, min(trials%window, real(max_periods, wp)*trials%period))
       allocate (contacts, source=contacts_of(asked))
       release_contact = findloc(contacts%is_release_contact, .true., dim=1)
-      if (release_contact > 0) trials%tip_offset = contacts(release_contact)%sign*contacts(release_contact)%height
+      if (release_contact > 0) trials%tip_offset = datum_of(contacts(release_contact))
    end subroutine open_trials
 
    !> Do harmonic loads act throughout the run, and no other load that varies in time?

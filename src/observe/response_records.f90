@@ -3,13 +3,13 @@
 module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
-   use response_types, only: response_t, contact_record_t
-   use run_settings, only: count_samples, output_settings_t
+   use response_types, only: body_record_t, response_t, contact_record_t
+   use run_settings, only: body_settings_t, count_samples, output_settings_t
    use sorting, only: ascending_order
    use stop_contacts, only: contact_t
    implicit none (type, external)
    private
-   public :: open_records, open_contact_record
+   public :: open_records, open_contact_record, open_body_record, record_body
 
 contains
 
@@ -109,7 +109,9 @@ contains
       integer, intent(in) :: samples
       type(contact_record_t), intent(out) :: record
 
-      record%stop = contact%stop
+      record%body = contact%settings%body
+      record%is_of_base = contact%settings%is_of_base
+      record%stop = merge(contact%stop, 0, record%body == 0)
       record%sign = nint(contact%sign)
       record%position = contact%settings%position
       record%height = contact%sign*contact%height
@@ -119,5 +121,35 @@ contains
       if (output%history(acceleration_stop)) allocate (record%acceleration(samples), source=0.0_wp)
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
    end subroutine open_contact_record
+
+   !> Allocate the histories of a body: those that are requested of the stop.
+   pure subroutine open_body_record(body, output, samples, record)
+      type(body_settings_t), intent(in) :: body
+      type(output_settings_t), intent(in) :: output
+      integer, intent(in) :: samples
+      type(body_record_t), intent(out) :: record
+
+      record%position = body%position
+      record%rest = body%rest
+      if (output%history(eta_stop)) allocate (record%displacement(samples), source=0.0_wp)
+      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
+      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
+   end subroutine open_body_record
+
+   !> Record a sample of a body.
+   pure subroutine record_body(place, coordinate, velocity, force, record)
+      !> Index in the histories, from 1
+      integer, intent(in) :: place
+      !> Coordinate from where the spring has no force, and velocity
+      real(wp), intent(in) :: coordinate
+      real(wp), intent(in) :: velocity
+      !> Sum of the contact forces on the body, as Pbar
+      real(wp), intent(in) :: force
+      type(body_record_t), intent(inout) :: record
+
+      if (allocated(record%displacement)) record%displacement(place) = record%rest + coordinate
+      if (allocated(record%velocity)) record%velocity(place) = velocity
+      if (allocated(record%force)) record%force(place) = force
+   end subroutine record_body
 
 end module response_records

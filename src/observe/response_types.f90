@@ -9,13 +9,15 @@ module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
    use mesh_checks, only: mesh_check_t
+   use number_text, only: to_text
    use section_types, only: run_sections_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
    use spectrum_types, only: run_spectrum_t
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, contact_record_t, moment_record_t, moment_window_t, append_event, event_names
+   public :: response_t, event_t, body_record_t, contact_record_t, contact_name, moment_record_t, moment_window_t, &
+      append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
    public :: is_contact_start, is_contact_end, balance_error
    public :: mode_check_t, run_measures_t, closing_measures_t, settling_level, settled_energy
@@ -214,8 +216,11 @@ module response_types
 
    !> Histories and measures of one of several contacts.
    type :: contact_record_t
-      !> Number of its &stop, and side of the beam: 1 below, -1 above
+      !> Number of its &stop, or 0 and number of its &body; a contact of the body with its floor or ceiling, not with
+      !> the beam; and side: 1 below the beam or the body, -1 above
       integer :: stop = 1
+      integer :: body = 0
+      logical :: is_of_base = .false.
       integer :: sign = 1
       !> Position Lc/L, and height d in the unit of displacement
       real(wp) :: position = 1.0_wp
@@ -271,6 +276,19 @@ module response_types
       real(wp), allocatable :: class_cycles(:)
    end type moment_window_t
 
+   !> Histories of a body.
+   type :: body_record_t
+      !> Position x/L
+      real(wp) :: position = 0.0_wp
+      !> z, z', and the sum of all contact forces on the body as Pbar, positive upwards, at the sample times;
+      !> unallocated: not requested
+      real(wp), allocatable :: displacement(:)
+      real(wp), allocatable :: velocity(:)
+      real(wp), allocatable :: force(:)
+      !> z at which the spring of the body has no force
+      real(wp) :: rest = 0.0_wp
+   end type body_record_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are valid
       type(event_t), allocatable :: events(:)
@@ -281,6 +299,8 @@ module response_types
       type(series_t) :: history(history_count)
       !> Contacts in the scene's order, below before above; unallocated: there is one contact
       type(contact_record_t), allocatable :: contacts(:)
+      !> Bodies in the scene's order; unallocated: there are none
+      type(body_record_t), allocatable :: bodies(:)
       !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
       !> The same within the window of &statistics; unallocated: not requested
@@ -338,6 +358,17 @@ contains
       response%event_count = response%event_count + 1
       response%events(response%event_count) = event
    end subroutine append_event
+
+   !> Name of a contact, such as 'stop_1_below', 'body_2_above' or 'body_2_floor'.
+   pure function contact_name(contact) result(name)
+      type(contact_record_t), intent(in) :: contact
+      character(:), allocatable :: name
+
+      name = trim(merge('_below', '_above', contact%sign > 0))
+      if (contact%is_of_base) name = trim(merge('_floor  ', '_ceiling', contact%sign > 0))
+      if (contact%body == 0) name = 'stop_'//to_text(contact%stop)//name
+      if (contact%body > 0) name = 'body_'//to_text(contact%body)//name
+   end function contact_name
 
    !> Maximum error of the energy balance at the samples of a run.
    pure function balance_error(response) result(max_error)

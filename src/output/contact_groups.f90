@@ -4,9 +4,8 @@ module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_cases
-   use number_text, only: to_text
    use quantity_groups, only: quantity_group_t
-   use response_types, only: contact_record_t
+   use response_types, only: contact_name, contact_record_t
    use run_measures, only: row_of
    implicit none (type, external)
    private
@@ -25,11 +24,14 @@ contains
       character(*), parameter :: along = 'surface'
       integer :: i
 
-      call group%put(along, [(i, i=1, size(contacts))], 'surface, in the order of &stop, below before above', &
+      call group%put(along, [(i, i=1, size(contacts))], &
+         'surface, in the order of &stop and &body, below before above', &
          is_scale=.true.)
       call group%attribute('flag_values', [(i, i=1, size(contacts))], along)
       call group%attribute('flag_meanings', contact_names(contacts), along)
-      call group%put('stop', [contacts%stop], 'which &stop it belongs to', along)
+      call group%put('stop', [contacts%stop], 'which &stop it belongs to, 0: to none', along)
+      if (any(contacts%body > 0)) call group%put('body', [contacts%body], 'which &body it belongs to, 0: to none', &
+         along)
       call group%put('side', [contacts%sign], '1: below the beam, -1: above it', along)
       call group%put('position', [contacts%position], 'length', 'position{ Lc/L}', along)
       call group%put('height', [contacts%height], 'displacement', 'd, up from the unstressed beam', along)
@@ -47,7 +49,7 @@ contains
       names = ''
       do i = 1, size(contacts)
          if (i > 1) names = names//' '
-         names = names//'stop_'//to_text(contacts(i)%stop)//trim(merge('_below', '_above', contacts(i)%sign > 0))
+         names = names//contact_name(contacts(i))
       end do
    end function contact_names
 

@@ -1,5 +1,6 @@
 !> The groups of a run in a results file: histories, events, shapes, energies, measures.
 module response_groups
+   use body_groups, only: write_bodies
    use contact_groups, only: contact_names, write_contacts
    use history_list, only: history_count, history_table
    use kinds, only: wp
@@ -42,6 +43,7 @@ contains
       end if
       ! an unallocated component is an absent argument
       if (allocated(response%contacts)) call write_contacts(group%subgroup('surfaces'), response%contacts, response%tau)
+      if (allocated(response%bodies)) call write_bodies(group%subgroup('bodies'), response%bodies, response%tau)
       if (allocated(response%moments)) call write_stress(group%subgroup('stress'), response%moments, response%tau, &
          response%moment_windows)
    end subroutine write_run

@@ -11,7 +11,8 @@ module run_tables
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, units_t, words_in
    use reader_units, only: choose_prefix, phrase, value_in_units, unit_in
-   use response_types, only: mode_check_t, run_measures_t, contact_record_t, moment_record_t, moment_window_t
+   use response_types, only: mode_check_t, run_measures_t, contact_name, contact_record_t, moment_record_t, &
+      moment_window_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
@@ -436,8 +437,9 @@ contains
 
       do i = 1, size(contacts)
          labels(i) = to_text(contacts(i)%stop)//' '//merge('below', 'above', contacts(i)%sign > 0)
+         if (any(contacts%body > 0)) labels(i) = contact_name(contacts(i))
       end do
-      call add_texts(table, 'stop', labels)
+      call add_texts(table, trim(merge('contact', 'stop   ', any(contacts%body > 0))), labels)
    end subroutine add_contacts
 
 end module run_tables

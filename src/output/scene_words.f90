@@ -6,8 +6,9 @@ module scene_words
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, value_in_units
-   use run_settings, only: impulse_names, law_names, law_restitution, law_spring_damper, method_names, method_newmark, &
-      side_above, side_below, side_both, stop_released_from, stop_settings_t
+   use run_settings, only: body_settings_t, impulse_names, law_names, law_restitution, law_spring_damper, &
+      method_names, &
+      method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
    use scene_units, only: units_in
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
@@ -50,6 +51,12 @@ contains
       end if
       call print_line(unit, 'mesh', mesh_of_scene(scene, node_position))
       call print_stops(unit, scene, units, node_position)
+      if (allocated(scene%bodies)) then
+         do i = 1, size(scene%bodies)
+            call print_line(unit, 'body '//to_text(i), body_in_words(scene%bodies(i), units))
+            call print_line(unit, '', law_in_words(scene%bodies(i)%contact, units))
+         end do
+      end if
       if (allocated(scene%supports)) then
          do i = 1, size(scene%supports)
             call print_line(unit, 'support '//to_text(i), support_in_words(scene%supports(i), units))
@@ -135,7 +142,7 @@ contains
       integer :: k
 
       if (.not. scene%has_stop) then
-         call print_line(unit, 'stop', 'none')
+         if (.not. scene%has_bodies) call print_line(unit, 'stop', 'none')
          return
       end if
       allocate (stops, source=stops_in_scene(scene))
@@ -153,6 +160,28 @@ contains
          call print_line(unit, '', law_in_words(stops(k), units))
       end do
    end subroutine print_stops
+
+   !> Mass, side, position, spring and damper of a body, and its floor and ceiling.
+   pure function body_in_words(body, units) result(words)
+      type(body_settings_t), intent(in) :: body
+      !> Units of the results
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      words = value_in_units(units, 'mass', body%mass_ratio)//words_in(units, '{ of the beam~}')
+      if (body%side == side_both) then
+         words = words//', in a cavity'
+      else
+         words = words//', '//trim(side_names(body%side))
+      end if
+      words = words//phrase(units, ' at {x/L~x} = ', 'length', body%position) &
+         //phrase(units, ', clearance ', 'displacement', body%clearance)
+      if (body%spring_ratio > 0.0_wp) words = words//phrase(units, ', spring ', 'stiffness', body%spring_ratio)
+      if (body%damping_ratio > 0.0_wp) words = words//', damping ratio '//rounded(body%damping_ratio)
+      if (body%base_damper_ratio > 0.0_wp) words = words//phrase(units, ', damper ', 'damper', body%base_damper_ratio)
+      if (body%floor >= 0.0_wp) words = words//phrase(units, ', floor at -', 'displacement', body%floor)
+      if (body%ceiling >= 0.0_wp) words = words//phrase(units, ', ceiling at ', 'displacement', body%ceiling)
+   end function body_in_words
 
    !> Method, time step and duration of the run.
    pure function motion_in_words(scene, units) result(words)

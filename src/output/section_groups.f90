@@ -40,7 +40,8 @@ contains
             'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
          contacts = size(sections%stop, 2)
          if (contacts > 0) then
-            call group%put('surface', [(k, k=1, contacts)], 'surface, in the order of &stop, below before above', &
+            call group%put('surface', [(k, k=1, contacts)], &
+               'surface, in the order of &stop and &body, below before above', &
                is_scale=.true.)
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')

@@ -10,14 +10,14 @@ module section_map
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: failure_t
    use few_modes, only: find_base_modes
-   use free_modes, only: free_modes_t
+   use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
    use response_types, only: event_contact, event_impact, mode_check_t, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
-   use stop_contacts, only: contact_t, contacts_of
+   use stop_contacts, only: contact_t, contacts_of, shape_of_contact
    use tangent_columns, only: by_amplitude, by_frequency, by_nothing, allocate_tangent
    implicit none (type, external)
    private
@@ -84,7 +84,7 @@ contains
       type(mode_check_t) :: check
       ! number of modes in the runs, and number of lowest modes among them, chosen by `choose_modes`
       integer :: mode_count, lowest
-      integer :: k
+      integer :: bodies, k
 
       map%model = model
       map%period = period
@@ -104,11 +104,13 @@ contains
       ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
+      bodies = 0
+      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (contacts, source=contacts_of(settings))
-      allocate (map%contacts(size(contacts)), map%value(mode_count, size(contacts)))
+      allocate (map%contacts(size(contacts)), map%value(size(map%modes%square), size(contacts)))
       do k = 1, size(contacts)
          call make_contact_state(contacts(k), map%contacts(k))
-         map%value(:, k) = contacts(k)%sign*map%modes%mode(model%stop_dofs(contacts(k)%stop), :)
+         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), bodies, map%modes%mode)
       end do
       allocate (map%branch_contacts(0))
       do k = 1, size(contacts)
@@ -366,17 +368,20 @@ contains
    end subroutine set_unknowns
 
    !> Set the units of the unknowns: in each mode the displacement and the velocity whose energy is the total energy of
-   !> the motion. Forces have the unit of velocities, which is of the same magnitude.
+   !> the motion; for free motions, the displacement in a period of the loads over 2 pi. Forces have the unit of
+   !> velocities, which is of the same magnitude.
    pure subroutine find_units(map, state, range)
       type(section_map_t), intent(inout) :: map
       type(section_state_t), intent(in) :: state
       !> Range of the parameter, which is its unit
       real(wp), intent(in) :: range
 
-      real(wp) :: velocity_unit
+      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
+      real(wp) :: frequency(size(map%modes%square)), velocity_unit
 
-      associate (frequency => sqrt(map%modes%square))
-         velocity_unit = sqrt(sum((frequency*state%q)**2) + sum(state%v**2))
+      frequency = merge(one_turn/map%period, sqrt(map%modes%square), map%modes%square <= max_free_square)
+      associate (square => map%modes%square)
+         velocity_unit = sqrt(sum(square*state%q**2) + sum(state%v**2))
          if (.not. velocity_unit > 0.0_wp) velocity_unit = 1.0_wp
          map%unit = [velocity_unit/frequency, spread(velocity_unit, 1, size(state%v)), &
             spread(velocity_unit, 1, size(map%branch_contacts)), range]

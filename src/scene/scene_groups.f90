@@ -16,6 +16,7 @@ module scene_groups
    use scene_body, only: list_masses, list_root
    use scene_inference, only: inference_names, list_inference
    use scene_loads, only: list_bases, list_forces
+   use scene_moving_bodies, only: list_bodies
    use scene_requests, only: list_request, request_names
    use scene_section, only: list_section
    use scene_start, only: list_start
@@ -43,7 +44,8 @@ module scene_groups
 
    !> Names of the groups, in the order of the reference and the echo.
    character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
-      'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
+      'mesh', 'damping', 'tip_mass', 'stop', 'body', 'support', 'force', 'base', 'start', 'response', 'stress', &
+      request_names, &
       'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
 
    ! Conditions that several names have in common: damping, method, refinement, groups that the scene must have
@@ -126,6 +128,8 @@ contains
          call list_tip_mass(table, scene%tip_mass_ratio)
       case ('stop')
          call list_stops(table, scene)
+      case ('body')
+         call list_bodies(table, scene)
       case ('support')
          call list_supports(table, scene)
       case ('force')

@@ -16,6 +16,7 @@ module scene_resolve
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
    use scene_mesh, only: decide_mesh, resolve_mesh, resolve_nodes
+   use scene_moving_bodies, only: check_bodies
    use scene_requests, only: resolve_requests, resolve_statistics
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
@@ -97,6 +98,7 @@ contains
       call resolve_units(input, table, entries_in_units(table), scene)
       if (input%has_problem()) return
       if (scene%has_stop) call check_stops(input, scene)
+      call check_bodies(input, table, scene)
       if (scene%has_supports) call check_supports(input, scene)
       if (input%has_problem()) return
       call resolve_loads(input, table, scene)

@@ -38,10 +38,10 @@ module scene_rules
    ! could have unmet demands, which would give misleading messages
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
-      //'sweep best cases sensitivity stress output', ', which has beams, stops and runs of its own', &
+      'beam section root mass mesh damping tip_mass stop body support force base start response frequencies ' &
+      //'precision sweep best cases sensitivity stress output', ', which has beams, stops and runs of its own', &
       excludes_requests=.true.), &
-      exclusion_t('precision', 'support', ', which measures beams on their root and stops alone'), &
+      exclusion_t('precision', 'body support', ', which measures beams on their root and stops alone'), &
       exclusion_t('precision', 'response sweep best cases sensitivity stress output', ', which has runs of its own', &
       excludes_requests=.true.)]
 
@@ -55,6 +55,7 @@ module scene_rules
       '; give it a scene of its own'), &
       exclusion_t('fit', 'best statistics poincare orbit frequency_response stress', '; give it a scene of its own'), &
       exclusion_t('uncertainty', 'best fit', '; give it a scene of its own'), &
+      exclusion_t('body', 'statistics spectrum relay poincare frequency_response', ' yet'), &
       exclusion_t('sensitivity', 'output', ', which keeps measures alone')]
 
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
@@ -67,8 +68,9 @@ module scene_rules
       demand_t('precision', '', 'stop frequencies', &
       'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
       demand_t('precision', 'against_beam', 'mesh_elements', 'needs mesh_elements too, the meshes to compare'), &
-      demand_t('response', '', 'stop force base start', &
-      'needs a stop; add &stop / (with or without names in it), or &force, &base or &start'), &
+      demand_t('response', '', 'stop body force base start', &
+      'needs a stop; add &stop / (with or without names in it), or &body, &force, &base or &start'), &
+      demand_t('body', '', 'response', a_response), &
       demand_t('force', '', 'response precision', a_response), &
       demand_t('base', '', 'response precision', a_response), &
       demand_t('start', '', 'response precision', a_response), &

@@ -17,14 +17,11 @@ module scene_stops
    use value_rules, only: physical_range, place_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
-   public :: list_stops, list_supports, find_displacement, check_stops, check_supports
+   public :: list_stops, list_law, list_supports, find_displacement, check_stops, check_supports
 
-   ! Conditions that several names have in common: words of `side` or of `law` with which they may be given
+   ! Conditions that several names have in common: words of `side` with which they may be given
    type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
    type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
-   type(condition_t), parameter :: restitution = condition_t(name='law', words='restitution')
-   type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
-   type(condition_t), parameter :: compliant = condition_t(name='law', words='three_element spring_damper')
 
    ! Range of heights in the user's units
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
@@ -104,32 +101,45 @@ contains
          'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
          instead_of='preload', quantity='displacement', is_scale=.true.))
       call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
-      call list_law(table, stop)
+      call list_law(table, stop, '', first=10, has_impulse=.true.)
    end subroutine list_stop
 
-   !> List the names of the contact law of a stop in the table, and bind them to the components of the stop.
-   subroutine list_law(table, stop)
+   !> List the names of a contact law in the table, and bind them to the components of a stop.
+   subroutine list_law(table, stop, prefix, first, has_impulse)
       class(table_t), intent(inout) :: table
       type(stop_settings_t), intent(inout) :: stop
+      !> Text before each name
+      character(*), intent(in) :: prefix
+      !> Number of the first of four parameters in sweeps
+      integer, intent(in) :: first
+      !> Impacts may act on one velocity alone
+      logical, intent(in) :: has_impulse
 
-      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
-         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
-         needs=restitution), impulse_names)
-      call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         stiffness_range, compliant, sweep=sweep_t(11, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('stiffness', 'spring k, force over length', physical_range, &
-         compliant, instead_of='stiffness_ratio', quantity='stiffness'))
-      call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('branch_stiffness', 'spring beta k, force over length', &
-         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', relative_to='stiffness'))
-      call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
-         //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
-         sweep=sweep_t(13, is_in_cases=.true., may_change_in_motion=.true., &
+      ! conditions that several names have in common: words of `law` with which they may be given
+      type(condition_t) :: restitution, three_element, compliant
+
+      restitution = condition_t(name=prefix//'law', words='restitution')
+      three_element = condition_t(name=prefix//'law', words='three_element')
+      compliant = condition_t(name=prefix//'law', words='three_element spring_damper')
+      call table%bind(stop%restitution, name_t(prefix//'restitution', 'coefficient of restitution eps', &
+         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(first, is_in_cases=.true., may_change_in_motion=.true.)))
+      if (has_impulse) call table%bind(stop%impulse, name_t('impulse', &
+         'what an impact acts on: the whole beam, or one velocity', needs=restitution), impulse_names)
+      call table%bind(stop%stiffness_ratio, name_t(prefix//'stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
+         stiffness_range, compliant, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
+      call table%store(name_t(prefix//'stiffness', 'spring k, force over length', physical_range, &
+         compliant, instead_of=prefix//'stiffness_ratio', quantity='stiffness'))
+      call table%bind(stop%branch_ratio, name_t(prefix//'branch_ratio', 'beta = spring of the Maxwell branch over k', &
+         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(first + 2, is_in_cases=.true., &
+         may_change_in_motion=.true.)))
+      call table%store(name_t(prefix//'branch_stiffness', 'spring beta k, force over length', physical_range, &
+         three_element, instead_of=prefix//'branch_ratio', quantity='stiffness', relative_to=prefix//'stiffness'))
+      call table%bind(stop%damper_ratio, name_t(prefix//'damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the ' &
+         //'branch or beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
+         sweep=sweep_t(first + 3, is_in_cases=.true., may_change_in_motion=.true., &
          meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%store(name_t('damper', 'damper c, force over velocity', physical_range, compliant, &
-         instead_of='damper_ratio', quantity='damper'))
+      call table%store(name_t(prefix//'damper', 'damper c, force over velocity', physical_range, compliant, &
+         instead_of=prefix//'damper_ratio', quantity='damper'))
    end subroutine list_law
 
    !> List the names of all &support groups in the table, and bind them to the components of the scene.

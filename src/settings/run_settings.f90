@@ -15,7 +15,7 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
-   public :: statistics_settings_t, poincare_settings_t, relay_settings_t
+   public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
@@ -78,7 +78,41 @@ module run_settings
       !> Damping c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the
       !> spring
       real(wp) :: damper_ratio = 0.3_wp
+      !> Number of the &body to which the contact belongs; 0: a fixed stop, met by the beam
+      integer :: body = 0
+      !> The contact is that of the body with its fixed floor or ceiling; the beam does not take part
+      logical :: is_of_base = .false.
    end type stop_settings_t
+
+   !> Settings of a &body, a rigid body that moves along the deflection of the beam, dimensionless. Its coordinate z is
+   !> zero where its distance from the undeformed beam is `clearance`.
+   type :: body_settings_t
+      !> Position x / L at which the body meets the beam
+      real(wp) :: position = 1.0_wp
+      !> Mass m / (rho Abar L)
+      real(wp) :: mass_ratio = 0.0_wp
+      !> One of the `side_` constants: the body is below the beam, above it, or in a cavity of the beam
+      integer :: side = side_below
+      !> Distance of the undeformed beam from the body at z = 0, on each side, in D
+      real(wp) :: clearance = 0.0_wp
+      !> Spring k / (3 E Ibar / L^3) between body and base; 0: none
+      real(wp) :: spring_ratio = 0.0_wp
+      !> Damper between body and base: c / (2 sqrt(k m)), or c omega1 / (3 E Ibar / L^3)
+      real(wp) :: damping_ratio = 0.0_wp
+      real(wp) :: base_damper_ratio = 0.0_wp
+      !> z / D at which the spring has no force
+      real(wp) :: rest = 0.0_wp
+      !> Velocity z' at the start, in D omega1
+      real(wp) :: start_velocity = 0.0_wp
+      !> Distance of the body from the beam at the start, in a cavity from its lower wall, in D; < 0: not given
+      real(wp) :: start_gap = -1.0_wp
+      !> Distances of a fixed floor below z = 0, and of a fixed ceiling above z = 0, in D; < 0: none
+      real(wp) :: floor = -1.0_wp
+      real(wp) :: ceiling = -1.0_wp
+      !> Laws of the contacts with the beam, and with floor and ceiling; only their law and its parameters are used
+      type(stop_settings_t) :: contact
+      type(stop_settings_t) :: base_contact
+   end type body_settings_t
 
    !> Tolerance of modal truncation, in eta, for reference runs with which the results of other runs are compared.
    real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
@@ -213,6 +247,8 @@ module run_settings
       real(wp) :: height_ratio = 0.075_wp
       !> Stops besides `stop`; unallocated: none
       type(stop_settings_t), allocatable :: more_stops(:)
+      !> Bodies that move on their own, whose contacts are stops too; unallocated: none
+      type(body_settings_t), allocatable :: bodies(:)
       !> Number of the stop from which the beam is released; `stop` is number 1
       integer :: release_stop = 1
       !> The run has stops; if not, `stop%position` is the point whose histories are recorded

@@ -11,8 +11,8 @@ module scene_types
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
-   use run_settings, only: law_restitution, name_length, output_settings_t, poincare_settings_t, relay_settings_t, &
-      response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
+   use run_settings, only: body_settings_t, law_restitution, name_length, output_settings_t, poincare_settings_t, &
+      relay_settings_t, response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
@@ -300,6 +300,9 @@ module scene_types
       !> The file has &mass; without this group `masses` is unallocated
       logical :: has_masses = .false.
       type(mass_settings_t), allocatable :: masses(:)
+      !> The file has &body; without this group `bodies` is unallocated
+      logical :: has_bodies = .false.
+      type(body_settings_t), allocatable :: bodies(:)
       !> The file has &support; without this group `supports` is unallocated
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)

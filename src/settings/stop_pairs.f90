@@ -32,6 +32,12 @@ contains
       logical :: share_side
 
       conflict = ''
+      if (max(one%body, other%body) > 0) then
+         if (min(one%body, other%body) > 0 .and. one%body /= other%body .and. one%side == other%side .and. &
+            .not. (one%is_of_base .or. other%is_of_base)) conflict = 'two bodies on one side at one point would meet ' &
+            //'each other'
+         return
+      end if
       share_side = (one%side /= side_above .and. other%side /= side_above) .or. &
          (one%side /= side_below .and. other%side /= side_below)
       if (share_side .and. (one%law == law_restitution .neqv. other%law == law_restitution)) then

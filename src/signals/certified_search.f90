@@ -9,8 +9,7 @@ module certified_search
    implicit none (type, external)
    private
    public :: certified_signal_t, transformable_signal_t, bounds_t, search_t, search_history_t, history_size
-   public :: first_zero, falls_to_zero
-   public :: step_without_zero
+   public :: first_zero, falls_to_zero, step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_positive, found_exhausted
 
@@ -72,10 +71,9 @@ module certified_search
 
    !> A derivative d of the signal, or the signal itself, at one instant, with bounds that hold from that instant on.
    type :: bounds_t
-      !> d and d'
+      !> d, d' and d''
       real(wp) :: value = 0.0_wp
       real(wp) :: slope = 0.0_wp
-      !> d''
       real(wp) :: curvature = 0.0_wp
       !> Upper bound of -d''
       real(wp) :: bound = 0.0_wp
@@ -200,8 +198,7 @@ contains
          end if
          if (t > 0.0_wp .and. bounds%value <= bounds%rounding .and. (order > 0 .or. bounds%slope <= 0.0_wp)) then
             ! the value is zero to within its rounding error
-            search%outcome = merge(found_never_positive, found_zero, order > 0 .or. stayed_at_zero())
-            search%time = t
+            call end_at_zero(signal, t, order, bounds, search)
             return
          end if
          if (has_decayed(bounds) .or. (order == 0 .and. bounds%floor > bounds%rounding)) then
@@ -221,8 +218,7 @@ contains
          end if
          if (.not. t + step > t) then
             ! the step is shorter than the spacing of numbers at t
-            search%outcome = merge(found_never_positive, found_zero, order > 0 .or. stayed_at_zero())
-            search%time = t
+            call end_at_zero(signal, t, order, bounds, search)
             return
          end if
          before = t
@@ -231,16 +227,27 @@ contains
          search%evaluations = search%evaluations + 1_i8
       end do
 
-   contains
-
-      !> Has a signal that starts at zero stayed within its rounding error?
-      pure function stayed_at_zero() result(is)
-         logical :: is
-
-         is = signal%start_order > 0 .and. bounds%signal <= bounds%signal_rounding .and. &
-            search%max_value <= 4.0_wp*bounds%signal_rounding
-      end function stayed_at_zero
    end subroutine first_zero
+
+   !> End the search at t, where the signal is zero. A signal that starts at zero may have stayed there, or one step may
+   !> have reached from the start to the next zero.
+   subroutine end_at_zero(signal, t, order, bounds, search)
+      class(certified_signal_t), intent(in) :: signal
+      real(wp), intent(in) :: t
+      !> Order of the derivative that was searched
+      integer, intent(in) :: order
+      type(bounds_t), intent(in) :: bounds
+      type(search_t), intent(inout) :: search
+
+      real(wp) :: middle, slope
+
+      search%outcome = merge(found_never_positive, found_zero, order > 0)
+      search%time = t
+      if (order > 0 .or. signal%start_order == 0 .or. bounds%signal > bounds%signal_rounding) return
+      call signal%evaluate(0.5_wp*t, middle, slope)
+      search%max_value = max(search%max_value, middle)
+      if (search%max_value <= 4.0_wp*bounds%signal_rounding) search%outcome = found_never_positive
+   end subroutine end_at_zero
 
    !> Record an evaluation later than all those before.
    pure subroutine record_bounds(history, t, bounds)
@@ -354,9 +361,7 @@ contains
       type(bounds_t), intent(in) :: bounds
       logical :: is
 
-      real(wp), parameter :: min_magnitude = tiny(1.0_wp)/epsilon(1.0_wp)
-
-      is = max(abs(bounds%value), abs(bounds%slope), bounds%bound) < min_magnitude
+      is = max(abs(bounds%value), abs(bounds%slope), bounds%bound) < tiny(1.0_wp)/epsilon(1.0_wp)
    end function has_decayed
 
    !> Instant at which a signal falls through -`max_dip`, by bisection.
@@ -408,11 +413,9 @@ contains
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which
    !> only the root of an almost constant value comes near.
    elemental function step_without_zero(value, slope, bound) result(step)
-      !> Value, >= 0
+      !> Value >= 0, slope, and bound >= 0 on the second derivative
       real(wp), intent(in) :: value
-      !> Slope
       real(wp), intent(in) :: slope
-      !> Bound on the second derivative, >= 0
       real(wp), intent(in) :: bound
       real(wp) :: step
 
@@ -466,12 +469,8 @@ contains
          value_before = value
          slope_before = slope
       end do
-      search%time = t
-      search%outcome = found_zero
-      if (t > limit) then
-         search%time = limit
-         search%outcome = found_none
-      end if
+      search%time = min(t, limit)
+      search%outcome = merge(found_none, found_zero, t > limit)
    end subroutine find_bracketed_zero
 
    !> Step from the second of two points to the zero of the cubic that gives time as a function of the value; Newton's

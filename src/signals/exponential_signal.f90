@@ -9,7 +9,7 @@ module exponential_signal
    use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
-   public :: exponential_signal_t
+   public :: exponential_signal_t, add_decay
 
    !> offset + Re sum c exp(s t).
    type, extends(transformable_signal_t) :: exponential_signal_t
@@ -26,6 +26,22 @@ module exponential_signal
    end type exponential_signal_t
 
 contains
+
+   !> Add a real exponential that decays, in order of increasing magnitude of the exponents.
+   pure subroutine add_decay(amplitude, decay, signal)
+      real(wp), intent(in) :: amplitude
+      !> Decay rate, >= 0; `huge` and more: at once
+      real(wp), intent(in) :: decay
+      type(exponential_signal_t), intent(inout) :: signal
+
+      real(wp) :: rate
+      integer :: slower
+
+      rate = min(decay, huge(1.0_wp))
+      slower = count(abs(signal%exponent) < rate)
+      signal%exponent = [signal%exponent(:slower), cmplx(-rate, 0.0_wp, wp), signal%exponent(slower + 1:)]
+      signal%amplitude = [signal%amplitude(:slower), cmplx(amplitude, 0.0_wp, wp), signal%amplitude(slower + 1:)]
+   end subroutine add_decay
 
    !> The signal and its slope at an instant.
    subroutine evaluate(self, t, value, slope)

@@ -15,7 +15,7 @@ module modal_signal
    use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
-   public :: modal_signal_t, modal_state_t, make_modal_signal, add_to_bounds
+   public :: modal_signal_t, modal_state_t, make_modal_signal, set_reaction_state, add_to_bounds
 
    !> Modal state at an instant.
    type :: modal_state_t
@@ -73,6 +73,27 @@ contains
       signal%lane_weight(:size(weight)) = weight
       allocate (signal%z(size(weight)), signal%v(size(weight)))
    end subroutine make_modal_signal
+
+   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p. The
+   !> modes after `unseparated` have the state p, p', and the signal forms the sum (`is_viscous`) without cancellation.
+   subroutine set_reaction_state(z, v, reaction)
+      !> Homogeneous part of the state of the constrained modes, [modes]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      type(modal_signal_t), intent(inout) :: reaction
+
+      integer :: i
+
+      associate (oscillators => reaction%oscillators, two_zeta => reaction%oscillators%two_zeta)
+         !$omp simd
+         do i = 1, oscillators%unseparated
+            reaction%z(i) = z(i) + two_zeta*v(i)
+            reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
+         end do
+         reaction%z(oscillators%unseparated + 1:) = z(oscillators%unseparated + 1:)
+         reaction%v(oscillators%unseparated + 1:) = v(oscillators%unseparated + 1:)
+      end associate
+   end subroutine set_reaction_state
 
    !> The signal and its slope at an instant.
    subroutine evaluate(self, t, value, slope)

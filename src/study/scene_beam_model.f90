@@ -12,7 +12,7 @@ module scene_beam_model
    use mass_choice, only: is_redistribution_more_accurate
    use mode_trials, only: is_driven
    use number_text, only: to_text
-   use run_settings, only: run_settings_t, stop_released_from
+   use run_settings, only: run_settings_t, side_above, side_below, stop_released_from, stop_settings_t
    use scene_requests, only: harmonic_frequencies, set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
@@ -127,8 +127,13 @@ contains
 
       ! an actual argument that is not allocated counts as absent
       real(wp), allocatable :: nodes(:), positions(:), steps(:)
+      type(stop_settings_t), allocatable :: all_stops(:)
+      real(wp) :: stop_position
       integer :: stops
 
+      allocate (all_stops, source=stops_of_scene(scene))
+      stop_position = scene%stop%position
+      if (size(all_stops) > 0) stop_position = all_stops(1)%position
       if (allocated(scene%mesh%nodes)) nodes = scene%mesh%nodes/scene%beam%length
 
       associate (section => scene%beam%section)
@@ -137,18 +142,17 @@ contains
             if (.not. is_uniform(section)) steps = section%station(2:)/scene%beam%length
          end if
       end associate
-      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses) &
+      if (.not. (size(all_stops) > 1 .or. allocated(scene%supports) .or. allocated(scene%masses) &
          .or. size(steps) > 0)) then
-         call make_mesh(elements, ratio, scene%stop%position, mesh, error, nodes=nodes)
+         call make_mesh(elements, ratio, stop_position, mesh, error, nodes=nodes)
          return
       end if
-      allocate (positions(0))
-      if (allocated(scene%more_stops)) positions = scene%more_stops%position
+      positions = all_stops(2:)%position
       stops = size(positions)
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
       if (allocated(scene%masses)) positions = [positions, scene%masses%position]
       positions = [positions, steps]
-      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops, nodes)
+      call make_mesh(elements, ratio, stop_position, mesh, error, positions, stops, nodes)
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
 
@@ -168,7 +172,8 @@ contains
       do k = 1, size(scene%supports)
          conflict = ''
          associate (node => mesh%more_nodes(supports_offset + k), support => scene%supports(k))
-            if (scene%has_stop .and. (mesh%stop_node == node .or. any(mesh%more_nodes(:supports_offset) == node))) then
+            if ((scene%has_stop .or. scene%has_bodies) .and. (mesh%stop_node == node .or. &
+               any(mesh%more_nodes(:supports_offset) == node))) then
                conflict = conflict_with_support(support)
             end if
             do i = 1, k - 1
@@ -244,8 +249,7 @@ contains
       settings%zeta_mass = scene%zeta_mass
       if (allocated(scene%mode_ratios)) settings%mode_ratios = scene%mode_ratios
       call set_loads(scene, settings)
-      settings%has_stop = scene%has_stop
-      settings%stop = scene%stop
+      call set_stops(scene, settings)
       settings%response = scene%response
       if (scene%wants_statistics) settings%statistics = scene%statistics
       if (scene%wants_relay) settings%relay = scene%relay
@@ -256,15 +260,79 @@ contains
       if (scene%wants_spectrum) settings%spectrum = scene%spectrum
       settings%output = scene%output
       ! a beam without stops has only histories of the tip
-      if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop, &
+      if (.not. settings%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop, &
          acceleration_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
       if (scene%wants_stress) settings%stress = scene%stress
-      ! the number of the stop from which the beam is released is 1 by default
-      if (.not. allocated(scene%more_stops)) return
-      settings%more_stops = scene%more_stops
-      settings%release_stop = stop_released_from([scene%stop, scene%more_stops], scene%release_stop)
    end function run_settings_of
+
+   !> Set the stops and the bodies, whose contacts are stops too.
+   pure subroutine set_stops(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(run_settings_t), intent(inout) :: settings
+
+      type(stop_settings_t), allocatable :: stops(:)
+
+      allocate (stops, source=stops_of_scene(scene))
+      settings%has_stop = size(stops) > 0
+      settings%stop = scene%stop
+      if (size(stops) > 0) settings%stop = stops(1)
+      if (size(stops) > 1) settings%more_stops = stops(2:)
+      if (allocated(scene%bodies)) settings%bodies = scene%bodies
+      ! the number of the stop from which the beam is released is 1 by default
+      if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
+         scene%release_stop)
+   end subroutine set_stops
+
+   !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
+   !> floor and with its ceiling. Coordinates of bodies count from where their springs have no force.
+   pure function stops_of_scene(scene) result(stops)
+      type(scene_t), intent(in) :: scene
+      type(stop_settings_t), allocatable :: stops(:)
+
+      integer :: b
+
+      allocate (stops(0))
+      if (scene%has_stop) stops = [scene%stop]
+      if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+      if (.not. allocated(scene%bodies)) return
+      do b = 1, size(scene%bodies)
+         associate (body => scene%bodies(b))
+            if (body%side /= side_above) stops = [stops, contact_of_body(b, side_below, body%contact, body%position, &
+               body%rest - body%clearance, .false.)]
+            if (body%side /= side_below) stops = [stops, contact_of_body(b, side_above, body%contact, body%position, &
+               -body%rest - body%clearance, .false.)]
+            if (body%floor >= 0.0_wp) stops = [stops, contact_of_body(b, side_below, body%base_contact, body%position, &
+               -body%rest - body%floor, .true.)]
+            if (body%ceiling >= 0.0_wp) stops = [stops, contact_of_body(b, side_above, body%base_contact, &
+               body%position, body%rest - body%ceiling, .true.)]
+         end associate
+      end do
+   end function stops_of_scene
+
+   !> A contact of a body as a stop.
+   pure function contact_of_body(body, side, law, position, height, is_of_base) result(stop)
+      !> Number of the body
+      integer, intent(in) :: body
+      !> One of the `side_` constants
+      integer, intent(in) :: side
+      !> Law of the contact
+      type(stop_settings_t), intent(in) :: law
+      !> x/L of the body
+      real(wp), intent(in) :: position
+      !> Height of the contact surface: minus the gap at zero displacement of beam and body
+      real(wp), intent(in) :: height
+      !> The contact is that with floor or ceiling
+      logical, intent(in) :: is_of_base
+      type(stop_settings_t) :: stop
+
+      stop = law
+      stop%position = position
+      stop%side = side
+      stop%preload = height
+      stop%body = body
+      stop%is_of_base = is_of_base
+   end function contact_of_body
 
    !> Set the loads on the beam and the initial conditions.
    pure subroutine set_loads(scene, settings)

@@ -173,6 +173,7 @@ contains
          cost = max(run%duration, 1.0_wp)*real(2*max(scene%mesh%elements, 1), wp)
          if (run%method == method_newmark) cost = cost*max(0.01_wp/run%step, 1.0_wp)
       end associate
+      if (allocated(scene%bodies)) cost = cost*real(1 + 2*size(scene%bodies), wp)**2
       if (allocated(scene%more_stops)) cost = cost*real(1 + size(scene%more_stops), wp)**2
       minimum = max(min_size, min(nint(real(max_size, wp)*min(1.0_wp, reference_cost/cost)), cases/min_chunks))
    end function min_chunk_size

@@ -6,7 +6,7 @@ module scene_draft
    public :: draft_t, draft_of, put, drop, has_name, value_of, number_of, text_of, numbered, mend, save_text
 
    !> Groups of which a scene may have several.
-   character(*), parameter :: repeating(5) = [character(7) :: 'stop', 'support', 'mass', 'force', 'base']
+   character(*), parameter :: repeating(6) = [character(7) :: 'stop', 'body', 'support', 'mass', 'force', 'base']
    !> Longest value.
    integer, parameter :: room = 600
 

@@ -172,7 +172,9 @@ contains
          call put(draft, 'stress', '', '')
          call draw_group(names, 'stress', 0.5_wp, draft)
          ! all turning points are found, of which fast modes have millions
-         if (.not. has_name(draft, 'response', 'modes')) then
+         if (has_name(draft, 'stress', 'fatigue_slope') .and. has_name(draft, 'stress', 'fatigue_threshold_ratio')) then
+            call put(draft, 'response', 'modes', '2')
+         else if (.not. has_name(draft, 'response', 'modes')) then
             call drop(draft, 'stress', 'fatigue_slope')
             call drop(draft, 'stress', 'fatigue_threshold_ratio')
             call drop(draft, 'stress', 'fatigue_threshold')
@@ -1070,7 +1072,7 @@ contains
          count = count + 1
       end do
       ! all lists have equally many values
-      if (design == 0 .and. index(tied(2:), ',') > 0 .and. chance(0.5_wp)) call put(draft, 'sweep', 'tied', tied(3:))
+      if (design == 0 .and. index(tied(2:), ',') > 0 .and. chance(0.9_wp)) call put(draft, 'sweep', 'tied', tied(3:))
       if (.not. chance(0.3_wp)) return
       call put(draft, 'best', '', '')
       call draw_group(names, 'best', 0.5_wp, draft)

@@ -1,0 +1,196 @@
+!> &body: the names of the group, and checks for bodies without a mass, with values that exclude each other, or in each
+!> other's way. A file may have any number of &body groups.
+module scene_moving_bodies
+   use kinds, only: wp
+   use load_settings, only: start_balance
+   use name_table, only: table_t
+   use name_types, only: name_t, sweep_t
+   use number_text, only: to_text
+   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, method_newmark, &
+      side_both, side_names
+   use scene_input, only: scene_input_t
+   use scene_stops, only: list_law
+   use scene_types, only: scene_t
+   use stop_pairs, only: are_at_one_point
+   use value_rules, only: load_range, physical_range, place_range, range_t, signed_range, stiffness_range
+   implicit none (type, external)
+   private
+   public :: list_bodies, check_bodies
+
+   type(range_t), parameter :: mass_range = range_t(1.0e-12_wp, 1.0e6_wp)
+   type(range_t), parameter :: distance_range = range_t(0.0_wp, 1.0e6_wp)
+   type(range_t), parameter :: length_range = range_t(0.0_wp, 1.0e12_wp)
+
+contains
+
+   !> List the names of all &body groups in the table, and bind them to the components of the scene.
+   subroutine list_bodies(table, scene)
+      class(table_t), intent(inout) :: table
+      !> The scene; its bodies are bound
+      type(scene_t), intent(inout) :: scene
+
+      type(body_settings_t), allocatable :: bodies(:)
+      integer :: number, k
+
+      number = 0
+      if (allocated(scene%bodies)) number = size(scene%bodies)
+      number = table%groups_to_list('body', number)
+      allocate (bodies(number))
+      if (allocated(scene%bodies)) bodies(:) = scene%bodies
+      do k = 1, number
+         call table%open_numbered('body', k, scene%has_bodies)
+         if (.not. table%is_open) cycle
+         call list_place(table, bodies(k))
+         call list_own_motion(table, bodies(k))
+         call table%bind(bodies(k)%contact%law, name_t('law', 'model of its contact with the beam'), law_names)
+         call list_law(table, bodies(k)%contact, '', first=81, has_impulse=.false.)
+         call list_base(table, bodies(k))
+      end do
+      if (scene%has_bodies) call move_alloc(bodies, scene%bodies)
+   end subroutine list_bodies
+
+   !> List the names of mass and place. The number that begins a `sweep_t` is the unique number of the parameter in
+   !> sweeps.
+   subroutine list_place(table, body)
+      class(table_t), intent(inout) :: table
+      type(body_settings_t), intent(inout) :: body
+
+      call table%bind(body%position, name_t('position', 'where it meets the beam, over length', place_range, &
+         sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)))
+      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
+         instead_of='position', quantity='length'))
+      call table%bind(body%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
+         default='none: give one', sweep=sweep_t(71, is_in_cases=.true.)))
+      call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
+      call table%bind(body%side, name_t('side', 'where it is: below the beam, above it, or in a cavity of the beam'), &
+         side_names)
+      call table%bind(body%clearance, name_t('clearance_ratio', &
+         'distance of the unstressed beam from it at z = 0, on ' &
+         //'each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)))
+      call table%store(name_t('clearance', 'the same, length', length_range, instead_of='clearance_ratio', &
+         quantity='displacement'))
+   end subroutine list_place
+
+   !> List the names of spring and damper to the base, and of the start.
+   subroutine list_own_motion(table, body)
+      class(table_t), intent(inout) :: table
+      type(body_settings_t), intent(inout) :: body
+
+      call table%bind(body%spring_ratio, name_t('spring_ratio', 'k / (3 E Ibar / L^3) of its spring to the base', &
+         stiffness_range, default='none: it moves freely', is_optional=.true., sweep=sweep_t(73, is_in_cases=.true.)))
+      call table%store(name_t('spring', 'the same, force over length', physical_range, instead_of='spring_ratio', &
+         quantity='stiffness'))
+      call table%bind(body%damping_ratio, name_t('damping_ratio', 'c / (2 sqrt(k m)) of its damper to the base', &
+         range_t(0.0_wp, 1.0e6_wp), sweep=sweep_t(74, is_in_cases=.true.)))
+      call table%bind(body%base_damper_ratio, name_t('base_damper_ratio', &
+         'c omega1 / (3 E Ibar / L^3) of its damper to the base, with or without a spring', range_t(0.0_wp, 1.0e9_wp), &
+         sweep=sweep_t(75, is_in_cases=.true.)))
+      call table%store(name_t('base_damper', 'the same, force over velocity', physical_range, &
+         instead_of='base_damper_ratio', quantity='damper'))
+      call table%bind(body%rest, name_t('rest_ratio', 'z over D, up, at which its spring has no force', load_range, &
+         sweep=sweep_t(76, is_in_cases=.true.)))
+      call table%store(name_t('rest', 'the same, length', signed_range, instead_of='rest_ratio', &
+         quantity='displacement'))
+      call table%bind(body%start_velocity, name_t('start_velocity_ratio', &
+         'its velocity up at the start, over D omega1', &
+         load_range, sweep=sweep_t(77, is_in_cases=.true.)))
+      call table%store(name_t('start_velocity', 'the same, length over time', signed_range, &
+         instead_of='start_velocity_ratio', quantity='velocity'))
+      call table%bind(body%start_gap, name_t('start_gap_ratio', &
+         'its distance from the beam at the start, in a cavity from the ' &
+         //'lower wall, over D', distance_range, default='at rest_ratio; in a cavity the middle', is_optional=.true., &
+         sweep=sweep_t(78, is_in_cases=.true.)))
+      call table%store(name_t('start_gap', 'the same, length', length_range, instead_of='start_gap_ratio', &
+         quantity='displacement'))
+   end subroutine list_own_motion
+
+   !> List the names of floor and ceiling.
+   subroutine list_base(table, body)
+      class(table_t), intent(inout) :: table
+      type(body_settings_t), intent(inout) :: body
+
+      call table%bind(body%floor, name_t('floor_ratio', 'depth of a fixed floor of its own below z = 0, over D', &
+         distance_range, default='none', is_optional=.true., sweep=sweep_t(79, is_in_cases=.true.)))
+      call table%store(name_t('floor', 'the same, length', length_range, instead_of='floor_ratio', &
+         quantity='displacement'))
+      call table%bind(body%ceiling, name_t('ceiling_ratio', &
+         'height of a fixed ceiling of its own above z = 0, over D', &
+         distance_range, default='none', is_optional=.true., sweep=sweep_t(80, is_in_cases=.true.)))
+      call table%store(name_t('ceiling', 'the same, length', length_range, instead_of='ceiling_ratio', &
+         quantity='displacement'))
+      call table%bind(body%base_contact%law, name_t('floor_law', 'model of its contacts with floor and ceiling'), &
+         law_names)
+      call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)
+   end subroutine list_base
+
+   !> Check each body, and that bodies do not meet each other. Problems are reported to `input`.
+   subroutine check_bodies(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Table of names with the values of the file
+      type(table_t), intent(in) :: table
+      type(scene_t), intent(in) :: scene
+
+      integer :: i, k
+
+      if (.not. scene%has_bodies) return
+      if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal) then
+         call input%complain('stop', 'impulse', "does not go with &body; take 'momentum'")
+      end if
+      if (scene%response%method == method_newmark) then
+         call input%complain('response', 'method', "does not go with &body yet; take 'exact'")
+      end if
+      do k = 1, size(scene%bodies)
+         associate (body => scene%bodies(k))
+            call check_values(input, table, scene, k)
+            do i = 1, k - 1
+               if (body%side /= scene%bodies(i)%side .or. &
+                  .not. are_at_one_point(body%position, scene%bodies(i)%position)) cycle
+               call input%complain('body', 'position position_length side', 'is on the side of &body number ' &
+                  //to_text(i)//' at the same point, where both would meet; bodies meet the beam and their floors, ' &
+                  //'not each other', k)
+            end do
+         end associate
+      end do
+   end subroutine check_bodies
+
+   !> Check the values of one body; a sweep or &cases may give those that miss.
+   subroutine check_values(input, table, scene, k)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      type(scene_t), intent(in) :: scene
+      !> Number of the body
+      integer, intent(in) :: k
+
+      logical :: has_spring, varies
+
+      varies = scene%wants_sweep .or. scene%wants_cases
+      associate (body => scene%bodies(k))
+         has_spring = gives('spring_ratio') .or. varies
+         if (.not. (gives('mass_ratio') .or. varies)) call input%complain('body', '', 'needs mass_ratio or mass', k)
+         if (body%side == side_both .and. body%clearance <= 0.0_wp .and. .not. varies) call input%complain('body', &
+            'side', 'needs clearance_ratio or clearance, the distance to each wall of the cavity', k)
+         if (gives('damping_ratio') .and. .not. has_spring) call input%complain('body', 'damping_ratio', &
+            'needs spring_ratio or spring; without one give base_damper_ratio or base_damper', k)
+         if (gives('damping_ratio') .and. gives('base_damper_ratio')) call input%complain('body', 'damping_ratio', &
+            'does not go with base_damper_ratio or base_damper: one of them tells the other', k)
+         if (gives('rest_ratio') .and. .not. has_spring) call input%complain('body', 'rest_ratio rest', &
+            'needs spring_ratio or spring, whose rest it is', k)
+         if (gives('start_gap_ratio') .and. scene%start%kind == start_balance) call input%complain('body', &
+            'start_gap_ratio start_gap', "does not go with &start kind = 'balance', which places the body", k)
+         if (body%side == side_both .and. body%start_gap > 2.0_wp*body%clearance .and. .not. varies) then
+            call input%complain('body', 'start_gap_ratio start_gap', &
+               'is wider than the cavity, twice clearance_ratio = '//to_text(body%clearance), k)
+         end if
+      end associate
+
+   contains
+
+      !> Does the file give this name, or a quantity in units instead of it?
+      logical function gives(name)
+         character(*), intent(in) :: name
+
+         gives = table%has_either('body', name, k)
+      end function gives
+   end subroutine check_values
+
+end module scene_moving_bodies
