@@ -119,8 +119,9 @@ contains
    end subroutine sample_accelerations
 
    !> Add the displacement of massless nodes at rigid stops relative to the modes. A node on its stop does not move. A
-   !> node away from its stop returns to the modes exponentially from its displacement at the start of the phase,
-   !> `node_depth`, because `indentation` of its contact is already that at the end of the phase.
+   !> node away from its stop carries no force, so the damping of the elements beside it lets its displacement relative
+   !> to the modes decay exponentially from that at the start of the phase, `node_depth`: the
+   !> `indentation` of its contact is already that at the end of the phase.
    pure subroutine add_nodes(now, rows, last, sums)
       type(phase_state_t), intent(in) :: now
       !> Numbers of the rows

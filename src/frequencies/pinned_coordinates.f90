@@ -1,6 +1,7 @@
 !> The beam in its element curvatures with a pinned root (docs/theory.md, section 5).
 !>
 !> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
+!> A row of B gives the displacement at a quadrature point of the mass, times the square root of the mass there.
 !>
 !> The curvatures do not determine the rigid-body rotation about the root, which has no strain energy. Each coordinate
 !> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
@@ -15,8 +16,8 @@ module pinned_coordinates
    private
    public :: pinned_flexibility, remove_rotation, rigid_rotation
 
-   !> Forms of the deflection of a bend, by the part of the beam that is at rest: the part before the element, the part
-   !> beyond it (without rotation), or the tip (without displacement)
+   !> Forms of the deflection of a bend, by the part of the beam that is at rest: the part before the element, the outer
+   !> part beyond the element (without rotation), or the tip (without displacement)
    integer, parameter :: root_at_rest = 1
    integer, parameter :: end_at_rest = 2
    integer, parameter :: tip_at_rest = 3
@@ -33,7 +34,8 @@ module pinned_coordinates
       real(wp) :: root_rotation = 0.0_wp
       !> Rotation of the outer part beyond the element relative to the root
       real(wp) :: rotation = 0.0_wp
-      !> That rotation times the position of the centre of the bend, where the tangents on both sides of the bend meet
+      !> First moment of the curvature: that rotation times the position of the centre of the bend, where the tangents
+      !> on both sides of the bend meet. Positions are fractions of the length of the beam.
       real(wp) :: moment = 0.0_wp
    end type bend_t
 

@@ -26,8 +26,9 @@ contains
          square(:retained) = modes%square(:retained)
          do b = 1, number
             shape(dofs + b, retained + b) = 1.0_wp/sqrt(bodies(b)%mass_ratio)
-            ! constraints between modes of exactly equal frequency have no solution in closed form
+            ! a body without a spring has the tiny frequency of a rigid-body motion
             square(retained + b) = max(square_of(bodies(b)), real(b + 1, wp)*rigid_square)
+            ! constraints between modes of exactly equal frequency have no solution in closed form
             do while (any(abs(square(:retained + b - 1) - square(retained + b)) <= 0.0_wp))
                square(retained + b) = nearest(square(retained + b), 1.0_wp)
             end do

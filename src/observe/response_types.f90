@@ -76,7 +76,7 @@ module response_types
       real(wp), allocatable :: dissipated_beam(:)
       real(wp), allocatable :: dissipated_stop(:)
       real(wp), allocatable :: dissipated_impact(:)
-      !> Energy created since the start by replacing nodal velocities
+      !> Energy created since the start where an impact replaces the velocity of a node alone (`impulse = 'nodal'`)
       real(wp), allocatable :: created(:)
       !> Work of forces and of the base since the start; unallocated: there are none
       real(wp), allocatable :: work(:)

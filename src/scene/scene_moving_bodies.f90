@@ -1,5 +1,6 @@
-!> &body: the names of the group, and checks for bodies without a mass, with values that exclude each other, or in each
-!> other's way. A file may have any number of &body groups.
+!> &body: the names of the group, and its checks: a body has a mass, its values do not exclude each other, and bodies do
+!> not cross each other's way. A file may have any number of &body groups. z is the displacement of a body; at z = 0 its
+!> distance from the unstressed beam is the clearance.
 module scene_moving_bodies
    use kinds, only: wp
    use load_settings, only: start_balance
@@ -153,7 +154,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> Check the values of one body; a sweep or &cases may give those that miss.
+   !> Check the values of one body; a sweep or &cases may give the missing ones.
    subroutine check_values(input, table, scene, k)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

@@ -75,7 +75,8 @@ contains
    end subroutine make_modal_signal
 
    !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p. The
-   !> modes after `unseparated` have the state p, p', and the signal forms the sum (`is_viscous`) without cancellation.
+   !> first `unseparated` modes have that state. The modes after them have two separate exponentials and the state
+   !> p, p', and the signal forms the sum (`is_viscous`) without cancellation.
    subroutine set_reaction_state(z, v, reaction)
       !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
