@@ -94,8 +94,12 @@ contains
          associate (numerator => sums(form%numerator, :))
             if (is_missing(form%numerator)) cycle
             if (form%is_range) then
-               in_block(i, :) = numerator - sums(form%denominator, :)
-               if (.not. is_missing(form%denominator)) value(i) = maxval(numerator) - minval(sums(form%denominator, :))
+               associate (minimum => sums(form%denominator, :))
+                  ! If nothing was seen, both are the numbers with which searches for extremes begin
+                  where (numerator >= minimum) in_block(i, :) = numerator - minimum
+                  if (.not. is_missing(form%denominator) .and. maxval(numerator) >= minval(minimum)) &
+                     value(i) = maxval(numerator) - minval(minimum)
+               end associate
                cycle
             end if
             if (form%denominator > 0) then

@@ -147,7 +147,8 @@ contains
          call make_mesh(elements, ratio, stop_position, mesh, error, nodes=nodes)
          return
       end if
-      positions = all_stops(2:)%position
+      allocate (positions(0))
+      if (size(all_stops) > 1) positions = all_stops(2:)%position
       stops = size(positions)
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
       if (allocated(scene%masses)) positions = [positions, scene%masses%position]
