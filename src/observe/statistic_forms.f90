@@ -97,8 +97,9 @@ contains
                associate (minimum => sums(form%denominator, :))
                   ! If nothing was seen, both are the numbers with which searches for extremes begin
                   where (numerator >= minimum) in_block(i, :) = numerator - minimum
-                  if (.not. is_missing(form%denominator) .and. maxval(numerator) >= minval(minimum)) &
+                  if (.not. is_missing(form%denominator) .and. maxval(numerator) >= minval(minimum)) then
                      value(i) = maxval(numerator) - minval(minimum)
+                  end if
                end associate
                cycle
             end if
