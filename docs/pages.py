@@ -41,11 +41,13 @@ graph: false
 search: false
 warn: false
 predocmark: >
+md_extensions: markdown.extensions.toc
 print_creation_date: false
 ---
 """
 # What the style sheet of a network address did for FORD's pages: columns, menus, tables, code
-STYLE = """body { font: 16px/1.5 sans-serif; color: #222; margin: 0; }
+STYLE = """body { font: 16px/1.5 sans-serif; color: #222; margin: 0; padding: 0; }
+html { scroll-padding-top: 1rem; }
 .container, .container-fluid { max-width: 76rem; margin: 0 auto; padding: 0 1rem; box-sizing: border-box; }
 .row { display: flex; flex-wrap: wrap; gap: 0 2rem; }
 .row > h1, .row > .container { flex: 0 0 100%; }
@@ -54,7 +56,9 @@ STYLE = """body { font: 16px/1.5 sans-serif; color: #222; margin: 0; }
 .navbar { background: #20262e; padding: 0.4rem 0; margin-bottom: 1rem; }
 .navbar a { color: #fff; text-decoration: none; }
 .navbar .container { display: flex; flex-wrap: wrap; gap: 0 1.5rem; }
-.navbar-toggler { display: none; }
+.navbar-toggler, #jumbotron, #text > :nth-child(2), #text ~ .row { display: none; }
+.nav-item:nth-child(2)::before { content: "Source code:"; color: #aab; margin-right: 0.6rem; }
+.nav-item:nth-child(2) { display: flex; }
 .navbar-nav, .list-inline, .breadcrumb { list-style: none; display: flex; flex-wrap: wrap; gap: 0 1.2rem; padding: 0; margin: 0; }
 .nav { list-style: none; padding: 0; }
 .nav .nav { padding-left: 1rem; }
@@ -62,11 +66,12 @@ STYLE = """body { font: 16px/1.5 sans-serif; color: #222; margin: 0; }
 .active { font-weight: bold; color: #222; }
 a { color: #1f5fa8; }
 h1 { font-size: 1.8rem; } h2 { font-size: 1.3rem; margin-top: 1.8rem; }
-table { border-collapse: collapse; margin: 1rem 0; }
+table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto; }
 td, th { padding: 0.2rem 0.8rem 0.2rem 0; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; }
 pre { background: #f4f4f4; padding: 0.6rem; overflow-x: auto; }
 img { max-width: 100%; }
 hr { border: 0; border-top: 1px solid #ccc; }
+@media (max-width: 50rem) { .col-3, .col-md-3 { order: 1; flex-basis: 100%; } .navbar-nav .nav-item + .nav-item { display: none; } }
 """
 
 
@@ -81,6 +86,11 @@ def title_of(text):
     return text.splitlines()[0].lstrip("# ")
 
 
+def without_comments(text):
+    """A page without its comments, which end a list in FORD's Markdown."""
+    return re.sub(r" *<!--.*?-->", "", re.sub(r"(?m)^[ \t]*(?:<!--.*?-->[ \t]*)+\n", "", text))
+
+
 def with_title(name, text, names):
     """The first heading as FORD's title; links to pages as it makes them, others as words."""
     def link(found):
@@ -90,7 +100,7 @@ def with_title(name, text, names):
             return f"[{found[1]}]({page.removesuffix('.md')}.html{mark or ''})"
         return found[0] if re.match(r"https?:|#", found[2]) else found[1]
 
-    rest = re.sub(r"(?<!!)\[([^]]*)\]\(([^)]*)\)", link, text.split("\n", 1)[1])
+    rest = re.sub(r"(?<!!)\[([^]]*)\]\(([^)]*)\)", link, without_comments(text).split("\n", 1)[1])
     return f"title: {title_of(text)}\n\n{rest}"
 
 
@@ -145,17 +155,19 @@ def main(programs, place):
         # pictures of measurements that are not repeated for the pages
         for picture in re.findall(r"!\[[^]]*\]\(([^)]*\.svg)\)", text):
             shutil.copy(HERE / picture, target.parent)
-    top = [name for name in ORDER if "/" not in name]
-    (pages / "index.md").write_text("title: Manual\n" + "".join(f"ordered_subpage: {name}.md\n" for name in top)
+    top = dict.fromkeys(f"{name}.md" if "/" not in name else "howto" for name in ORDER)
+    tasks = [name.removeprefix("howto/") for name in ORDER if "/" in name]
+    (pages / "index.md").write_text("title: Manual\n" + "".join(f"ordered_subpage: {name}\n" for name in top)
                                     + contents(texts, ""), encoding="utf-8")
-    (pages / "howto" / "index.md").write_text("title: How to\n\n" + "".join(
-        f"- [{title_of(texts[name])}]({name.removeprefix('howto/')}.html)\n" for name in ORDER if "/" in name), encoding="utf-8")
+    (pages / "howto" / "index.md").write_text(
+        "title: How to\n" + "".join(f"ordered_subpage: {name}.md\n" for name in tasks) + "\n"
+        + "".join(f"- [{title_of(texts['howto/' + name])}]({name}.html)\n" for name in tasks), encoding="utf-8")
     readme = (HERE.parent / "README.md").read_text(encoding="utf-8")
     head = readme.split("\n## Install")[0].split("\n", 1)[1].replace("docs/first_picture.svg", "media/first_picture.svg")
     (place / "media").mkdir(exist_ok=True)
     shutil.copy(HERE / "first_picture.svg", place / "media")
     (place / "ford.md").write_text(SETTINGS.format(root=HERE.parent, place=place) + head + contents(texts, "page/")
-                                   + "\n## Source\n\nModules and procedures of the source: see the menu above.\n", encoding="utf-8")
+                                   + "\n## Source code\n\n- [Files](lists/files.html)\n- [Modules](lists/modules.html)\n- [Procedures](lists/procedures.html)\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
