@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The rules of the pages: README.md, docs and, of programs that are named, --help and --names.
+"""The rules of the pages: README.md, CONTRIBUTING.md, docs and, of programs that are named, --help, --names and --new.
 
     pages.py [PROGRAM...]
 
@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+KINDS = ("beam", "relay", "tube", "reed")
 LINK = re.compile(r"!?\[[^]]*\]\(([^)\s]+)\)")
 
 
@@ -76,18 +77,17 @@ def main(programs):
     for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *docs]:
         text = page.read_text(encoding="utf-8")
         check_links(page, without_code(text), made, broken)
-        if page.name != "CONTRIBUTING.md":
-            check_words(str(page.relative_to(ROOT)), without_code(text), words, broken)
+        check_words(str(page.relative_to(ROOT)), without_code(text), words, broken)
         if page in docs and page.name != "glossary.md" and "glossary.md)" not in text:
             broken.append(f"{page.relative_to(ROOT)}: does not link the glossary")
     scene = (ROOT / "inputs" / "first_scene.nml").read_text(encoding="utf-8")
     if f"```\n{scene}```" not in (ROOT / "README.md").read_text(encoding="utf-8"):
         broken.append("README.md: its scene is not inputs/first_scene.nml")
     for program in programs:
-        for option in ("--help", "--names"):
-            said = subprocess.run([program, option], check=True, capture_output=True, text=True).stdout
+        for options in (["--help"], ["--names"], *(["--new", kind] for kind in KINDS)):
+            said = subprocess.run([program, *options], check=True, capture_output=True, text=True).stdout
             # values in quotes are what users type
-            check_words(f"{Path(program).name} {option}", re.sub(r"'\w*'", "''", said), words, broken)
+            check_words(f"{Path(program).name} {' '.join(options)}", re.sub(r"'\w*'", "''", said), words, broken)
     for what in broken:
         print("pages.py: " + what)
     print(f"pages: {len(docs) + 2} pages, {len(programs)} programs, {len(broken)} rules broken")

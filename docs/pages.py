@@ -56,7 +56,7 @@ html { scroll-padding-top: 1rem; }
 .navbar { background: #20262e; padding: 0.4rem 0; margin-bottom: 1rem; }
 .navbar a { color: #fff; text-decoration: none; }
 .navbar .container { display: flex; flex-wrap: wrap; gap: 0 1.5rem; }
-.navbar-toggler, #jumbotron, #text > :nth-child(2), #text ~ .row { display: none; }
+.navbar-toggler, #jumbotron, .row#text > :nth-child(2), .row#text ~ .row, .align-items-center > .col:first-child { display: none; }
 .nav-item:nth-child(2)::before { content: "Source code:"; color: #aab; margin-right: 0.6rem; }
 .nav-item:nth-child(2) { display: flex; }
 .navbar-nav, .list-inline, .breadcrumb { list-style: none; display: flex; flex-wrap: wrap; gap: 0 1.2rem; padding: 0; margin: 0; }
@@ -76,9 +76,17 @@ hr { border: 0; border-top: 1px solid #ccc; }
 
 
 def reference(program):
-    """The table of names, as the program prints it."""
+    """The names that the program prints, a table for each group."""
     said = subprocess.run([program, "--names", "--markdown"], check=True, capture_output=True, text=True).stdout
-    return "# Every name of a scene\n\nAs `impactbeam --names` prints them, all or those of one group (`impactbeam --names stop`).\n\n" + said
+    lines = ["# Every name of a scene", "", "`impactbeam --names` prints these names too, and `impactbeam --names stop` those of one group."]
+    last = ""
+    for row in said.splitlines()[2:]:
+        group, name, values, default, meaning = (cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:-1])
+        if group != last:
+            lines += ["", f"## {group}", "", "| name | values | meaning |", "|---|---|---|"]
+        last = group
+        lines.append(f"| {name} | {values}{'; default ' if default else ''}{default} | {meaning} |")
+    return "\n".join(lines) + "\n"
 
 
 def title_of(text):

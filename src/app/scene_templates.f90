@@ -7,25 +7,25 @@ module scene_templates
    character(*), parameter :: template_kinds(4) = [character(5) :: 'beam', 'relay', 'tube', 'reed']
 
    character(*), parameter :: beam(*) = [character(80) :: &
-      '! A clamped beam is pulled away from a stop at its tip and let go, in ratios', &
-      '! without dimensions: time in 1/omega1, displacements in units of the distance', &
-      '! it was pulled. --names lists every name.', &
+      '! A clamped beam is displaced from a stop at its tip and released. Values are', &
+      '! dimensionless: times are multiplied by the first circular frequency omega1,', &
+      '! displacements divided by the initial one. --names explains every name.', &
       '&mesh elements = 16 /', &
       '&damping zeta = 0.01 /          ! of the first mode', &
       '&stop', &
-      '   restitution = 0.6            ! speed after an impact over that before, 0 to 1', &
-      '   preload = 0.1                ! how far the stop is pushed in; negative: a gap', &
+      '   restitution = 0.6            ! velocity after an impact over that before it', &
+      '   preload = 0.1                ! height of the stop; negative: a gap at rest', &
       '/', &
       '&response', &
-      '   duration = 20.0              ! 2 pi is a swing of the first mode', &
-      '   step = 0.01                  ! of samples; the motion is exact whatever it is', &
+      '   duration = 20.0              ! 2 pi is a period of the first mode', &
+      '   step = 0.01                  ! between samples; the motion needs no step', &
       '/', &
-      '&frequencies count = 6 /        ! a group that is left out costs nothing']
+      '&frequencies count = 6 /        ! leave it out if you need no frequencies']
 
    character(*), parameter :: relay(*) = [character(80) :: &
-      '! The reed of a relay is let go above its contact, closes it, and bounces.', &
-      '! SI units. Less bounce: more damping, a lighter bead, more pressure (a higher', &
-      '! surface), a softer contact.', &
+      '! The reed of a relay is released above its contact, closes it, and bounces.', &
+      '! SI units. More damping and a higher contact, which presses more on the reed,', &
+      '! reduce the bounce.', &
       "&scene units = 'SI', title = 'A relay closes' /", &
       '&beam', &
       '   length = 20.0e-3             ! m', &
@@ -39,22 +39,22 @@ module scene_templates
       '&tip_mass mass = 20.0e-6 /      ! kg, the contact bead', &
       '&stop', &
       '   surface_height = 0.1e-3      ! m, above the unstressed reed: it presses', &
-      '   initial_height = 0.5e-3      ! m, from where it is let go', &
-      '! To keep a gap of 0.4 mm under any pressure, in sweeps too: instead of both', &
-      '! heights &scene displacement_scale = 0.4e-3 (m) and here preload = 0.25', &
-      "   law = 'three_element'        ! a spring; beside it another with a damper", &
+      '   initial_height = 0.5e-3      ! m, above the unstressed reed: released here', &
+      '! To sweep the contact height with a fixed gap of 0.4 mm, replace both heights', &
+      '! by &scene displacement_scale = 0.4e-3 (m), and here preload = 0.25', &
+      "   law = 'three_element'        ! a spring, in parallel a spring and damper", &
       '   stiffness = 1.7e6            ! N/m', &
       '   branch_stiffness = 3.4e6     ! N/m', &
       '   damper = 30.0                ! N s/m', &
       '/', &
       '&response duration_time = 6.0e-3, step_time = 1.0e-6 /  ! s', &
-      '&relay lasting_force = 0.05 /   ! N; bounce time, force once it is closed', &
+      '&relay lasting_force = 0.05 /   ! N; bounce time, force of the closed contact', &
       '&stress position = 0.0 /        ! the stress at the root']
 
    character(*), parameter :: tube(*) = [character(80) :: &
       '! A tube of a heat exchanger is shaken by its flow and rattles in supports with', &
-      '! clearance. SI units. &statistics reports what each support feels, without what', &
-      '! happens before its start.', &
+      '! clearance. SI units. &statistics reports forces and impacts at each support,', &
+      '! averaged from start_time on.', &
       "&scene units = 'SI', title = 'A tube rattles in its supports' /", &
       "&section shape = 'tube', outer_diameter = 15.9e-3, wall = 1.15e-3 /  ! m", &
       '&beam length = 1.2, youngs_modulus = 207.0e9, density = 7870.0 /', &
@@ -69,7 +69,7 @@ module scene_templates
       "   position = 1.0, side = 'both', clearance = 2e-4", &
       "   law = 'spring_damper', stiffness = 1e5, damper = 0.3", &
       '/', &
-      '! the flow: 20 N along the outer half, 30 times a second', &
+      '! the flow: 20 N/m along the outer half, 30 times a second', &
       '&force stretch = 0.5, 1.0, amplitude = 20.0, frequency = 30.0 /', &
       "&start kind = 'rest' /", &
       '&response duration_time = 0.5, step_time = 2.0e-4 /', &
@@ -77,8 +77,8 @@ module scene_templates
 
    character(*), parameter :: reed(*) = [character(80) :: &
       '! The reed of a valve is driven by pressure between its seat and a stop above', &
-      '! it. SI units. It dies of fatigue at its root: see greatest_stress and', &
-      '! stress_range among the measures; fatigue_slope in &stress counts cycles.', &
+      '! it. SI units. Valve reeds fail by fatigue at the root: the run reports the', &
+      '! maximum and the range of the stress; fatigue_slope in &stress counts cycles.', &
       "&scene units = 'SI', title = 'A valve reed between seat and stop' /", &
       '&beam', &
       '   length = 40.0e-3, width = 10.0e-3, height_root = 0.4e-3  ! m', &
