@@ -53,7 +53,7 @@ module contact_states
 
    !> Reactions of the closed rigid contacts at one instant.
    type :: reactions_t
-      !> Indices of these contacts
+      !> Indices of the closed rigid contacts
       integer, allocatable :: place(:)
       !> Acceleration of each gap per unit force at another contact, [place, place]
       real(wp), allocatable :: mobility(:, :)
@@ -107,12 +107,12 @@ contains
       answer = state%is_rigid .or. state%is_node
    end function has_rigid_stop
 
-   !> Displacement and velocity of a massless node minus those that the modes give it, some time after its release by a
-   !> rigid stop: an exponential recovery, instantaneous if the rate is `huge`.
+   !> Displacement and velocity of a massless node relative to those that the modes give it, at a time after its release
+   !> by a rigid stop: an exponential recovery, instantaneous if the rate is `huge`.
    pure function node_motion_at(state, time) result(node)
       !> State at the start of the flight, or at a later instant of it
       type(contact_state_t), intent(in) :: state
-      !> Time since that start
+      !> Time since the instant of this state
       real(wp), intent(in) :: time
       real(wp) :: node(2)
 
@@ -165,7 +165,7 @@ contains
    !> Record those components of the contact states that change during a phase, at the start of the phase.
    subroutine record_start(states, at_start)
       type(contact_state_t), intent(in) :: states(:)
-      !> Receives the record, of which the other components keep the values of the first phase; unallocated before it
+      !> The record. Components that are not assigned here have their values of the first phase. Unallocated before it
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states

@@ -12,7 +12,8 @@ module impact_problem
       is_released
    public :: max_rounds, add_impact_contact, find_impulses, find_nodal_impulse, outcome_of
 
-   !> Maximum number of problems at one instant; in the last one every contact that the beam touches comes to rest.
+   !> Maximum number of impact problems at one instant; in the last one every contact that the beam touches comes to
+   !> rest, so that the sequence ends.
    integer, parameter :: max_rounds = 100
 
    !> Role of a contact in the problem. `rebounds`: the contact rebounds by its coefficient of restitution, and takes
@@ -23,8 +24,8 @@ module impact_problem
    integer, parameter :: stays_closed = 3
 
    !> Outcome for a contact: unchanged; an impact; a capture; an impulse on a closed contact; or a release, without an
-   !> impulse of its own. If the contact has received an impulse, the outcome equals its role, so the constants are
-   !> equal.
+   !> impulse of its own. `outcome_of` returns the role of a contact that has received an impulse as its outcome, so
+   !> these constants are equal to those of the roles.
    integer, parameter :: unchanged = 0
    integer, parameter :: is_hit = rebounds
    integer, parameter :: is_arrested = comes_to_rest

@@ -135,8 +135,9 @@ contains
       contacts = contacts(:total)
    end function contacts_of
 
-   !> Which contacts are active? Of rigid contacts at one point and on one side only the highest is active, and of
-   !> equally high ones only that with the maximum coefficient of restitution. All compliant contacts are active.
+   !> Which contacts are active? Of rigid contacts between the beam and the base at one point and on one side only the
+   !> highest is active, and of equally high ones only that with the maximum coefficient of restitution. All compliant
+   !> contacts, and all contacts of bodies, are active.
    pure function active_contacts(contacts, dofs) result(is_active)
       type(contact_t), intent(in) :: contacts(:)
       !> Degree of freedom of each contact
@@ -189,7 +190,7 @@ contains
       end associate
    end function keys
 
-   !> Row of a contact in a set of shapes: the rate of its gap per unit of the rate of each shape.
+   !> Row of a contact: change of its gap per unit of each shape.
    pure function shape_of_contact(contact, dof, bodies, shapes) result(row)
       type(contact_t), intent(in) :: contact
       !> Degree of freedom of the beam at the contact, and number of bodies
@@ -221,8 +222,8 @@ contains
       if (contact%settings%body == body) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
    end function force_on_body
 
-   !> Displacement from which the histories of beams count that are released from a contact: the surface of a stop; 0 if
-   !> a body moves instead.
+   !> Zero of the displacement histories of a beam that is released from this contact: the displacement of the contact
+   !> surface; 0 at a contact of a body.
    elemental function datum_of(contact) result(datum)
       type(contact_t), intent(in) :: contact
       real(wp) :: datum

@@ -2,7 +2,7 @@
 !> modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
-   use body_modes, only: append_bodies, rate_of, square_of
+   use body_modes, only: append_bodies, damping_rate_of, squared_frequency_of
    use damped_oscillators, only: damping_order
    use free_modes, only: free_modes_t
    use kinds, only: pi, wp
@@ -70,7 +70,7 @@ contains
 
       half_period = huge(1.0_wp)
       threshold = min_reversal*maxval(abs(value))
-      ! the last reversal, and the point of maximum deviation from it since
+      ! index of the last reversal, and of the point of maximum deviation from it since then
       reversal = 1
       farthest = 1
       do i = 2, size(value)
@@ -97,8 +97,8 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> Has each mode its own damping, by a list of damping ratios, or by bodies whose dampers are not proportional to
-   !> mass and stiffness as the damping of the beam is? `zeta` of the settings is then part of the rates of the modes.
+   !> Has each mode a damping rate of its own, because damping ratios are given mode by mode, or because the dampers of
+   !> bodies do not follow the proportional damping of the beam? `rates_of_modes` then includes `zeta` of the settings.
    pure function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -106,7 +106,8 @@ contains
       answer = allocated(settings%mode_ratios)
       if (answer .or. .not. allocated(settings%bodies)) return
       associate (bodies => settings%bodies)
-         answer = any(abs(rate_of(bodies) - 2.0_wp*(settings%zeta*square_of(bodies) + settings%zeta_mass)) > 0.0_wp)
+         answer = any(abs(damping_rate_of(bodies) - 2.0_wp*(settings%zeta*squared_frequency_of(bodies) &
+            + settings%zeta_mass)) > 0.0_wp)
       end associate
    end function damps_each_mode
 
@@ -117,7 +118,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
-      !> Number of the body of each mode, 0: of the beam; absent: all are of the beam, [modes]
+      !> Number of the body to which each mode belongs, 0: the beam; absent: all modes belong to the beam, [modes]
       integer, intent(in), optional :: body(:)
       real(wp) :: rate(size(square))
 
@@ -133,14 +134,14 @@ contains
       if (.not. damps_each_mode(settings)) return
       rate = rate + 2.0_wp*settings%zeta*square
       do i = 1, size(square)
-         if (body(i) > 0) rate(i) = rate_of(settings%bodies(body(i)))
+         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i)))
       end do
    end function rates_of_modes
 
    !> Select the lowest modes and those of all bodies, order them as `damping_order` requires, and reorder the settings
    !> of single modes in the same way. Stresses need the truncated modes, too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
-      !> Number of modes of the beam; of all modes if those of the bodies are among them
+      !> Number of modes of the beam that are selected; if `modes` contains modes of bodies already, number of all modes
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings

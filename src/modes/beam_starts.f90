@@ -13,7 +13,7 @@ module beam_starts
    private
    public :: find_start_momenta, curve_of_table, check_table_of_start
 
-   !> A point of a table nearer to the root than this, in L, is at the root.
+   !> Distance from the root, over L, below which a point of a table counts as the root.
    real(wp), parameter :: root_tolerance = 1.0e-9_wp
 
    !> A table may deviate from zero by this share of its largest magnitude at a point where the beam is fixed.

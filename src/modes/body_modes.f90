@@ -1,20 +1,23 @@
-!> Bodies as modes: a body with mass m, spring k and damper c to the base is one oscillator beside the modes of the
-!> beam, coupled to them by contacts alone. Its coordinate counts from where its spring has no force.
+!> Bodies as modes: a body of mass m, with a spring k and a damper c between it and the base, is an oscillator m z'' +
+!> c z' + k z = 0 beside the modes of the beam. Contacts alone couple it to the beam. Its coordinate z is zero where its
+!> spring has no force.
 module body_modes
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: lambda1, lambda1_power4, wp
    use run_settings, only: body_settings_t
    implicit none (type, external)
    private
-   public :: append_bodies, square_of, rate_of
+   public :: append_bodies, squared_frequency_of, damping_rate_of
 
 contains
 
-   !> Retain some of the modes of the beam, and append one mode for each body, with a degree of freedom of its own.
+   !> Retain the first modes of the beam, and append one mode for each body, with a degree of freedom of its own. The
+   !> body's displacement per unit of its mode is 1/sqrt(m), because modes are mass-normalised.
    pure subroutine append_bodies(bodies, retained, modes)
       type(body_settings_t), intent(in) :: bodies(:)
-      !> Number of modes of the beam that are retained, from the first
+      !> Number of modes of the beam that are retained
       integer, intent(in) :: retained
+      !> In: modes of the beam. Out: the retained modes, then those of the bodies
       type(free_modes_t), intent(inout) :: modes
 
       real(wp), allocatable :: shape(:, :), square(:)
@@ -26,9 +29,10 @@ contains
          square(:retained) = modes%square(:retained)
          do b = 1, number
             shape(dofs + b, retained + b) = 1.0_wp/sqrt(bodies(b)%mass_ratio)
-            ! a body without a spring has the tiny frequency of a rigid-body motion
-            square(retained + b) = max(square_of(bodies(b)), real(b + 1, wp)*rigid_square)
-            ! constraints between modes of exactly equal frequency have no solution in closed form
+            ! A body without a spring gets a negligible positive W^2, because formulas divide by W^2; the factor b + 1
+            ! separates it from a rigid-body mode of the beam (factor 1) and from the other bodies
+            square(retained + b) = max(squared_frequency_of(bodies(b)), real(b + 1, wp)*rigid_square)
+            ! `constrain` needs distinct frequencies
             do while (any(abs(square(:retained + b - 1) - square(retained + b)) <= 0.0_wp))
                square(retained + b) = nearest(square(retained + b), 1.0_wp)
             end do
@@ -40,21 +44,22 @@ contains
       call move_alloc(square, modes%square)
    end subroutine append_bodies
 
-   !> Squared circular frequency k/m of a body, over omega1^2.
-   elemental function square_of(body) result(square)
+   !> Squared circular frequency k/m of a body, over omega1^2. The ratios of k and m are in 3 E Ibar/L^3 and rho Abar L,
+   !> and omega1^2 = lambda1^4 E Ibar/(rho Abar L^4).
+   elemental function squared_frequency_of(body) result(square)
       type(body_settings_t), intent(in) :: body
       real(wp) :: square
 
       square = 3.0_wp*body%spring_ratio/(lambda1_power4*body%mass_ratio)
-   end function square_of
+   end function squared_frequency_of
 
-   !> Rate c/m of the damper of a body, over omega1.
-   elemental function rate_of(body) result(rate)
+   !> Damping rate of a body over omega1: 2 xi W of its damping ratio xi, plus c/m of its damper.
+   elemental function damping_rate_of(body) result(rate)
       type(body_settings_t), intent(in) :: body
       real(wp) :: rate
 
-      rate = 2.0_wp*body%damping_ratio*sqrt(square_of(body)) + 3.0_wp*body%base_damper_ratio &
+      rate = 2.0_wp*body%damping_ratio*sqrt(squared_frequency_of(body)) + 3.0_wp*body%base_damper_ratio &
          /(lambda1_power4*body%mass_ratio)
-   end function rate_of
+   end function damping_rate_of
 
 end module body_modes

@@ -46,7 +46,7 @@ module damped_oscillators
    !> Damping ratio above which the two exponents, a factor of four or more apart, are separated.
    real(wp), parameter :: min_separated_ratio = 1.25_wp
 
-   !> exp(-x) is limited to x up to this: negligible, but still a normal number, which is faster than a subnormal one.
+   !> Limit of x in exp(-x): exp(-700) is negligible, but a normal number; processors are slow with subnormal numbers.
    real(wp), parameter :: max_exponent = 700.0_wp
 
    !> Matrices of a step of fixed length, from the state (z, v) to (zz z + zv v, vz z + vv v), [count].
@@ -111,7 +111,7 @@ contains
                   + oscillators%spread(i))
                oscillators%fast_excess(i) = oscillators%decay(i) + 2.0_wp*oscillators%spread(i) &
                   - oscillators%mass_rate(i)
-               ! The fast rate of so slow a mode is almost alpha, which would cancel
+               ! For W < alpha the fast decay rate is almost alpha, and its difference from alpha would cancel
                if (oscillators%frequency(i) < oscillators%mass_rate(i)) then
                   oscillators%fast_excess(i) = oscillators%two_zeta*square(i) - oscillators%decay(i)
                end if
@@ -182,7 +182,7 @@ contains
    !> `propagate` on whole SIMD vectors: all arrays are padded with zeros to `padded(count)`.
    pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v, factors)
       type(oscillators_t), intent(in) :: oscillators
-      !> Oscillators after this one need not be propagated
+      !> Index of the last oscillator whose state is needed; the states of later overdamped ones may stay as they are
       integer, intent(in) :: last
       !> Time, >= 0
       real(wp), intent(in) :: t

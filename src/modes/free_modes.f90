@@ -1,5 +1,5 @@
-!> The modes of a beam without contact, and quantities that follow from them alone. All runs of the same beam share
-!> them, whatever the damping, the stop and the length; a run never changes them, so threads share them, too.
+!> The modes of a beam without contact, and quantities that follow from them alone. They do not depend on damping, stops
+!> and duration of a run, and no run changes them, so all runs of a beam, in all threads, share them.
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
@@ -26,8 +26,8 @@ module free_modes
       !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]. Modes of bodies have degrees of freedom of
       !> their own, which follow those of the beam
       real(wp), allocatable :: mode(:, :)
-      !> Number of the body of which each mode is, 0: of the beam; unallocated: the bodies of the run, if it has any,
-      !> have no modes yet, [modes]
+      !> Number of the body to which each mode belongs; 0: the beam. Unallocated: modes of bodies have not been
+      !> appended, [modes]
       integer, allocatable :: body(:)
       !> Squared frequencies and shapes of the truncated modes, whose static part a run adds to the bending moments;
       !> unallocated: no mode is truncated

@@ -30,11 +30,12 @@ contains
    pure subroutine find_mode_poles(squares, zeta, pole, relative, mass_rate)
       !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
+      !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
       !> Poles s, and 1 + 2 zeta s, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
       complex(wp), intent(inout) :: relative(:)
-      !> alpha, [modes]; default 0
+      !> alpha of damping proportional to mass, or 2 xi W of a damping ratio xi, [modes]; default 0
       real(wp), intent(in), optional :: mass_rate(:)
 
       integer :: i
@@ -86,7 +87,7 @@ contains
                spread = sqrt((decay - frequency)*(decay + frequency))
                p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
                e = -p*(p + mass_rate(i))/squares(i)
-               ! the fast pole of so slow a mode is almost -alpha, where s + alpha cancels
+               ! for W < alpha the fast pole is almost -alpha, so that s + alpha would cancel
                if (frequency < mass_rate(i)) e(2) = 1.0_wp + 2.0_wp*zeta*p(2)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)

@@ -1,5 +1,5 @@
-!> Integrals of quadratic forms of decaying exponentials: the energy that a force or a damper supplies or dissipates in
-!> an interval of time.
+!> Integrals of quadratic forms of decaying exponentials over an interval of time: the work of a force, or the energy
+!> that a damper dissipates.
 module power_integrals
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -16,18 +16,18 @@ module power_integrals
       !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: decay(:), omega(:)
-      !> Products of the parts of the rates, summed over the squares: real parts, then imaginary parts, [2 count, 2
-      !> count]
+      !> R^T R, with R the real parts, then the imaginary parts of the rates of `make_power_form`, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)
       !> The integral of the power is the change of x^T matrix x, with x the real parts of all A_m, then the imaginary
       !> parts, [2 count, 2 count]. The matrix omits the products A_m conj(A_m), which may decay slowly; `diagonal` has
       !> the factors of the integrals of |A_m|^2, [count]
       real(wp), allocatable :: matrix(:, :), diagonal(:)
-      !> Pairs that nearly are each other's conjugate, which the matrix omits, too, [2, pairs]
+      !> Pairs of terms whose exponents are nearly conjugate; the matrix omits their products, too, [2, pairs]
       integer, allocatable :: pairs(:, :)
    end type power_form_t
 
-   !> The terms over an interval of time.
+   !> Terms at both ends of an interval of time, and their changes, from which the integrals of all forms with the same
+   !> exponents follow.
    type :: span_t
       !> Length of the interval
       real(wp) :: time = 0.0_wp
@@ -51,7 +51,7 @@ contains
    pure subroutine make_power_form(exponent, rate, form)
       !> Exponents s, Re s <= 0 <= Im s
       complex(wp), intent(in) :: exponent(:)
-      !> rate_im, [squares, count]
+      !> rate_im, for example the velocity of damper i per unit of A_m, [squares, count]
       complex(wp), intent(in) :: rate(:, :)
       !> The power and its integral
       type(power_form_t), intent(out) :: form
@@ -154,14 +154,14 @@ contains
       end associate
    end subroutine find_pair
 
-   !> Compute the terms over an interval that starts now.
+   !> Compute the terms over an interval from the amplitudes at its start.
    pure subroutine find_span(form, amplitude, time, span)
       !> The power, which has the exponents
       type(power_form_t), intent(in) :: form
       !> A_m at the start, [count]
       complex(wp), intent(in) :: amplitude(:)
       real(wp), intent(in) :: time
-      !> Terms over the interval; unchanged if they were computed before for the same amplitudes and length
+      !> Terms over the interval. They are not computed again for the amplitudes and length of the last call
       type(span_t), intent(inout) :: span
 
       real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, modulus_change
@@ -224,7 +224,7 @@ contains
       real(wp), intent(in) :: modulus_change
       real(wp) :: value
 
-      ! so small a decay is negligible: the integral is t
+      ! the integral is t if the decay over the interval is below rounding
       value = merge(-modulus_change*(2.0_wp + modulus_change), 2.0_wp*t, decay*t > 1.0e-17_wp) &
          /merge(2.0_wp*decay, 2.0_wp, decay*t > 1.0e-17_wp)
    end function decay_integral

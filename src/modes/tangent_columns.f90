@@ -1,5 +1,5 @@
-!> Variations of a motion as columns of a matrix: derivatives of its state by the initial state and by a parameter of a
-!> load (docs/theory.md, section 22).
+!> Solutions of the variational equations as columns of a matrix: derivatives of the state of a motion by the initial
+!> state and by a parameter of a load (docs/theory.md, section 22).
 module tangent_columns
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
@@ -9,8 +9,9 @@ module tangent_columns
    public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
    public :: by_nothing, by_amplitude, by_frequency
 
-   !> Parameter of the last column, which follows the columns of the initial state: none (no such column), the amplitude
-   !> of a load, or the frequency of a load (the frequencies of all other loads change in proportion).
+   !> Parameter by which the last column, after those of the initial state, is the derivative: no parameter (there is no
+   !> such column), the amplitude of a load, or the frequency of a load (the frequencies of all other loads change in
+   !> proportion).
    integer, parameter :: by_nothing = 0
    integer, parameter :: by_amplitude = 1
    integer, parameter :: by_frequency = 2
@@ -21,18 +22,19 @@ module tangent_columns
       real(wp), allocatable :: q(:), v(:), memory(:)
    end type state_rates_t
 
+   !> Columns of variations during a motion.
    type :: tangent_t
       !> Variations of the free modes, [modes, columns], and of the force P2 of each contact, [contacts, columns]
       real(wp), allocatable :: q(:, :), v(:, :), memory(:, :)
-      !> Variations of the instant of the last event, [columns]
+      !> Variation of the instant of the last event in each column, [columns]
       real(wp), allocatable :: delay(:)
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
       type(state_rates_t) :: rates_at_start
       !> One of the `by_` constants, and the number of the load
       integer :: parameter = by_nothing
       integer :: load = 0
-      !> Minimum normal speed at impacts on rigid contacts, and minimum rate of any event function as a share of its
-      !> terms. If either vanishes, the derivative does not exist
+      !> Minimum so far of the normal speeds at impacts on rigid contacts, and of the rates of all event functions as
+      !> shares of their terms. If it vanishes (a grazing impact), the derivative does not exist
       real(wp) :: min_speed = huge(1.0_wp)
       !> Logarithm of the factor by which the columns were divided
       real(wp) :: log_scale = 0.0_wp
@@ -51,12 +53,13 @@ contains
          tangent%delay(columns), source=0.0_wp)
    end subroutine allocate_tangent
 
-   !> Apply impulses to all columns: B^T v+ = -eps B^T v-, with B the modes at the contacts that give an impulse.
+   !> Apply Newton's impact law to all columns: B^T v+ = -eps B^T v-, with B the modes at the contacts with an impulse.
    subroutine reflect_columns(value, restitution, is_active, tangent)
       !> Modes at the contacts of the impact, [modes, contacts]
       real(wp), intent(in) :: value(:, :)
       !> Coefficients of restitution eps, [contacts]
       real(wp), intent(in) :: restitution(:)
+      !> The contact has an impulse, [contacts]
       logical, intent(in) :: is_active(:)
       type(tangent_t), intent(inout) :: tangent
 
@@ -70,10 +73,10 @@ contains
       end do
    end subroutine reflect_columns
 
-   !> Move each column from the nominal instant to its own instant of the event, or back.
+   !> Move each column from the instant of the event in the unvaried motion to that in its varied motion, or back.
    pure subroutine shift_columns(rates, factor, tangent)
       type(state_rates_t), intent(in) :: rates
-      !> 1: to the event, -1: back
+      !> 1: to the instant of the varied motion, -1: back
       real(wp), intent(in) :: factor
       type(tangent_t), intent(inout) :: tangent
 
