@@ -2,7 +2,8 @@
 !> added as phases or steps end, and impacts are formed from events and closed contacts; at the end of the run the
 !> statistics follow as quotients of sums, with confidence intervals from the scatter of the blocks.
 !>
-!> An impact comprises all contact between two flights that exceed the hop tolerance and last longer than `rest`.
+!> Successive contacts belong to one impact unless between them the beam rises above the hop tolerance and a pause
+!> longer than `min_pause` passes.
 module block_statistics
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_named, measured_stops, statistics_of_stop
@@ -34,6 +35,7 @@ contains
       logical, intent(in) :: yields(:)
       !> Number of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
+      !> The sums of the run, at their initial values
       type(block_sums_t), intent(out) :: blocks
 
       integer :: i, k
@@ -44,7 +46,7 @@ contains
          allocate (blocks%edge(0:asked%blocks))
          blocks%edge = [(asked%start + (end - asked%start)*real(i, wp)/real(asked%blocks, wp), i=0, asked%blocks)]
          blocks%edge(asked%blocks) = end
-         blocks%rest = asked%rest
+         blocks%min_pause = asked%rest
          blocks%hop_tolerance = settings%response%hop_tolerance
          blocks%threshold = asked%threshold/settings%height_ratio
          blocks%classes = asked%classes
@@ -131,8 +133,8 @@ contains
       end associate
    end function width_of_blocks
 
-   !> Begin impacts at new events, and add the impulses of all new events. A capture at the beginning of a low flight
-   !> takes back the velocity of the rebound, so its impulse is negative, that is, directed towards the stop.
+   !> Begin impacts at new events, and add the impulses of all new events. The impulse of a capture at the beginning of
+   !> a low flight cancels the rebound velocity, so it is negative, that is, directed towards the stop.
    subroutine add_events(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
       !> The run; events after the first `blocks%seen` are new
@@ -161,9 +163,9 @@ contains
    end subroutine add_events
 
    !> Begin a contact. The contact begins a new impact if the beam has risen above the hop tolerance since the last
-   !> impact, and if more time than `rest` has passed since that impact ended. If the run starts in contact, the impact
-   !> counts only if its velocity, d eta/d tau, exceeds the number that the hop tolerance is for eta: both are
-   !> dimensionless.
+   !> impact, and if more time than `min_pause` has passed since that impact ended. The first impact of a run, before
+   !> which the beam need not have risen, counts only if its velocity d eta/d tau exceeds the hop tolerance (compared as
+   !> dimensionless numbers), so that a start at rest on a contact is no impact.
    pure subroutine begin_contact(blocks, contact, tau, velocity, is_within)
       type(block_sums_t), intent(in) :: blocks
       !> Sums of the contact, a component of `blocks`
@@ -179,7 +181,7 @@ contains
       has_flown = contact%has_flown
       contact%has_flown = .false.
       if (contact%count > 0) then
-         if (.not. has_flown .or. tau - contact%impacts(contact%count)%until <= blocks%rest) return
+         if (.not. has_flown .or. tau - contact%impacts(contact%count)%until <= blocks%min_pause) return
       end if
       call begin_impact(contact, tau, velocity, &
          is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_flown))
@@ -205,7 +207,7 @@ contains
       contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact
 
-   !> Record that the beam has risen above the hop tolerance over a contact, if the height of its flight exceeds it.
+   !> Record that the beam has risen above the hop tolerance over a contact, if its flight is that high.
    elemental subroutine record_flight(contact, height, hop_tolerance)
       type(contact_sums_t), intent(inout) :: contact
       !> Maximum gap to the undeformed contact
@@ -318,13 +320,14 @@ contains
       end associate
    end subroutine finish_blocks
 
-   !> Statistics of some contacts together: of the sums of their forces, impacts, times in contact and works.
-   pure subroutine gather_contacts(blocks, is_meant, displaced, quantile, value, half_width, in_block)
+   !> Statistics of some contacts together: of the sums of their forces, impacts, times in contact and dissipated
+   !> energies.
+   pure subroutine gather_contacts(blocks, is_selected, displaced, quantile, value, half_width, in_block)
       !> Sums with impacts, forces as Pbar
       type(block_sums_t), intent(in) :: blocks
-      !> Whether each contact is meant
-      logical, intent(in) :: is_meant(:)
-      !> Number of the contact whose displacements count; 0: there is none
+      !> Whether each contact belongs to the selected contacts
+      logical, intent(in) :: is_selected(:)
+      !> Number of the contact whose displacements the statistics describe; 0: there is none
       integer, intent(in) :: displaced
       !> Quantile of Student's distribution for the number of blocks
       real(wp), intent(in) :: quantile
@@ -343,7 +346,7 @@ contains
 
       whole = blocks%tip%sums
       do k = 1, size(blocks%contact)
-         if (.not. is_meant(k)) cycle
+         if (.not. is_selected(k)) cycle
          associate (sums => blocks%contact(k)%sums)
             whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
                + sums(sum_contact:sum_impact_impulse, :)
@@ -355,8 +358,8 @@ contains
       end do
       is_missing = .false.
       is_missing([sum_square_force, maximum_force, minimum_force]) = &
-         .not. all(blocks%contact%yields .or. .not. is_meant)
-      is_missing(minimum_force) = is_missing(minimum_force) .or. .not. any(is_meant)
+         .not. all(blocks%contact%yields .or. .not. is_selected)
+      is_missing(minimum_force) = is_missing(minimum_force) .or. .not. any(is_selected)
       is_missing(of_displacement) = displaced == 0
       if (.not. blocks%has_acceleration) is_missing(of_acceleration) = .true.
       if (displaced > 0) whole(of_displacement, :) = blocks%contact(displaced)%sums(of_displacement, :)

@@ -18,14 +18,14 @@ module closing_measures
    !> Force of a contact since its last closing. The type has no allocatable components, so that a copy restores it when
    !> a run returns to an earlier state.
    type :: closing_t
-      !> The contact is closed, after this number of flights
+      !> The contact is closed; number of flights before this closing
       logical :: is_closed = .false.
       integer :: flights = 0
       !> The force has a finite maximum: the maximum since the closing, and the minimum since that maximum
       logical :: has_force = .false.
       real(wp) :: maximum = -huge(1.0_wp)
       real(wp) :: minimum = huge(1.0_wp)
-      !> The force is at least the given one, and has been since this instant
+      !> The force has been at least the `lasting_force` of &relay since `lasts_from`, tau
       logical :: lasts = .false.
       real(wp) :: lasts_from = 0.0_wp
       !> States of the searches for the minimum and for the maximum
@@ -40,7 +40,7 @@ contains
       integer, intent(in) :: k
       !> Status of contact k
       type(observed_contact_t), intent(in) :: contact
-      !> Force of which the duration is asked; 0: none
+      !> `lasting_force` of &relay, in the unit of forces; 0: not given
       real(wp), intent(in) :: lasting_force
       type(closing_t), intent(inout) :: closing
 
@@ -67,7 +67,8 @@ contains
       type(peak_t) :: peak
       ! value and rate of the force at both ends of the interval
       real(wp) :: state(2, 2)
-      ! time of the maximum since the closing, if the interval has it, else 0
+      ! time in the interval after which the minimum is searched: that of the maximum since the closing, 0 if the
+      ! maximum was reached before the interval
       real(wp) :: from
 
       state(:, 1) = interval%evaluate(output_row_t(row), 0.0_wp)
@@ -90,10 +91,10 @@ contains
 
    contains
 
-      !> Enter a higher maximum, from which on the minimum counts.
+      !> Store a higher maximum. The minimum is then that of the time after this maximum.
       subroutine raise(value, time)
          real(wp), intent(in) :: value
-         !> Since the start of the interval
+         !> Time since the start of the interval
          real(wp), intent(in) :: time
 
          closing%maximum = value
@@ -102,7 +103,7 @@ contains
       end subroutine raise
    end subroutine record_extremes
 
-   !> Update the instant since which the force has been at least the given one.
+   !> Update the instant since which the contact force has been at least a given force.
    subroutine record_duration(interval, row, force, closing)
       class(interval_t), intent(inout) :: interval
       !> Row of the contact force
@@ -128,7 +129,7 @@ contains
          closing%lasts = .true.
          return
       end if
-      ! the deficit is positive at `low`, and nowhere from `high` on
+      ! bisection: the deficit is positive at `low`, and not positive at `high` and later
       low = peak%time
       high = interval%length
       do
@@ -146,7 +147,7 @@ contains
       closing%lasts = .true.
    end subroutine record_duration
 
-   !> The measures at the end of the run.
+   !> Find the measures of a contact's closing at the end of the run.
    pure subroutine find_closing(closing, response, number, accumulator, lasting_force, measures)
       type(closing_t), intent(in) :: closing
       !> The run, with its events
@@ -155,7 +156,7 @@ contains
       integer, intent(in) :: number
       !> Sums of the contact, with its static force
       type(accumulator_t), intent(in) :: accumulator
-      !> Pbar of which the duration is asked; 0: none
+      !> `lasting_force` of &relay as Pbar; 0: not given
       real(wp), intent(in) :: lasting_force
       type(closing_measures_t), allocatable, intent(out) :: measures
 

@@ -29,7 +29,7 @@ module contact_measures
       logical :: has_risen = .false.
       !> The last interval in which |eta_c| exceeds the settling level; unallocated: there is none
       class(curve_t), allocatable :: exceeded
-      !> The contact force since the contact closed
+      !> Force of the contact since its last closing
       type(closing_t) :: closing
    end type measurer_t
 
@@ -41,9 +41,9 @@ module contact_measures
       integer :: max_peaks = 0
       !> Index of the contact from which the beam is released; 0: there is none
       integer :: release_contact = 0
-      !> Unallocated: it is not measured how contacts close
+      !> Settings of the measures of closings; unallocated: these measures are not requested
       type(relay_settings_t), allocatable :: relay
-      !> Measurers of all contacts; index 0 serves a run without contacts, [0:contacts]
+      !> Measures of each contact; index 0 is that of a run without contacts, [0:contacts]
       type(measurer_t), allocatable :: of(:)
    end type measures_t
 
@@ -51,12 +51,16 @@ contains
 
    !> Allocate the measures of a run. The caller opens each accumulator with the contact force at rest.
    pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures, relay)
+      !> Number of contacts
       integer, intent(in) :: contacts
+      !> Index of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
+      !> Measures are requested
       logical, intent(in) :: is_wanted
+      !> Maximum number of rebounds whose peaks are recorded
       integer, intent(in) :: max_peaks
       type(measures_t), intent(out) :: measures
-      !> Absent: it is not measured how contacts close
+      !> Settings of the measures of closings; absent: these measures are not requested
       type(relay_settings_t), intent(in), optional :: relay
 
       if (present(relay)) measures%relay = relay
@@ -69,6 +73,7 @@ contains
    !> Add an impulse at an instant.
    pure subroutine measure_impulse(measures, k, tau, impulse)
       type(measures_t), intent(inout) :: measures
+      !> Index of the contact
       integer, intent(in) :: k
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: impulse
@@ -83,7 +88,7 @@ contains
 
       type(observed_contact_t) :: contact
       integer :: k
-      ! the flight rose above the settling level before the interval
+      ! the flight in progress rose above the settling level before the interval
       logical :: had_risen
 
       do k = 1, interval%contacts
@@ -113,7 +118,8 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(peak_t) :: peak
-      ! time within `force_window` of the beginning of the episode, and impulse of the force over it
+      ! length of the part of the interval within `force_window` of the beginning of the episode, and impulse of the
+      ! force over this part
       real(wp) :: early, early_impulse
 
       early_impulse = 0.0_wp

@@ -18,8 +18,8 @@ module mode_trials
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
    public :: compare_runs, horizon_of, trial_settings
 
-   !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance: the
-   !> difference is nearly the error of the smaller set, but events may enlarge it.
+   !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance. The
+   !> difference estimates the error of the smaller set; the share allows for later events, which may enlarge the error.
    real(wp), parameter :: agreement = 0.05_wp
    !> A comparison makes no progress if its difference is at least this share of the previous difference. After
    !> `max_stalled` such comparisons in succession no further set is tried.
@@ -143,8 +143,8 @@ contains
       end associate
    end subroutine set_length
 
-   !> May a trial with a given number of modes be made? Before the first trial only the lengths of trial and run are
-   !> known, and the work of at least two such trials must be permitted.
+   !> Does the permitted cost allow a trial with a given number of modes? Before the first trial only the lengths of
+   !> trial and run are known, and the work of at least two such trials must be permitted.
    pure function can_afford(trials, modes) result(answer)
       type(trials_t), intent(in) :: trials
       integer, intent(in) :: modes
@@ -164,9 +164,9 @@ contains
       end if
    end function can_afford
 
-   !> Add the work of a trial. The first trial yields an estimate of the evaluations of the run: as many as in the
-   !> trial, the minimum; a driven run from rest needs more, in proportion to the remaining length and to the share of
-   !> events in the second half of the trial, because its contacts do not become rarer.
+   !> Add the work of a trial. The first trial gives an estimate of the evaluations of the run: at least as many as in
+   !> the trial. A driven run from rest needs more, in proportion to its remaining length and to the share of events in
+   !> the second half of the trial, because its contacts do not become rarer.
    pure subroutine add_trial(trials, modes, response)
       type(trials_t), intent(inout) :: trials
       integer, intent(in) :: modes
@@ -252,7 +252,7 @@ contains
       end associate
    end subroutine shorten
 
-   !> Length of a trial with a sufficient number of contacts, at most the present length.
+   !> Length of a trial that contains `enough_contacts` contacts, at most the present length.
    pure function enough_time(trials, response) result(length)
       type(trials_t), intent(in) :: trials
       type(response_t), intent(in) :: response

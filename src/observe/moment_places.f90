@@ -1,5 +1,5 @@
-!> Bending moment and stress at given positions ("places") of the beam, for either method: weights by which the moments
-!> follow from the state and the loads, and recorded extremes (docs/theory.md, section 19).
+!> Bending moment and stress at given positions of the beam ("places"), for either method: the weights that give the
+!> moments from state and loads, and the extremes of the moments (docs/theory.md, section 19).
 !>
 !> Displacements are in D, times in tau. Moments are in the unit of Pbar times L, lambda1^4 E Ibar D/(hbar L), stresses
 !> in E D/L; hbar is the mean height of the beam, `height_ratio` is hbar/L.

@@ -22,7 +22,8 @@ module motion_intervals
       logical :: is_closed = .false.
       !> The contact is compliant, so that its force converges with the mesh
       logical :: yields = .false.
-      !> The force of the contact has a finite maximum: the contact is compliant, or rigid at a massless node
+      !> The force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node of the
+      !> beam in front of it
       logical :: has_force = .false.
       !> The contact is active: no other contact lies in front of it
       logical :: is_active = .true.
@@ -80,7 +81,8 @@ module motion_intervals
       logical :: is_last = .false.
       !> The energy of beam and stops may grow during the interval
       logical :: may_gain = .false.
-      !> A maximum is searched only if it may exceed the known maximum by this share, because a search takes time
+      !> A maximum is searched only if it may exceed the known maximum by more than this share, because a search takes
+      !> time
       real(wp) :: tolerance = 0.0_wp
    contains
       procedure(contact_interface), deferred :: contact
@@ -133,7 +135,8 @@ module motion_intervals
          real(wp) :: state(2)
       end function evaluate_interface
 
-      !> `gap_bound`: upper bound of the magnitude of a gap, known without a search; `rounding`: its rounding error.
+      !> `gap_bound`: upper bound of the magnitude of the gap of contact k, known without a search; `rounding`: rounding
+      !> error of this gap.
       pure function reach_interface(self, k) result(gap_bound)
          import :: interval_t, wp
          implicit none (type, external)
@@ -172,8 +175,8 @@ module motion_intervals
          type(output_row_t), intent(in) :: row
          !> Beginning and end of the stretch, since the start of the interval
          real(wp), intent(in) :: stretch(2)
-         !> In: 1 or -1, the stretch begins at a turning point from which the row rises or falls; 0: elsewhere. Out: the
-         !> same for the turning point found
+         !> In: 1 (-1) if the stretch begins at a turning point after which the row rises (falls), else 0. Out: 1 (-1)
+         !> if the row rises (falls) after the turning point that was found
          integer, intent(inout) :: direction
          logical, intent(out) :: is_found
          !> Time since the start of the interval

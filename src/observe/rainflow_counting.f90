@@ -9,7 +9,8 @@ module rainflow_counting
    private
    public :: turning_points_t, reversal_search_t, add_value, reversals_of, count_cycles, equivalent_range
 
-   !> Search for reversals. Numbers only, so that a copy restores it.
+   !> Search for reversals. The type has no allocatable components, so that a copy restores it when a run returns to an
+   !> earlier state.
    type :: reversal_search_t
       !> Number of reversals found
       integer :: count = 0
@@ -22,7 +23,7 @@ module rainflow_counting
       real(wp) :: maximum = -huge(1.0_wp)
    end type reversal_search_t
 
-   !> Values at the reversals; only those that a search counts are valid.
+   !> Values at the reversals; only the first `count` of the search are valid.
    type :: turning_points_t
       real(wp), allocatable :: values(:)
    end type turning_points_t
@@ -56,7 +57,7 @@ contains
       !> Append the value at a reversal.
       subroutine add_reversal(reversal, direction)
          real(wp), intent(in) :: reversal
-         !> Direction of the signal from there on
+         !> Direction of the signal after the reversal
          integer, intent(in) :: direction
 
          real(wp), allocatable :: larger(:)
@@ -74,7 +75,7 @@ contains
       end subroutine add_reversal
    end subroutine add_value
 
-   !> Values at the reversals, with the last extreme of the signal as the last.
+   !> Values at the reversals, followed by the extreme since the last reversal.
    pure function reversals_of(search, points) result(values)
       type(reversal_search_t), intent(in) :: search
       type(turning_points_t), intent(in) :: points
@@ -87,8 +88,8 @@ contains
       end if
    end function reversals_of
 
-   !> Count the cycles: a range that contains the first remaining reversal is half a cycle, a range that a later, at
-   !> least as large one encloses is a cycle, and the ranges that remain at the end are half cycles.
+   !> Count the cycles. A range counts when the range after it is at least as large: as half a cycle if it contains the
+   !> first of the remaining reversals, else as a cycle. The ranges that remain at the end are half cycles.
    subroutine count_cycles(reversals, range, cycles, number)
       !> Values at the reversals, alternately minima and maxima
       real(wp), intent(in) :: reversals(:)
@@ -130,9 +131,10 @@ contains
 
    contains
 
+      !> Append a counted range.
       subroutine add(counted_range, share)
          real(wp), intent(in) :: counted_range
-         !> 1 or 0.5
+         !> Cycles that the range counts: 1 or 0.5
          real(wp), intent(in) :: share
 
          number = number + 1
@@ -141,8 +143,9 @@ contains
       end subroutine add
    end subroutine count_cycles
 
-   !> The range of as many cycles of equal range that do the same damage by Miner's rule, if the damage of a cycle is
-   !> proportional to a power of its range: (sum n_i range_i^m / sum n_i)^(1/m). 0: there are no cycles.
+   !> Damage-equivalent range: the same number of cycles of this range does the same damage by Miner's rule, if the
+   !> damage of a cycle is proportional to the power m of its range, (sum n_i range_i^m / sum n_i)^(1/m). 0: there are
+   !> no cycles.
    pure function equivalent_range(range, cycles, slope) result(equivalent)
       !> Range and number of cycles of each count
       real(wp), intent(in) :: range(:)

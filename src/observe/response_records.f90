@@ -122,7 +122,8 @@ contains
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
    end subroutine open_contact_record
 
-   !> Allocate the histories of a body: those that are requested of the stop.
+   !> Allocate the histories of a body: displacement, velocity and force, if the histories of these quantities at the
+   !> stop are requested.
    pure subroutine open_body_record(body, output, samples, record)
       type(body_settings_t), intent(in) :: body
       type(output_settings_t), intent(in) :: output
@@ -140,7 +141,7 @@ contains
    pure subroutine record_body(place, coordinate, velocity, force, record)
       !> Index in the histories, from 1
       integer, intent(in) :: place
-      !> Coordinate from where the spring has no force, and velocity
+      !> Displacement from the position in which the spring has no force, and velocity
       real(wp), intent(in) :: coordinate
       real(wp), intent(in) :: velocity
       !> Sum of the contact forces on the body, as Pbar

@@ -35,7 +35,7 @@ module response_types
    integer, parameter :: event_separation = 5
    !> Rigid stop (model A): impulse on a closed contact during an impact at another contact.
    integer, parameter :: event_closed_impulse = 6
-   !> Names of the events in results files and tables.
+   !> Names of the events in results files and tables; 'blow' is an impulse on a closed contact.
    character(*), parameter :: event_names(6) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
       'separation', 'blow']
 
@@ -86,15 +86,15 @@ module response_types
    type :: closing_measures_t
       !> Number of openings after the first closing
       integer :: bounces = 0
-      !> Time from the first closing to the final one, instant of the last opening, and instant from which the contact
-      !> is closed to the end of the run
+      !> Time from the first closing to the final one, instant of the last opening, and instant of the final closing,
+      !> after which the contact is closed to the end of the run
       real(wp) :: bounce_time = 0.0_wp
       real(wp) :: last_opening = 0.0_wp
       real(wp) :: final_closing = 0.0_wp
       !> Minimum of the contact force, as Pbar, after the maximum that follows the final closing, and static force
       real(wp) :: minimum_force = 0.0_wp
       real(wp) :: static_force = 0.0_wp
-      !> A force is given, and the instant from which the contact force stays at least as large
+      !> A `lasting_force` is given in &relay, and the instant from which the contact force stays at least as large
       logical :: has_lasting_force = .false.
       real(wp) :: force_lasts = 0.0_wp
    end type closing_measures_t
@@ -144,8 +144,8 @@ module response_types
       real(wp) :: start_energy = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: final_energy = 0.0_wp
-      !> Shares of the initial energy above rest: dissipated in the beam, in the stop, at impacts; created by replacing
-      !> nodal velocities; left at the end
+      !> Shares of the initial energy above that at rest: dissipated in the beam, in the stops, at impacts; created by
+      !> impacts that replace the velocity of one node; left at the end
       real(wp) :: lost_beam = 0.0_wp
       real(wp) :: lost_stop = 0.0_wp
       real(wp) :: lost_impact = 0.0_wp
@@ -163,10 +163,11 @@ module response_types
       real(wp) :: greatest_stress_position = 0.0_wp
       !> Maximum range of the stress at one place
       real(wp) :: stress_range = 0.0_wp
-      !> Minimum, maximum and range of moments, and of stresses, within the window of &statistics; NaN: not defined,
-      !> unallocated: not requested, [6]
+      !> Minimum, maximum and range of moments, then of stresses, over all places, within the window of &statistics,
+      !> [6]. NaN: not defined; unallocated: not requested
       real(wp), allocatable :: steady(:)
-      !> Number of cycles of the stress, and equivalent range; unallocated: not requested, [2]
+      !> Number of stress cycles, and their damage-equivalent range, at the place where the latter is largest, [2];
+      !> unallocated: not requested
       real(wp), allocatable :: fatigue(:)
       !> Number of elements of the mesh
       integer :: mesh_elements = 0
@@ -216,8 +217,8 @@ module response_types
 
    !> Histories and measures of one of several contacts.
    type :: contact_record_t
-      !> Number of its &stop, or 0 and number of its &body; a contact of the body with its floor or ceiling, not with
-      !> the beam; and side: 1 below the beam or the body, -1 above
+      !> Number of its &stop (0: the contact belongs to a &body), number of its &body (0: none), whether it is the
+      !> contact of the body with floor or ceiling instead of the beam, and side: 1 below the beam or the body, -1 above
       integer :: stop = 1
       integer :: body = 0
       logical :: is_of_base = .false.
@@ -289,6 +290,7 @@ module response_types
       real(wp) :: rest = 0.0_wp
    end type body_record_t
 
+   !> Result of a run.
    type :: response_t
       !> Events in order; only the first `event_count` are valid
       type(event_t), allocatable :: events(:)
@@ -334,7 +336,7 @@ module response_types
       integer(i8) :: evaluations = 0_i8
       integer(i8) :: rejected = 0_i8
       integer :: factorisations = 0
-      !> Modes of the run (exact)
+      !> Choice of the modes of the run (exact), and of the mesh
       type(mode_check_t) :: mode_check
       type(mesh_check_t) :: mesh_check
    end type response_t

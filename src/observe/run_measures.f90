@@ -20,7 +20,7 @@ module run_measures
    public :: finish_accumulator, gather_measures
    public :: comes_to_rest, early_part, excess_of, no_rest, row_of
 
-   !> Value of the energy at rest if loads or rigid-body motion prevent static equilibrium.
+   !> Value of `rest_energy` that means: loads or rigid-body motion prevent static equilibrium.
    real(wp), parameter :: no_rest = -huge(1.0_wp)
 
    !> Accumulated sums of a contact. The type has no allocatable components, so that a copy restores the sums when a run
@@ -358,7 +358,7 @@ contains
       character(*), parameter :: name(measure_count) = measure_table%name
 
       row = ieee_value(1.0_wp, ieee_quiet_nan)
-      ! a name that is missing in the table gives the constant index 0, which the compiler reports as out of bounds
+      ! the indices are constants: a name that is missing in the table gives index 0, which the compiler refuses
       row(measure_status) = 0.0_wp
       row(findloc(name, 'impacts', 1)) = real(measures%impacts, wp)
       row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)
@@ -418,7 +418,7 @@ contains
       where (.not. ieee_is_nan(measures%of_analyses)) row = measures%of_analyses
    end function row_of
 
-   !> Does the beam hit the stop at an event of this kind?
+   !> Does a contact close, if only for an instant, at an event of this kind?
    elemental function is_arrival(kind) result(answer)
       !> Kind of the event
       integer, intent(in) :: kind

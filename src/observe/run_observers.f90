@@ -70,7 +70,7 @@ contains
       if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
    end subroutine open_observers
 
-   !> Do observers read what stops dissipate?
+   !> Do observers read the energy that stops dissipate?
    pure function reads_losses(observers) result(reads)
       type(observers_t), intent(in) :: observers
       logical :: reads
@@ -78,7 +78,7 @@ contains
       reads = observers%measures%is_wanted .or. allocated(observers%blocks)
    end function reads_losses
 
-   !> Pass an interval to the observers; the events at its end follow later.
+   !> Pass an interval to the observers. The caller passes the events at its end by `observe_events`.
    subroutine observe(observers, interval)
       type(observers_t), intent(inout) :: observers
       class(interval_t), intent(inout) :: interval

@@ -9,20 +9,20 @@ module run_recorder
    public :: ledger_t, charge_event, sample_t, asked_t, record_sample
    public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, record_shape
 
-   !> Ledger of the energies dissipated and supplied since the start of the run, up to the start of the present phase or
+   !> Ledger: the energies dissipated and supplied since the start of the run, up to the start of the present phase or
    !> the end of the last step.
    type :: ledger_t
       !> Energy dissipated inside the beam, in the stops, and at impacts
       real(wp) :: dissipated_beam = 0.0_wp
       real(wp) :: dissipated_stop = 0.0_wp
       real(wp) :: dissipated_impact = 0.0_wp
-      !> Energy created by replacing nodal velocities
+      !> Energy created by impacts that replace the velocity of one node
       real(wp) :: created = 0.0_wp
       !> Work of forces and of the motion of the base
       real(wp) :: work = 0.0_wp
    end type ledger_t
 
-   !> Quantities that are recorded at the samples.
+   !> Selection of the quantities that are recorded at the samples.
    type :: asked_t
       !> Whether each history of `history_table` is recorded, and whether energies are
       logical :: history(history_count) = .false.
@@ -50,7 +50,7 @@ module run_recorder
       type(ledger_t) :: ledger
       !> Time between samples, tau
       real(wp) :: step = 0.0_wp
-      !> Number of the last sample (sample 0 is at tau = 0), and of the next one to record
+      !> Number of the last sample (sample 0 is at tau = 0; -1: no samples are recorded), and of the next one to record
       integer :: last = -1
       integer :: next = 0
       !> Instants at which the shape of the beam is recorded, and index of the next one

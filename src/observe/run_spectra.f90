@@ -1,8 +1,12 @@
-!> Fourier integrals of a run while it goes on (docs/theory.md, section 24).
+!> Fourier integrals of the signals of a run, for the power spectra of its segments (docs/theory.md, section 24). An
+!> integral is that of signal times exp(-i omega tau).
 !>
-!> Segments overlap by half where the window is Hann's, so the integrals are taken over half segments, each at the
-!> frequencies asked for and at these less and more that of the window: with w(u) = (1 - cos(Omega u))/2 the transform
-!> of a segment is a sum of three. No interval is integrated twice.
+!> With Hann windows, successive segments overlap by half. The integrals are therefore taken over half segments, so that
+!> no interval of the motion is integrated twice. Because the window is w(u) = (1 - cos(Omega u))/2, the transform of a
+!> segment is a sum of integrals at three frequencies: omega, omega - Omega and omega + Omega. With rectangular windows
+!> a "half segment" is a whole segment.
+!>
+!> Intervals are integrated in closed form until this has cost more than a limit; from then on the signals are sampled.
 module run_spectra
    use fourier_integrals, only: add_fourier_integrals, add_impulse
    use interval_sums, only: derivative_of, interval_sums_t, open_sums, value_of
@@ -18,51 +22,54 @@ module run_spectra
    private
    public :: spectrum_sums_t, open_spectrum, add_interval, take_impulses, finish_spectrum
 
-   !> Samples of the shortest period, where signals are sampled, and samples of a half segment at least.
-   real(wp), parameter :: samples_a_period = 16.0_wp
-   integer, parameter :: fewest_samples = 64
+   !> Samples in a period of the highest frequency, and minimum number of samples in a half segment.
+   real(wp), parameter :: samples_per_period = 16.0_wp
+   integer, parameter :: min_samples = 64
 
-   !> What accumulates of a run.
+   !> Accumulated integrals of a run. Instants are tau if their names or comments do not say otherwise.
    type :: spectrum_sums_t
       type(run_spectrum_t) :: result
       type(windows_t) :: windows
-      !> The contact and the point of moments that are meant, the contact from which the beam is released, Pbar per unit
-      !> of force
+      !> Number of the contact of the signals (0: forces of all contacts are summed), index of the place of the moment,
+      !> number of the contact from which the beam is released, and Pbar per unit of force
       integer :: contact = 0
-      integer :: point = 1
-      integer :: released = 0
+      integer :: place = 1
+      integer :: release_contact = 0
       real(wp) :: force_scale = 1.0_wp
-      !> Start of the segments, tau, and the half segment that is under way, from 0
+      !> Start of the first segment, and index of the present half segment, from 0
       real(wp) :: start = 0.0_wp
-      integer :: now = 0
-      !> Integrals over it and over the one before, [frequencies, signals, 2], and what these change by where every
-      !> second sample is left out
+      integer :: half_index = 0
+      !> Integrals over the present (1) and the previous (2) half segment, and their changes if every second sample is
+      !> left out, [frequencies, signals, 2]
       complex(wp), allocatable :: transform(:, :, :), change(:, :, :)
-      !> Signals before they are differentiated as the last interval ended, [signals]; unallocated: there was none
-      real(wp), allocatable :: last(:)
-      !> Signals, differentiated once at most, as the half segment began and as it is now, [signals, 2]; it has begun
-      real(wp), allocatable :: ends(:, :)
-      logical :: has_begun = .false.
-      !> Events that have been taken
+      !> Undifferentiated signals at the end of the last interval, [signals]; unallocated: there was no interval
+      real(wp), allocatable :: last_values(:)
+      !> Signals, differentiated at most once, at the start of the present half segment (1) and at the end of the last
+      !> interval (2), [signals, 2]; `has_start`: the former has been stored
+      real(wp), allocatable :: edge_values(:, :)
+      logical :: has_start = .false.
+      !> Number of events whose impulses have been added
       integer :: events = 0
-      !> Terms times frequencies times signals so far, and most of them
+      !> Cost of the closed forms so far and its limit, as a number of terms times frequencies times signals
       real(wp) :: cost = 0.0_wp
-      real(wp) :: limit = huge(1.0_wp)
-      !> Since the start of the segments: from here on there are samples, [0:samples, signals], over a half segment
+      real(wp) :: cost_limit = huge(1.0_wp)
+      !> Time from the start of the first segment after which signals are sampled, and samples of the present half
+      !> segment, [0:samples, signals]; unallocated: signals are not sampled yet
       real(wp) :: sampled_from = huge(1.0_wp)
       real(wp), allocatable :: samples(:, :)
-      !> Integrals over it and over the one before that lie between samples, sums of magnitudes, [signals, 2]
+      !> Differences between exact integrals and sums of samples, summed in magnitude over the intervals of the present
+      !> (1) and the previous (2) half segment, [signals, 2]
       real(wp), allocatable :: unsampled(:, :)
    end type spectrum_sums_t
 
 contains
 
-   !> Begin a run.
-   subroutine open_spectrum(settings, released, sums)
-      !> It asks for spectra
+   !> Prepare the integrals of a run.
+   subroutine open_spectrum(settings, release_contact, sums)
+      !> Settings with &spectrum
       type(run_settings_t), intent(in) :: settings
       !> Number of the contact from which the beam is released; 0: there is none
-      integer, intent(in) :: released
+      integer, intent(in) :: release_contact
       type(spectrum_sums_t), intent(out) :: sums
 
       integer :: signals
@@ -72,22 +79,22 @@ contains
          result%start = asked%start
          signals = size(asked%of)
          sums%contact = asked%contact
-         sums%point = asked%point
-         sums%released = released
+         sums%place = asked%point
+         sums%release_contact = release_contact
          sums%force_scale = settings%height_ratio
          sums%start = asked%start
-         sums%limit = asked%closed_form_limit
+         sums%cost_limit = asked%closed_form_limit
          call open_windows(asked, min(asked%end, end_of_run(settings%response)) - asked%start, sums%windows, result)
          associate (frequencies => size(sums%windows%omega))
             allocate (sums%transform(frequencies, signals, 2), source=(0.0_wp, 0.0_wp))
          end associate
          allocate (result%mean(signals), result%sampling_error(signals), source=0.0_wp)
-         allocate (sums%ends(signals, 2), source=0.0_wp)
+         allocate (sums%edge_values(signals, 2), source=0.0_wp)
       end associate
-      if (sums%limit <= 0.0_wp) call start_samples(0.0_wp, sums)
+      if (sums%cost_limit <= 0.0_wp) call start_samples(0.0_wp, sums)
    end subroutine open_spectrum
 
-   !> An interval has passed.
+   !> Add the integrals over an interval of the motion.
    subroutine add_interval(interval, sums)
       class(interval_t), intent(in) :: interval
       type(spectrum_sums_t), intent(inout) :: sums
@@ -107,17 +114,19 @@ contains
          if (signal_table(sums%result%of(k))%derivatives > 0) call derivative_of(signals, k)
       end do
       do
-         edges = sums%windows%half*real([sums%now, sums%now + 1], wp)
+         edges = sums%windows%half*real([sums%half_index, sums%half_index + 1], wp)
          from = max(edges(1) - start, 0.0_wp)
          to = min(edges(2) - start, interval%length)
          if (to > from) call add_stretch(signals, [from, to], start, edges, sums)
-         if (edges(2) > start + interval%length .or. sums%now == sums%windows%halves - 1) exit
+         if (edges(2) > start + interval%length .or. sums%half_index == sums%windows%halves - 1) exit
          call end_half(sums)
       end do
-      if (sums%cost > sums%limit .and. .not. allocated(sums%samples)) call start_samples(start + interval%length, sums)
+      if (sums%cost > sums%cost_limit .and. .not. allocated(sums%samples)) then
+         call start_samples(start + interval%length, sums)
+      end if
    end subroutine add_interval
 
-   !> The signals through an interval, before they are differentiated.
+   !> Expand the undifferentiated signals over an interval: each is the sum of one or more rows of the interval.
    subroutine find_signals(interval, sums, signals)
       class(interval_t), intent(in) :: interval
       type(spectrum_sums_t), intent(in) :: sums
@@ -125,6 +134,7 @@ contains
 
       type(interval_sums_t) :: of_rows
       type(observed_contact_t) :: contact
+      ! rows of the interval, and for each the signal to which it is added and the factor
       integer, allocatable :: owner(:), rows(:)
       real(wp), allocatable :: factor(:)
       integer :: i, k
@@ -133,16 +143,16 @@ contains
       do k = 1, size(sums%result%of)
          associate (signal => signal_table(sums%result%of(k)))
             if (signal%base == quantity_moment) then
-               call add_row(interval%moment_row(sums%point), k, 1.0_wp)
+               call add_row(interval%moment_row(sums%place), k, 1.0_wp)
             else if (.not. signal%is_of_contact) then
                call add_row(interval%tip_row(), k, 1.0_wp)
             else
                do i = 1, interval%contacts
                   contact = interval%contact(i)
                   if (signal%base == quantity_force) then
-                     if (contact%is_closed .and. is_meant(sums, contact%number)) call add_row( &
+                     if (contact%is_closed .and. is_selected(sums, contact%number)) call add_row( &
                         interval%force_row(i), k, sums%force_scale)
-                  else if (contact%number == merge(sums%contact, sums%released, sums%contact > 0)) then
+                  else if (contact%number == merge(sums%contact, sums%release_contact, sums%contact > 0)) then
                      call add_row(i, k, contact%sign)
                   end if
                end do
@@ -159,9 +169,11 @@ contains
 
    contains
 
+      !> Add a row of the interval to a signal.
       subroutine add_row(row, signal, by)
          integer, intent(in) :: row
          integer, intent(in) :: signal
+         !> Factor of the row
          real(wp), intent(in) :: by
 
          rows = [rows, row]
@@ -170,22 +182,24 @@ contains
       end subroutine add_row
    end subroutine find_signals
 
-   !> Does the force of a contact count?
-   pure logical function is_meant(sums, number)
+   !> Does the force of a contact belong to the signals?
+   pure logical function is_selected(sums, number)
       type(spectrum_sums_t), intent(in) :: sums
       integer, intent(in) :: number
 
-      is_meant = sums%contact == 0 .or. sums%contact == number
-   end function is_meant
+      is_selected = sums%contact == 0 .or. sums%contact == number
+   end function is_selected
 
-   !> Where a displacement jumps its velocity has an impulse.
-   subroutine add_jumps(time, counts, length, signals, sums)
-      !> Start of the interval, since that of the segments
+   !> Add the jumps of the undifferentiated signals between two intervals: an impulse in the derivative of the signal.
+   !> (Displacements by Newmark's method may jump by a projection onto a contact.)
+   subroutine add_jumps(time, is_within, length, signals, sums)
+      !> Time from the start of the first segment to the start of the interval
       real(wp), intent(in) :: time
-      !> It is not before that
-      logical, intent(in) :: counts
+      !> The interval starts within the segments
+      logical, intent(in) :: is_within
+      !> Length of the interval
       real(wp), intent(in) :: length
-      !> Not yet differentiated
+      !> Undifferentiated signals
       type(interval_sums_t), intent(in) :: signals
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -193,32 +207,33 @@ contains
       integer :: k
 
       if (all(signal_table(sums%result%of)%derivatives == 0)) return
-      if (allocated(sums%last) .and. counts) then
-         jump = value_of(signals, 0.0_wp) - sums%last
+      if (allocated(sums%last_values) .and. is_within) then
+         jump = value_of(signals, 0.0_wp) - sums%last_values
          do k = 1, size(jump)
             if (signal_table(sums%result%of(k))%derivatives > 0) call add_impulse(sums%windows%omega, time, jump(k), &
                sums%transform(:, k, 1))
          end do
       end if
-      sums%last = value_of(signals, length)
+      sums%last_values = value_of(signals, length)
    end subroutine add_jumps
 
-   !> The stretch of an interval within the half segment that is under way: in closed form, or its samples.
+   !> Add the stretch of an interval that lies within the present half segment, in closed form or as samples.
    subroutine add_stretch(signals, stretch, start, edges, sums)
       type(interval_sums_t), intent(in) :: signals
-      !> Its ends, since the start of the interval
+      !> Ends of the stretch, since the start of the interval
       real(wp), intent(in) :: stretch(2)
-      !> Of the interval, and ends of the half segment, since the start of the segments
+      !> Start of the interval, and ends of the half segment, since the start of the first segment
       real(wp), intent(in) :: start
       real(wp), intent(in) :: edges(2)
       type(spectrum_sums_t), intent(inout) :: sums
 
+      ! end of the part of the stretch that is integrated in closed form
       real(wp) :: closed_to
       integer :: n
 
-      if (.not. sums%has_begun) sums%ends(:, 1) = value_of(signals, stretch(1))
-      sums%has_begun = .true.
-      sums%ends(:, 2) = value_of(signals, stretch(2))
+      if (.not. sums%has_start) sums%edge_values(:, 1) = value_of(signals, stretch(1))
+      sums%has_start = .true.
+      sums%edge_values(:, 2) = value_of(signals, stretch(2))
       closed_to = min(stretch(2), sums%sampled_from - start)
       associate (windows => sums%windows)
          if (closed_to > stretch(1)) then
@@ -228,7 +243,7 @@ contains
                      sums%transform(block(1):block(2), :, 1))
                end associate
             end do
-            sums%cost = sums%cost + real((size(signals%exponent) + 1)*size(sums%ends, 1), wp) &
+            sums%cost = sums%cost + real((size(signals%exponent) + 1)*size(sums%edge_values, 1), wp) &
                *real(size(windows%omega), wp)
          end if
       end associate
@@ -236,57 +251,58 @@ contains
       call take_samples(signals, [max(closed_to, stretch(1)), stretch(2)], start - edges(1), sums)
    end subroutine add_stretch
 
-   !> Samples of a stretch, and the part of its integral that lies between them: forces of dampers can end within a
-   !> step, so that neither all samples nor every second one know of them.
+   !> Sample a stretch, and record by how much its exact integral differs from the sum of the samples: the force of a
+   !> damper can begin and end between two samples, so that a comparison of all samples with every second one would not
+   !> show this error.
    subroutine take_samples(signals, stretch, start, sums)
       type(interval_sums_t), intent(in) :: signals
-      !> Its ends, since the start of the interval
+      !> Ends of the stretch, since the start of the interval
       real(wp), intent(in) :: stretch(2)
-      !> Of the interval, since that of the half segment
+      !> Start of the interval, since the start of the half segment
       real(wp), intent(in) :: start
       type(spectrum_sums_t), intent(inout) :: sums
 
-      ! of a step: instants that are no further apart are the same
+      ! instants that differ by at most this share of a sampling step are the same
       real(wp), parameter :: same = 1.0e-6_wp
       complex(wp) :: integral(1, size(sums%unsampled, 1))
       real(wp) :: sampled(size(sums%unsampled, 1)), values(size(sums%unsampled, 1))
-      ! by how much more than half a step before a sample both ends are, of those that are no ends of all samples
-      real(wp) :: late(2), time
+      ! a sample represents the half steps before and after it: time by which the first sample not before the beginning
+      ! (the end) of the stretch represents too much (too little) of the stretch; 0 at the first and last sample
+      real(wp) :: surplus(2), time
       integer :: first, last, n
-      ! samples begin with the stretch
+      ! the sampled part of the half segment begins with the stretch
       logical :: is_first
 
       associate (step => sums%result%step)
          first = max(0, ceiling((start + stretch(1))/step - same))
          last = ubound(sums%samples, 1)
-         is_first = start + stretch(1) <= max(0.0_wp, sums%sampled_from - sums%windows%half*real(sums%now, wp)) &
+         is_first = start + stretch(1) <= max(0.0_wp, sums%sampled_from - sums%windows%half*real(sums%half_index, wp)) &
             + same*step
          sampled = 0.0_wp
          do n = first, last
             time = real(n, wp)*step - start
-            ! an instant that two intervals share belongs to the later, the last of the half segment to the one that
-            ! ends there
+            ! a sample at an instant that two intervals share belongs to the later one; the last sample of the half
+            ! segment belongs to the interval that ends there
             if (time >= stretch(2) - same*step .and. .not. (n == last .and. time <= stretch(2) + same*step)) exit
             values = value_of(signals, min(max(time, stretch(1)), stretch(2)))
             sums%samples(n, :) = values
             sampled = sampled + step*merge(0.5_wp, 1.0_wp, n == last .or. (n == first .and. is_first))*values
          end do
          if (size(signals%exponent) == 0) return
-         ! half a step belongs to each sample; what a jump at the end of a stretch changes of that, the next jump tells
-         late = (start + stretch)/step
-         late = step*(0.5_wp - (ceiling(late - same) - late))
-         if (is_first) late(1) = 0.0_wp
-         if (start + stretch(2) >= (real(last, wp) - same)*step) late(2) = 0.0_wp
+         surplus = (start + stretch)/step
+         surplus = step*(0.5_wp - (ceiling(surplus - same) - surplus))
+         if (is_first) surplus(1) = 0.0_wp
+         if (start + stretch(2) >= (real(last, wp) - same)*step) surplus(2) = 0.0_wp
          integral = (0.0_wp, 0.0_wp)
          call add_fourier_integrals(signals, stretch(1), stretch(2), 0.0_wp, [0.0_wp], integral)
          sums%unsampled(:, 1) = sums%unsampled(:, 1) + abs(real(integral(1, :), wp) - sampled &
-            + late(1)*value_of(signals, stretch(1)) - late(2)*value_of(signals, stretch(2)))
+            + surplus(1)*value_of(signals, stretch(1)) - surplus(2)*value_of(signals, stretch(2)))
       end associate
    end subroutine take_samples
 
-   !> From an instant on, or a little later, closed forms would cost too much.
+   !> Begin to sample the signals at an instant, or at the next sampling instant.
    subroutine start_samples(time, sums)
-      !> Since the start of the segments
+      !> Time since the start of the first segment
       real(wp), intent(in) :: time
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -294,8 +310,8 @@ contains
 
       if (sums%windows%halves == 0) return
       associate (windows => sums%windows)
-         ! even, so that every second one makes a rule of its own
-         samples = 2*ceiling(0.5_wp*max(real(fewest_samples, wp), samples_a_period*maxval(abs(windows%omega)) &
+         ! an even number of steps, so that every second sample is a trapezoidal rule, too
+         samples = 2*ceiling(0.5_wp*max(real(min_samples, wp), samples_per_period*maxval(abs(windows%omega)) &
             *windows%half/(2.0_wp*pi)))
          sums%result%step = windows%half/real(samples, wp)
          sums%sampled_from = 2.0_wp*sums%result%step*ceiling(0.5_wp*max(time, 0.0_wp)/sums%result%step)
@@ -307,7 +323,7 @@ contains
       end associate
    end subroutine start_samples
 
-   !> Events have been added to a response: impulses of rigid stops.
+   !> Add the impulses of rigid stops at new events of a response to the transforms of forces.
    subroutine take_impulses(response, sums)
       type(response_t), intent(in) :: response
       type(spectrum_sums_t), intent(inout) :: sums
@@ -319,7 +335,7 @@ contains
          associate (event => response%events(i))
             time = event%tau - sums%start
             if (time < 0.0_wp .or. time >= sums%windows%half*real(sums%windows%halves, wp)) cycle
-            if (.not. (abs(event%impulse) > 0.0_wp .and. is_meant(sums, event%contact))) cycle
+            if (.not. (abs(event%impulse) > 0.0_wp .and. is_selected(sums, event%contact))) cycle
             do k = 1, size(sums%result%of)
                if (signal_table(sums%result%of(k))%base /= quantity_force) cycle
                call add_impulse(sums%windows%omega, time, sums%force_scale*event%impulse, sums%transform(:, k, 1))
@@ -329,7 +345,7 @@ contains
       sums%events = response%event_count
    end subroutine take_impulses
 
-   !> A half segment is over, and with it perhaps a segment.
+   !> Finish the present half segment and, if it is the second half of a segment, the segment.
    subroutine end_half(sums)
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -342,7 +358,7 @@ contains
             result%mean(k) = result%mean(k) + real(sums%transform(windows%zero(0), k, 1), wp) &
                /(windows%half*real(windows%halves, wp))
          end do
-         if (windows%kind /= window_hann .or. sums%now > 0) call end_segment(sums)
+         if (windows%kind /= window_hann .or. sums%half_index > 0) call end_segment(sums)
       end associate
       sums%transform(:, :, 2) = sums%transform(:, :, 1)
       sums%transform(:, :, 1) = (0.0_wp, 0.0_wp)
@@ -352,34 +368,35 @@ contains
          sums%unsampled(:, 2) = sums%unsampled(:, 1)
          sums%unsampled(:, 1) = 0.0_wp
       end if
-      sums%now = sums%now + 1
-      sums%has_begun = .false.
+      sums%half_index = sums%half_index + 1
+      sums%has_start = .false.
    end subroutine end_half
 
-   !> Accelerations by parts: what their many impulses and short intervals would add up to is the velocity at the ends
-   !> and i omega times its integral.
+   !> Transforms of accelerations from those of velocities, by integration by parts: i omega times the transform of the
+   !> velocity plus its values at both ends. The sum of the impulses and short intervals of an acceleration would lose
+   !> digits by cancellation.
    subroutine differentiate(sums)
       type(spectrum_sums_t), intent(inout) :: sums
 
       real(wp) :: edges(2)
       integer :: k
 
-      edges = sums%windows%half*real([sums%now, sums%now + 1], wp)
+      edges = sums%windows%half*real([sums%half_index, sums%half_index + 1], wp)
       do k = 1, size(sums%result%of)
          if (signal_table(sums%result%of(k))%derivatives < 2) cycle
-         associate (turning => cmplx(0.0_wp, sums%windows%omega, wp))
-            sums%transform(:, k, 1) = turning*sums%transform(:, k, 1)
-            call add_impulse(sums%windows%omega, edges(1), -sums%ends(k, 1), sums%transform(:, k, 1))
-            call add_impulse(sums%windows%omega, edges(2), sums%ends(k, 2), sums%transform(:, k, 1))
+         associate (i_omega => cmplx(0.0_wp, sums%windows%omega, wp))
+            sums%transform(:, k, 1) = i_omega*sums%transform(:, k, 1)
+            call add_impulse(sums%windows%omega, edges(1), -sums%edge_values(k, 1), sums%transform(:, k, 1))
+            call add_impulse(sums%windows%omega, edges(2), sums%edge_values(k, 2), sums%transform(:, k, 1))
             if (.not. allocated(sums%change)) cycle
-            sums%change(:, k, 1) = turning*sums%change(:, k, 1)
+            sums%change(:, k, 1) = i_omega*sums%change(:, k, 1)
             sums%unsampled(k, 1) = maxval(abs(sums%windows%omega))*sums%unsampled(k, 1)
          end associate
       end do
    end subroutine differentiate
 
-   !> What samples of a half segment add to its integrals, by the trapezoidal rule, and what they would add if there
-   !> were half as many.
+   !> Add the samples of a half segment to its integrals by the trapezoidal rule, and record by how much the integrals
+   !> change if every second sample is left out.
    subroutine transform_samples(sums)
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -389,7 +406,7 @@ contains
       integer :: first, k, last, n
 
       last = ubound(sums%samples, 1)
-      edge = sums%windows%half*real(sums%now, wp)
+      edge = sums%windows%half*real(sums%half_index, wp)
       first = max(0, nint((sums%sampled_from - edge)/sums%result%step))
       if (first >= last) return
       associate (windows => sums%windows, step => sums%result%step)
@@ -415,7 +432,7 @@ contains
       sums%samples(:, :) = 0.0_wp
    end subroutine transform_samples
 
-   !> A segment is over: its power.
+   !> Add the power of a finished segment to the mean powers and to their scatter.
    subroutine end_segment(sums)
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -428,7 +445,7 @@ contains
          do k = 1, size(result%of)
             segment = transforms_of(windows, sums%transform(:, k, :), result%segments - 1, .true.)
             power = real(segment, wp)**2 + aimag(segment)**2
-            ! the mean goes on without sums of squares, which would cancel
+            ! mean and scatter are updated without sums of squares, which would cancel
             deviation = power - result%power(:, k)
             result%power(:, k) = result%power(:, k) + deviation/real(result%segments, wp)
             result%scatter(:, k) = result%scatter(:, k) + deviation*(power - result%power(:, k))
@@ -440,12 +457,12 @@ contains
       end associate
    end subroutine end_segment
 
-   !> The end of the run.
+   !> Finish the last half segment at the end of the run, and return the powers.
    subroutine finish_spectrum(sums, spectrum)
       type(spectrum_sums_t), intent(inout) :: sums
       type(run_spectrum_t), allocatable, intent(out) :: spectrum
 
-      if (sums%windows%halves > 0 .and. sums%now == sums%windows%halves - 1) call end_half(sums)
+      if (sums%windows%halves > 0 .and. sums%half_index == sums%windows%halves - 1) call end_half(sums)
       allocate (spectrum)
       spectrum = sums%result
    end subroutine finish_spectrum

@@ -30,7 +30,7 @@ contains
    pure subroutine open_sections(settings, contacts, release_contact, sections, modes)
       !> Settings with sections
       type(run_settings_t), intent(in) :: settings
-      !> Number of contacts, and number of the contact from which the beam is released
+      !> Number of contacts, and number of the contact from which the beam is released (0: there is none)
       integer, intent(in) :: contacts
       integer, intent(in) :: release_contact
       type(run_sections_t), allocatable, intent(out) :: sections
@@ -167,7 +167,7 @@ contains
             return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
                size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p
-            ! because a transient that has nearly decayed would otherwise appear as a motion of a longer period
+            ! a transient that has nearly decayed would otherwise appear as a motion of a longer period
             if (return_error <= ambiguity*sections%tolerance*max_size) return
          end do
       end associate

@@ -11,8 +11,8 @@ module section_types
    type :: section_state_t
       !> Instant of the state
       real(wp) :: tau = 0.0_wp
-      !> Displacements and velocities of the free modes (newmark: of the degrees of freedom, [-2 : order + 3]);
-      !> unallocated: there is no state
+      !> Displacements and velocities of the free modes (newmark: of the degrees of freedom, padded with three zeros at
+      !> both ends, [-2 : order + 3]); unallocated: there is no state
       real(wp), allocatable :: q(:), v(:)
       !> Number of lowest modes of the beam among the modes of `q`, whose other modes are residual modes (static shapes
       !> that replace the omitted modes); 0: `q` contains all modes of the mesh
@@ -46,7 +46,7 @@ module section_types
       real(wp), allocatable :: tip(:, :), stop(:, :, :)
       !> Displacement and velocity of the free modes, [2, modes, sections]; unallocated: not requested
       real(wp), allocatable :: modes(:, :, :)
-      !> Number of impacts since the section before, [sections]
+      !> Number of impacts in the period of the load before each section, [sections]
       integer, allocatable :: impacts(:)
       !> Logarithm of the norm of a variation of the state (solution of the linearised equations) at each section, NaN
       !> if it has vanished; unallocated: not computed

@@ -14,7 +14,7 @@ module spectrum_windows
       !> One of the `window_` constants
       integer :: kind = window_hann
       !> Length and number of the stretches that are integrated (number 0: the run has no segment). Hann windows: half
-      !> segments, each of which but the first and the last belongs to two segments. Rectangular windows: segments
+      !> segments; all but the first and the last belong to two segments. Rectangular windows: whole segments
       real(wp) :: half = 1.0_wp
       integer :: halves = 0
       !> Frequencies of the integrals, and first and last index of each block in which they ascend at equal distances,

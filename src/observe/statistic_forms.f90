@@ -27,6 +27,7 @@ module statistic_forms
       logical :: is_range = .false.
    end type form_t
 
+   !> Formulas of all statistics
    type(form_t), parameter :: forms(statistic_count) = [ &
       form_t('mean_force', sum_impulse, sum_time), &
       form_t('rms_force', sum_square_force, sum_time, .true.), &
@@ -95,7 +96,7 @@ contains
             if (is_missing(form%numerator)) cycle
             if (form%is_range) then
                associate (minimum => sums(form%denominator, :))
-                  ! If nothing was seen, both are the numbers with which searches for extremes begin
+                  ! Without any contribution, minimum and maximum still have their initial values, huge and -huge
                   where (numerator >= minimum) in_block(i, :) = numerator - minimum
                   if (.not. is_missing(form%denominator) .and. maxval(numerator) >= minval(minimum)) then
                      value(i) = maxval(numerator) - minval(minimum)

@@ -14,6 +14,7 @@ module statistic_types
       sum_count, minimum_force, sum_work, sum_square_acceleration, sum_square_tip_acceleration, minimum_acceleration, &
       maximum_acceleration, minimum_tip_acceleration, maximum_tip_acceleration
 
+   !> Number of statistics of a run; they are the last entries of the list of measures
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
    !> Indices of the sums of a contact. Length of the block, and time in contact
@@ -33,7 +34,7 @@ module statistic_types
    integer, parameter :: sum_square_displacement = 10
    integer, parameter :: sum_tip = 11
    integer, parameter :: sum_square_tip = 12
-   !> Extremes
+   !> Minima and maxima, stored among the sums, of force, velocity and impulse of impacts, and displacements
    integer, parameter :: minimum_force = 13
    integer, parameter :: maximum_force = 14
    integer, parameter :: maximum_velocity = 15
@@ -51,6 +52,7 @@ module statistic_types
    integer, parameter :: maximum_acceleration = 25
    integer, parameter :: minimum_tip_acceleration = 26
    integer, parameter :: maximum_tip_acceleration = 27
+   !> Number of sums
    integer, parameter :: sum_count = 27
 
    !> An impact: a contact, together with further contacts that follow after too short a pause or too low a flight to
@@ -86,8 +88,8 @@ module statistic_types
    type :: block_sums_t
       !> Instants between the blocks, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
-      !> Minimum pause between two impacts, tau
-      real(wp) :: rest = 0.0_wp
+      !> Minimum pause between two impacts, tau (`rest` of &statistics)
+      real(wp) :: min_pause = 0.0_wp
       !> Height that a flight must exceed to separate two impacts
       real(wp) :: hop_tolerance = 0.0_wp
       !> Minimum force of an impact, and Pbar per unit of force
@@ -105,7 +107,7 @@ module statistic_types
       integer :: release_contact = 0
       !> Number of events already processed
       integer :: seen = 0
-      !> States of the searches for extremes, shared by all contacts
+      !> States of the searches for extremes, by the index of the extreme; all contacts share them
       type(extreme_search_t) :: search_state(sum_count)
    end type block_sums_t
 

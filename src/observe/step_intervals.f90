@@ -1,7 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
-!> velocities at both ends, so that the peak of a rebound within a step is observed, and at an impact, which lies
-!> between two steps, the velocity has both its values; forces, moments and energy are linear. Gaps, displacements,
-!> forces and moments are numbered as rows of the interval (module `motion_intervals`).
+!> velocities at both ends, so that the peak of a rebound within a step is observed. An impact lies between two steps:
+!> the one ends with the velocity before the impact, the other starts with that after it. Forces, moments and energy are
+!> linear. Gaps, displacements, forces and moments are numbered as rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use interval_sums, only: interval_sums_t, open_sums
@@ -16,7 +16,7 @@ module step_intervals
       real(wp) :: c(0:3) = 0.0_wp
    end type cubic_t
 
-   !> A step.
+   !> A step of Newmark's method.
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
@@ -152,7 +152,7 @@ contains
       type(peak_t), intent(inout) :: peak
 
       type(cubic_t) :: cubic
-      ! both ends of the stretch and the turning points between them
+      ! both ends of the stretch and up to two turning points between them, as fractions of the stretch
       real(wp) :: s(4), value
       integer :: k, turn_count
 
@@ -195,7 +195,7 @@ contains
       is_found = .false.
       time = stretch(2)
       do k = 1, turn_count
-         ! the turning point at the beginning may lie inside by rounding
+         ! the turning point at the beginning of the stretch may appear inside it by rounding
          if (direction /= 0 .and. turn(k) < 1.0e-9_wp) cycle
          is_found = .true.
          time = stretch(1) + turn(k)*(stretch(2) - stretch(1))

@@ -1,5 +1,5 @@
-!> Bending moments and stresses within the window of &statistics, for either method: extremes, and cycles by rainflow
-!> counting from exact extremes (docs/theory.md, section 19).
+!> Bending moments and stresses within the window of &statistics, for either method: extremes, and stress cycles by
+!> rainflow counting of the turning points of the motion itself, not of samples (docs/theory.md, section 19).
 module stress_windows
    use interval_statistics, only: widen_range
    use kinds, only: wp
@@ -13,7 +13,8 @@ module stress_windows
    private
    public :: stress_windows_t, place_window_t, open_windows, add_interval, finish_windows
 
-   !> What is recorded of the moment at a place. Numbers only, so that a copy restores it.
+   !> Record of the moment at a place. The type has no allocatable components, so that a copy restores it when a run
+   !> returns to an earlier state.
    type :: place_window_t
       !> Minimum and maximum
       real(wp) :: extremes(2) = [huge(1.0_wp), -huge(1.0_wp)]
@@ -31,9 +32,9 @@ module stress_windows
       real(wp) :: slope = 0.0_wp
       !> Number of classes of the histogram of cycles
       integer :: classes = 1
-      !> Moment by which the signal must reverse at a turning point, [places]
+      !> Moment by which the signal must reverse for a turning point to count, [places]
       real(wp), allocatable :: threshold(:)
-      !> [places]
+      !> Records up to the present instant, and values at turning points, [places]
       type(place_window_t), allocatable :: now(:)
       type(turning_points_t), allocatable :: points(:)
    end type stress_windows_t
@@ -134,7 +135,7 @@ contains
    subroutine summarise(reversals, has_default, classes, found)
       !> Stresses at the reversals
       real(wp), intent(in) :: reversals(:)
-      !> No threshold is given: reversals by a small share of the range of the stress do not count
+      !> The settings give no threshold: reversals by less than `default_share` of the range of the stress do not count
       logical, intent(in) :: has_default
       !> Number of classes
       integer, intent(in) :: classes
