@@ -1,8 +1,8 @@
 !> The first zero of a signal, found so that no zero before it can be missed (docs/theory.md, section 9).
 !>
-!> A signal (a gap or a contact force as a function of time) gives at an instant its value s, its slope s' and a bound B
-!> on |s''| that holds from then on. As long as s + s' h - B h^2/2 > 0 there is no zero: each step ends at the root of
-!> that parabola. If s' < 0 certainly holds up to a zero, inverse interpolation ends the search.
+!> A signal is a gap or a contact force as a function of time. At an instant it supplies its value s, its slope s' and a
+!> bound B on |s''| that holds at all later times. While s + s' h - B h^2/2 > 0, the signal has no zero: each step h
+!> ends at the root of this parabola. If the slope is certainly negative up to a zero, inverse interpolation finds it.
 module certified_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
@@ -22,11 +22,11 @@ module certified_search
    !> The signal has no zero up to `time`, at which the permitted number of evaluations is used up.
    integer, parameter :: found_exhausted = 4
 
-   !> Depth below zero that the rounding error of forces may give a signal of the order of 1 after a start at rest.
+   !> Depth below zero that rounding errors may cause in a signal of magnitude 1 that starts at zero with zero slope.
    real(wp), parameter :: max_dip = 1.0e-11_wp
 
-   !> Columns of an array with one row for each term of a signal: its value and first two derivatives, then bounds that
-   !> hold from that instant on: depth of the term below zero, magnitudes of its second and third derivative.
+   !> Columns of an array with one row for each term of a signal: its value, first and second derivative, and bounds
+   !> that hold from that instant on: depth of the term below zero, magnitudes of its second and third derivative.
    integer, parameter :: term_value = 1
    integer, parameter :: term_rate = 2
    integer, parameter :: term_curvature = 3
@@ -37,7 +37,7 @@ module certified_search
 
    !> A function of time with guaranteed bounds on its derivatives.
    type, abstract :: certified_signal_t
-      !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
+      !> Order k of the first derivative of s that does not vanish at t = 0, where it is positive; 0: s(0) > 0
       integer :: start_order = 0
    contains
       procedure(bounds_interface), deferred :: find_bounds
@@ -54,6 +54,7 @@ module certified_search
    !> Maximum number of evaluations that a search history records.
    integer, parameter :: history_size = 32
 
+   !> Result of a search for a zero.
    type :: search_t
       !> `found_zero`, `found_none`, `found_never_positive` or `found_exhausted`
       integer :: outcome = found_none
@@ -92,8 +93,8 @@ module certified_search
       real(wp) :: zero_free_step = 0.0_wp
    end type bounds_t
 
-   !> Evaluations of the signal that a search recorded. Before the first one a signal that starts at rest rises; after
-   !> the last one the signal falls to its zero, if it has one.
+   !> Evaluations of the signal that a search recorded. A signal that starts at zero rises until the first of them;
+   !> after the last of them the signal falls to its zero, if it has one.
    type :: search_history_t
       !> Number of evaluations, in order of time; those after the first `history_size` are not recorded
       integer :: count = 0
@@ -163,7 +164,6 @@ contains
       class(certified_signal_t), intent(in) :: signal
       !> End of the search
       real(wp), intent(in) :: limit
-      !> Outcome
       type(search_t), intent(out) :: search
       !> Evaluations of the search
       type(search_history_t), intent(inout), optional :: history
@@ -172,6 +172,7 @@ contains
       !> Bounds of the signal itself at 0, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
+      ! `before`: instant of the previous evaluation
       real(wp) :: t, before, step
       type(bounds_t) :: bounds
       integer(i8) :: budget
@@ -229,8 +230,8 @@ contains
 
    end subroutine first_zero
 
-   !> End the search at t, where the signal is zero. A signal that starts at zero may have stayed there, or one step may
-   !> have reached from the start to the next zero.
+   !> End the search at t, where the signal is zero. If the signal starts at zero, either it has stayed there, or the
+   !> first step has ended at the next zero; the value in the middle decides.
    subroutine end_at_zero(signal, t, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
       real(wp), intent(in) :: t
@@ -249,7 +250,7 @@ contains
       if (search%max_value <= 4.0_wp*bounds%signal_rounding) search%outcome = found_never_positive
    end subroutine end_at_zero
 
-   !> Record an evaluation later than all those before.
+   !> Append an evaluation, which is later than all recorded ones.
    pure subroutine record_bounds(history, t, bounds)
       type(search_history_t), intent(inout) :: history
       real(wp), intent(in) :: t
@@ -320,7 +321,7 @@ contains
       end if
    end subroutine bounds_at_start
 
-   !> Change to a lower derivative, or to the signal itself, as soon as its value clearly (64 times) exceeds rounding.
+   !> Search a lower derivative, or the signal itself, as soon as its value is clearly (64 times) above rounding.
    subroutine lower_order(signal, before, t, order, bounds, search, is_found)
       class(certified_signal_t), intent(in) :: signal
       !> Instants of the last evaluation but one and of the last one
@@ -338,7 +339,7 @@ contains
 
       is_found = bounds%signal < -max(max_dip, 64.0_wp*bounds%signal_rounding)
       if (is_found) then
-         ! the force that should have lifted the signal was lost in rounding error
+         ! the derivative that should have made the signal positive was lost in rounding error
          search%outcome = found_zero
          search%time = start_of_dip(signal, before, t)
       else if (bounds%signal > 64.0_wp*bounds%signal_rounding) then
@@ -410,8 +411,8 @@ contains
       end if
    end function curvature_bound
 
-   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which
-   !> only the root of an almost constant value comes near.
+   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which it
+   !> exceeds only if the signal is almost constant.
    elemental function step_without_zero(value, slope, bound) result(step)
       !> Value >= 0, slope, and bound >= 0 on the second derivative
       real(wp), intent(in) :: value
@@ -430,7 +431,7 @@ contains
       step = step/max(merge(curvature, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
    end function step_without_zero
 
-   !> Inverse interpolation inside a bracket for a zero that certainly exists, up to which the slope keeps its sign.
+   !> Find a zero that certainly exists, and up to which the slope is negative, by bracketed inverse interpolation.
    subroutine find_bracketed_zero(signal, start, at_start, limit, search)
       class(certified_signal_t), intent(in) :: signal
       !> Instant at which `falls_to_zero` holds
@@ -439,7 +440,6 @@ contains
       type(bounds_t), intent(in) :: at_start
       !> End of the search
       real(wp), intent(in) :: limit
-      !> Outcome
       type(search_t), intent(inout) :: search
 
       type(bracket_t) :: bracket

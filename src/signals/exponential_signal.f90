@@ -14,7 +14,7 @@ module exponential_signal
    !> offset + Re sum c exp(s t).
    type, extends(transformable_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
-      !> Exponents s, Re s <= 0, the largest |s| last: `zero_free_step` replaces the last terms by bounds of their
+      !> Exponents s, Re s <= 0, in order of increasing |s|: `zero_free_step` replaces the last terms by bounds of their
       !> values, so that their large second derivatives do not shorten the step, [count]
       complex(wp), allocatable :: exponent(:)
       !> c, [count]
@@ -27,10 +27,10 @@ module exponential_signal
 
 contains
 
-   !> Add a real exponential that decays, in order of increasing magnitude of the exponents.
+   !> Insert a real exponential that decays, so that the magnitudes of the exponents remain in increasing order.
    pure subroutine add_decay(amplitude, decay, signal)
       real(wp), intent(in) :: amplitude
-      !> Decay rate, >= 0; `huge` and more: at once
+      !> Decay rate, >= 0; `huge`: the exponential vanishes instantaneously
       real(wp), intent(in) :: decay
       type(exponential_signal_t), intent(inout) :: signal
 
@@ -104,7 +104,7 @@ contains
       real(wp) :: terms(size(self%exponent), term_columns)
       real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
       real(wp), dimension(size(self%exponent)) :: value, value_imag, modulus, bound
-      real(wp) :: magnitude, rest(term_columns), term_bounds, signal, rounding, rate, rate_imag
+      real(wp) :: magnitude, other_terms(term_columns), term_bounds, signal, rounding, rate, rate_imag
       integer :: k, m, n
 
       n = size(self%exponent)
@@ -163,9 +163,9 @@ contains
          bounds%value = sum(terms(:, term_value))
          bounds%rounding = epsilon(1.0_wp)*rounding
       end if
-      rest = 0.0_wp
-      rest(term_value) = merge(self%offset, 0.0_wp, order == 0)
-      bounds%zero_free_step = zero_free_step(terms, rest, bounds%value, bounds%slope)
+      other_terms = 0.0_wp
+      other_terms(term_value) = merge(self%offset, 0.0_wp, order == 0)
+      bounds%zero_free_step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
    end subroutine find_bounds
 
    !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.

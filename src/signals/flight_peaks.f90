@@ -1,5 +1,5 @@
-!> The maximum of a flight (motion with the contact open) from the history of the search for its end, with two or three
-!> further evaluations instead of further searches.
+!> The maximum gap of a flight (motion with the contact open). The search for the end of the flight has recorded its
+!> evaluations; from these the maximum follows with two or three further evaluations.
 module flight_peaks
    use certified_search, only: bounds_t, history_size, search_history_t, transformable_signal_t
    use kinds, only: wp
@@ -10,13 +10,15 @@ module flight_peaks
 
 contains
 
-   !> The maximum of a signal between two zeros; a higher value exceeds it by less than the share `peak_tolerance`.
+   !> The maximum of a signal between two zeros. If it is certain, no value of the signal exceeds it by more than the
+   !> share `peak_tolerance`.
    subroutine find_peak(signal, history, is_certain, peak, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Evaluations of the search for the second zero; further evaluations are inserted
       type(search_history_t), intent(inout) :: history
       !> False: there may be a higher maximum
       logical, intent(out) :: is_certain
+      !> The maximum and its instant
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
@@ -70,7 +72,7 @@ contains
       to = history%time(place + 1)
       time = from + (to - from)*cubic_maximum(to - from, history%bounds(place), history%bounds(place + 1))
       do k = 1, max_evaluations
-         ! Of order 1: `value` is the slope of the signal, `slope` its curvature, `curvature` its third derivative
+         ! `bounds` of order 1: `value` is the slope of the signal, `slope` its second, `curvature` its third derivative
          call signal%find_bounds_without_step(time, 1, bounds)
          if (bounds%value > 0.0_wp) from = time
          if (bounds%value <= 0.0_wp) to = time
@@ -117,9 +119,10 @@ contains
       place = 0
    end subroutine bracket_maximum
 
-   !> Step to the zero of the parabola through the slope, its first and its second derivative.
+   !> Step to the maximum of a signal: to the zero of the parabola that its slope and the first two derivatives of the
+   !> slope define.
    elemental function step_to_maximum(bounds) result(step)
-      !> Values of the signal's slope
+      !> Bounds of order 1: the slope of the signal and its derivatives
       type(bounds_t), intent(in) :: bounds
       real(wp) :: step
 
@@ -151,9 +154,9 @@ contains
       if (.not. (share > 0.0_wp .and. share < 1.0_wp)) share = 0.5_wp
    end function cubic_maximum
 
-   !> Does a signal certainly stay below a level between two evaluations? From either evaluation up to one of 16
-   !> instants between, a cubic with the bound on the third derivative lies above the signal, and the maximum Bernstein
-   !> coefficient of the cubic lies above the cubic.
+   !> Does a signal certainly stay below a level between two evaluations? The time between them is divided at one of 16
+   !> instants. Before it a cubic from the earlier evaluation, after it a cubic from the later evaluation, each with the
+   !> bound on the third derivative, lies above the signal; the maximum Bernstein coefficient lies above the cubic.
    pure function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance

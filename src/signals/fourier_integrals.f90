@@ -32,8 +32,8 @@ module fourier_integrals
       real(wp), dimension(band_size) :: phasor_re = 1.0_wp, phasor_im = 0.0_wp, half_re = 1.0_wp, half_im = 0.0_wp
    end type band_t
 
-   !> Sums over the terms of one signal: summands from the end of the stretch, which are multiplied by exp(-i omega h)
-   !> later, and summands from its start.
+   !> Sums over the terms of one signal: contributions of the end of the stretch, still to be multiplied by
+   !> exp(-i omega h), and contributions of its start.
    type :: sums_t
       real(wp), dimension(band_size) :: end_re = 0.0_wp, end_im = 0.0_wp, start_re = 0.0_wp, start_im = 0.0_wp
    end type sums_t
@@ -60,7 +60,7 @@ contains
       type(sums_t) :: total(size(transform, 2))
       ! exp(-i omega t) at the start of the stretch
       real(wp), dimension(band_size) :: origin_re, origin_im
-      ! amplitudes and powers of t for a time that begins at the start of the stretch
+      ! amplitudes and coefficients of powers for the time since the start of the stretch
       complex(wp) :: amplitude(size(transform, 2), size(sums%exponent))
       real(wp) :: power(0:3, size(transform, 2))
       integer :: first, i, k, m
@@ -215,7 +215,7 @@ contains
    end subroutine add_powers
 
    !> Add the integrals of the real part of an exponential, which is half the sum of the exponential and its conjugate.
-   !> Where z is large for both, they have a common closed form.
+   !> At frequencies with a large z of both, one closed form gives their sum.
    pure subroutine add_term(band, s, amplitude, total)
       type(band_t), intent(in) :: band
       !> Exponent
@@ -316,7 +316,7 @@ contains
 
    contains
 
-      !> Add (fixed - i omega factor) over the denominator.
+      !> Add (fixed - i omega factor) divided by the denominator.
       pure subroutine add_shares(fixed, factor, sum_re, sum_im)
          real(wp), intent(in) :: fixed
          real(wp), intent(in) :: factor

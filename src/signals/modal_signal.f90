@@ -1,8 +1,8 @@
-!> A linear combination of damped oscillators as a signal with guaranteed bounds: the gap in flight, the reaction of a
-!> closed contact.
+!> A linear combination of damped oscillators z_i(t) as a signal with guaranteed bounds: the gap during a flight, or the
+!> reaction of a closed contact.
 !>
-!> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any instant on |z_i^(k)|
-!> <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
+!> Every derivative z_i^(k) obeys the same oscillator equation, whose energy never grows. So, whatever the damping, the
+!> value of sqrt((z_i^(k))^2 + (z_i^(k+1)/W_i)^2) at an instant bounds |z_i^(k)| at all later times.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
@@ -25,8 +25,8 @@ module modal_signal
       real(wp), allocatable :: z(:), v(:)
    end type modal_state_t
 
-   !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is the deformation of a
-   !> relaxing contact or of a node without mass.
+   !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is the remaining deformation of an unloaded
+   !> compliant stop or of a node without mass.
    type, extends(transformable_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> Value of the signal without motion
@@ -37,12 +37,13 @@ module modal_signal
       real(wp), allocatable, private :: lane_weight(:)
       !> z_i and z_i' at t = 0, [count]
       real(wp), allocatable :: z(:), v(:)
-      !> True (a force): for modes far beyond critical damping the sum is over z_i + 2 zeta z_i'
+      !> The signal is a force: modes far beyond critical damping enter the sum by z_i + 2 zeta z_i' instead of z_i (the
+      !> state of all other modes has been replaced by `set_reaction_state`)
       logical :: is_viscous = .false.
-      !> Last term at t = 0, and its rate
+      !> Relaxing deformation at t = 0, and its decay rate
       real(wp) :: relaxation = 0.0_wp
       real(wp) :: rate = 0.0_wp
-      !> Receives the state at the instant evaluated last, in arrays that are already allocated; null: not wanted
+      !> Receives the state at the last instant of `evaluate`, in arrays that are already allocated; null: not requested
       type(modal_state_t), pointer :: last => null()
    contains
       procedure :: find_bounds
@@ -74,9 +75,9 @@ contains
       allocate (signal%z(size(weight)), signal%v(size(weight)))
    end subroutine make_modal_signal
 
-   !> Set the state of a reaction signal: p + 2 zeta p' of each mode p (' = d/dtau), which obeys the equation of p. The
-   !> first `unseparated` modes have that state. The modes after them have two separate exponentials and the state
-   !> p, p', and the signal forms the sum (`is_viscous`) without cancellation.
+   !> Set the state of a reaction signal, a sum over p + 2 zeta p' of each mode p (' = d/dtau). This quantity obeys the
+   !> equation of p, so it is the state of the first `unseparated` modes. Modes far beyond critical damping have the
+   !> state p, p'; the signal forms p + 2 zeta p' from their two exponentials (`is_viscous`), without cancellation.
    subroutine set_reaction_state(z, v, reaction)
       !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
@@ -229,8 +230,8 @@ contains
       call self%find_bounds_of_sum(t, order, bounds, needs_step=.false.)
    end subroutine find_bounds_without_step
 
-   !> `find_bounds` of the sum of this signal and another one. `signal`, `signal_rounding` and `rounding` are those of
-   !> this signal alone.
+   !> `find_bounds` of the sum of this signal and another one. The components `signal`, `signal_rounding` and `rounding`
+   !> of the result do not include the other signal.
    subroutine find_bounds_of_sum(self, t, order, bounds, added, added_floor, needs_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
@@ -247,7 +248,8 @@ contains
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
-      real(wp) :: magnitude, rest(term_columns), relaxation, signal, slope
+      ! `other_terms`: sum of all terms that are not modes
+      real(wp) :: magnitude, other_terms(term_columns), relaxation, signal, slope
       integer :: blocks, k, last
       logical :: separates
 
@@ -292,13 +294,13 @@ contains
          end if
          if (order == 0 .and. bounds%floor > bounds%rounding) return
          if (order == 0 .and. falls_to_zero(bounds)) return
-         ! The bounds of `rest` cover no concave exponential
+         ! `other_terms` has no bounds for a concave exponential; a convex one needs none
          if (relaxation < 0.0_wp) return
-         rest = 0.0_wp
-         if (present(added)) rest = added
-         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + relaxation + rest(term_value)
-         rest(term_rate) = rest(term_rate) - self%rate*relaxation
-         bounds%zero_free_step = zero_free_step(terms, rest, bounds%value, bounds%slope)
+         other_terms = 0.0_wp
+         if (present(added)) other_terms = added
+         other_terms(term_value) = merge(self%offset, 0.0_wp, order == 0) + relaxation + other_terms(term_value)
+         other_terms(term_rate) = other_terms(term_rate) - self%rate*relaxation
+         bounds%zero_free_step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
       end associate
    end subroutine find_bounds_of_sum
 
@@ -320,7 +322,7 @@ contains
       bounds%floor = max(bounds%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
    end subroutine add_to_bounds
 
-   !> Add the term of the relaxing contact.
+   !> Add the relaxing deformation to values and bounds.
    pure subroutine add_relaxation(self, t, order, bounds, relaxation)
       type(modal_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -389,8 +391,9 @@ contains
       end associate
    end subroutine state_in_vectors
 
-   !> Amplitude up to which fast exponentials are left out. After a start at rest high derivatives decide, and in these
-   !> an exponential that is lost in the rounding error of the sum would be nothing but error.
+   !> Amplitude up to which fast exponentials are left out. A signal that starts at zero with zero slope is searched by
+   !> its higher derivatives. Fast exponentials dominate these; if their amplitude is below the rounding error of the
+   !> signal, they would add nothing but error.
    pure function min_amplitude(self, z0) result(threshold)
       type(modal_signal_t), intent(in) :: self
       !> State at time 0, [padded]
@@ -409,7 +412,7 @@ contains
       integer, intent(in) :: blocks
       !> Weights c_i
       real(wp), intent(in) :: weight(lanes, blocks)
-      !> Time since the start, because the phase W t is rounded too
+      !> Time since the start, with which the rounding error of the phase W t grows
       real(wp), intent(in) :: t
       !> State at the instant
       real(wp), intent(in) :: z(lanes, blocks)

@@ -1,5 +1,5 @@
-!> The terms that damped oscillators add to a signal, and bounds on these terms from an instant on. Modes far beyond
-!> critical damping are represented by their two exponentials, A exp(-slow t) + B exp(-fast t).
+!> The terms that damped oscillators add to a signal, and bounds on these terms that hold from an instant on. Modes far
+!> beyond critical damping are represented by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
    use certified_search, only: bound_curvature, bound_jerk, bound_value, term_columns, &
       term_curvature, term_rate, term_value
@@ -12,8 +12,8 @@ module oscillator_terms
 contains
 
    !> The terms of the signal and of its first two derivatives, with bounds that hold from that instant on. The bound of
-   !> each oscillator is the smaller of two: the bound by its energy, which is good near critical damping, and the bound
-   !> by its envelope, which is good far from critical damping.
+   !> each oscillator is the smaller of two: one from its energy, which is tight near critical damping, and one from its
+   !> envelope (of exponentials), which is tight far from critical damping.
    pure subroutine bound_terms(blocks, oscillators, weight, z, v, terms)
       !> Number of SIMD vectors
       integer, intent(in) :: blocks
@@ -36,7 +36,8 @@ contains
          underdamped => oscillators%underdamped)
          do b = 0, lanes*(blocks - 1), lanes
             if (underdamped > b) then
-               ! copies let a vector stay in registers: the descriptors of the components are not read again
+               ! arguments by copy, so that vectors stay in registers and the descriptors of components are not read
+               ! again
                block = underdamped_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
                   decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate(b + 1:b + lanes), &
                   weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes))

@@ -28,6 +28,7 @@ module row_basis
    integer, parameter :: magnitude_column = 2
    integer, parameter :: rate_magnitude_column = 3
 
+   !> Coefficients of all rows, bounds, and stored powers.
    type :: row_basis_t
       !> Number of rows, of terms, and of SIMD vectors for all rows and derivatives
       integer :: rows = 0
@@ -37,8 +38,8 @@ module row_basis
       integer :: highest = 0
       !> -Re s, Im s and |s|, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable :: decay(:), omega(:), modulus(:)
-      !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, padded terms,
-      !> blocks]
+      !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row; row and k together make an index
+      !> (`index_of`), which is divided into SIMD vectors, [lanes, 2, padded terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
       !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, padded terms, blocks]
       real(wp), allocatable :: weight(:, :, :)
@@ -170,7 +171,7 @@ contains
       !> Values, indexed by `index_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: rows(:)
 
-      ! sums over odd and even terms, real and imaginary parts, so that no addition waits for another
+      ! separate sums over odd and even terms, and over real and imaginary parts, so that no addition waits for another
       real(wp), dimension(lanes) :: even, even_imag, odd, odd_imag
       integer :: block, i, m
 

@@ -20,7 +20,7 @@ module row_integrals
 
    !> The quadratic form of the terms of a row basis.
    type :: row_form_t
-      !> The form for a signal with all amplitudes 1; it holds the pairs of terms that the matrix omits
+      !> The form for a signal with all coefficients 1; its matrix is moved to `matrix`, its other components are used
       type(power_form_t) :: power
       !> The symmetric matrix of the form, rows in whole SIMD vectors, [lanes, 2 terms, blocks]
       real(wp), allocatable :: matrix(:, :, :)
@@ -28,12 +28,13 @@ module row_integrals
       real(wp), allocatable :: inverse(:, :)
    end type row_form_t
 
-   !> The terms z of a row basis over a part of a phase: amplitudes at its start, their change, and their integrals,
-   !> real and imaginary parts, [padded terms, 2]; integrals of |z|^2, [padded terms].
+   !> The terms z of a row basis over a part of a phase.
    type :: row_span_t
+      !> Start of the part, since the start of the phase, and its length; negative length: the terms are not computed
       real(wp) :: from = 0.0_wp
-      !> Negative: the terms are not computed
       real(wp) :: length = -1.0_wp
+      !> Terms at the start of the part, their change and their integral, real and imaginary parts, [padded terms, 2];
+      !> integrals of |z|^2, [padded terms]
       real(wp), allocatable :: start(:, :), change(:, :), integral(:, :), square(:)
    end type row_span_t
 
@@ -55,7 +56,7 @@ contains
       do i = 1, 2*n
          form%matrix(mod(i - 1, lanes) + 1, :, (i - 1)/lanes + 1) = form%power%matrix(i, :)
       end do
-      ! many sets share the caches of the processor: the form keeps one copy of the matrix
+      ! only one copy of the matrix is stored, because many sets share the caches of the processor
       deallocate (form%power%matrix, form%power%product)
       form%inverse(:n, 1) = real(1.0_wp/exponent, wp)
       form%inverse(:n, 2) = aimag(1.0_wp/exponent)
@@ -70,7 +71,7 @@ contains
       !> Start of the part, since the start of the phase, and its length
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
-      !> Its length is negative if the phase has begun since the call before
+      !> The terms; the caller sets their length negative when a new phase begins
       type(row_span_t), intent(inout) :: span
 
       real(wp), dimension(size(z, 1)) :: less_one, modulus_change, power, power_imag

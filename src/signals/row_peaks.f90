@@ -1,4 +1,5 @@
-!> The maximum of a signal over the steps of a path (docs/theory.md, section 23).
+!> The maximum of a signal over the steps of a path, that is, of a phase of the motion (docs/theory.md, section 23). In
+!> each step the signal is a quintic Hermite polynomial plus a bounded error, as in `row_signals`.
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
@@ -18,7 +19,7 @@ module row_peaks
       real(wp) :: at_end(0:2)
    end type interval_t
 
-   !> The maximum found until now and its instant.
+   !> The maximum found until now and its instant; `is_found`: it exceeds the value known before the search.
    type :: maximum_t
       real(wp) :: value = 0.0_wp
       real(wp) :: time = 0.0_wp
@@ -129,8 +130,8 @@ contains
       end associate
    end function ceiling_on_path
 
-   !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at its
-   !> highest point.
+   !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at the
+   !> highest point of its polynomial.
    subroutine search_step(basis, path, signal, node, scale, step, best)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
@@ -155,7 +156,7 @@ contains
          tolerance = peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
          if (may_exceed(b, bound*length**6, best%value, tolerance)) then
             t = interval%from + length*highest_point(b)
-            ! With a full stack the interval, a tiny share of the step, is not divided further
+            ! when the stack is full, the interval is a tiny share of the step and is not divided further
             if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
                call refine_maximum(basis, path, signal, node, interval, t, middle)
                call update_maximum(t, middle(0), best)
@@ -188,8 +189,8 @@ contains
 
    contains
 
-      !> The same if the maximum is at the first coefficient. At a local maximum the next coefficient exceeds it at most
-      !> by rounding.
+      !> `may_exceed` if the maximum found until now is the first coefficient. If it is a local maximum, the second
+      !> coefficient exceeds it by rounding at most.
       pure function may_exceed_from(b) result(may)
          real(wp), intent(in) :: b(0:5)
          logical :: may
@@ -236,8 +237,8 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       integer, parameter :: max_rounds = 6
-      ! Share of the interval: the error after such a shift is of the order of its square, and half of slope times shift
-      ! is added to the value
+      ! a shift below this share of the interval is not evaluated again: its error is of the order of the squared share,
+      ! and half of slope times shift is added to the value
       real(wp), parameter :: last_shift = 1.0e-5_wp
       real(wp) :: shift
       integer :: round

@@ -21,7 +21,7 @@ module row_search
    !> Maximum number of evaluations, after which the signals are searched one by one.
    integer(i8), parameter :: max_evaluations = 4_i8*max_nodes
 
-   !> Answers to the question whether a signal has zeros in a step: none, unknown, exactly one.
+   !> Number of zeros of a signal in a step: none, unknown, exactly one.
    integer, parameter :: has_no_zero = 0
    integer, parameter :: is_undecided = 1
    integer, parameter :: has_one_zero = 2
@@ -46,7 +46,7 @@ contains
    subroutine search_rows(basis, limit, signals, path, first_signal, time)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
-      !> Signals that are no longer `is_certified` on return are to be searched one by one
+      !> Signals that are not `is_certified` on return must be searched one by one
       type(row_signal_t), intent(inout) :: signals(:)
       !> In: node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
@@ -170,7 +170,7 @@ contains
       where (.not. signals%is_certified) step%answer = has_no_zero
    end subroutine take_step
 
-   !> Begin a signal. A signal that cannot be told from zero at the start is to be searched alone.
+   !> Begin a signal. A signal whose value at the start may be zero within rounding must be searched by itself.
    pure subroutine begin_signal(signal, at_start, noise)
       type(row_signal_t), intent(inout) :: signal
       !> Value, slope and curvature
@@ -248,7 +248,8 @@ contains
       integer, intent(in) :: node
       integer, intent(out) :: first_signal
 
-      ! roots of the polynomials that differ by more are in the same order as the zeros
+      ! if two roots of polynomials differ by more than this share of the step, the zeros of the signals are in the same
+      ! order
       real(wp), parameter :: min_apart = 0.05_wp
       real(wp) :: best, root(size(signals)), zero
       integer :: n
@@ -268,7 +269,7 @@ contains
          best = zero
          first_signal = n
       end do
-      ! the node may be at the zero of another signal that was refined after the earliest
+      ! another signal may have moved the node to its own, later zero
       if (count(root <= minval(root) + min_apart) > 1) call refine(basis, signals(first_signal), path, node, &
          step%length, best)
    end subroutine find_crossing

@@ -28,10 +28,10 @@ module row_signals
       real(wp) :: rate_factor = 0.0_wp
       real(wp) :: offset = 0.0_wp
       real(wp) :: slope = 0.0_wp
-      !> 0: the signal is positive at the start. k > 0: the signal and its first k - 1 derivatives vanish there, the
-      !> k-th is positive
+      !> Order of the first derivative that does not vanish at the start, where it is positive; 0: the signal is
+      !> positive
       integer :: start_order = 0
-      !> The search of all signals has decided with certainty whether the signal has a zero
+      !> The common search of all signals is certain about the zeros of this signal so far
       logical :: is_certified = .true.
       !> Maximum over the nodes, and upper bound of the signal over the path
       real(wp) :: max_value = 0.0_wp
@@ -74,7 +74,7 @@ contains
       end associate
    end subroutine values_of
 
-   !> Bound of the sixth derivative, rounding error, and lower bound of the signal up to the limit.
+   !> Bounds of a signal that hold from an instant on.
    pure subroutine bounds_of(basis, signal, bounds, time, steps, bound, noise, limit, floor)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
@@ -83,8 +83,11 @@ contains
       !> Time since the start, and number of steps that led there
       real(wp), intent(in) :: time
       integer, intent(in) :: steps
+      !> Bound of the magnitude of the sixth derivative
       real(wp), intent(out) :: bound
+      !> Rounding error of the value
       real(wp), intent(out) :: noise
+      !> End of the search, and lower bound of the signal up to it
       real(wp), intent(in), optional :: limit
       real(wp), intent(out), optional :: floor
 

@@ -21,20 +21,21 @@ contains
       complex(wp) :: sums(0:count - 1)
 
       complex(wp), allocatable :: chirp(:), filter(:), signal(:)
-      integer :: k, n, room, samples_count
+      ! `order`: length of the fast Fourier transforms
+      integer :: k, n, order, samples_count
 
-      ! omega_k t_n has the product k n = (k^2 + n^2 - (k - n)^2)/2
+      ! the angle omega_k t_n contains the product k n = (k^2 + n^2 - (k - n)^2)/2, whose last term makes a convolution
       samples_count = size(samples)
-      room = 1
-      do while (room < samples_count + count - 1)
-         room = 2*room
+      order = 1
+      do while (order < samples_count + count - 1)
+         order = 2*order
       end do
       allocate (chirp(0:max(samples_count, count) - 1))
       chirp = [(chirp_at(n), n=0, ubound(chirp, 1))]
-      allocate (signal(0:room - 1), filter(0:room - 1), source=(0.0_wp, 0.0_wp))
+      allocate (signal(0:order - 1), filter(0:order - 1), source=(0.0_wp, 0.0_wp))
       do n = 0, samples_count - 1
          signal(n) = samples(n)*chirp(n)*phasor(min_frequency*step*real(n, wp))
-         if (n > 0) filter(room - n) = conjg(chirp(n))
+         if (n > 0) filter(order - n) = conjg(chirp(n))
       end do
       filter(0:count - 1) = conjg(chirp(0:count - 1))
       call transform(signal, .false.)

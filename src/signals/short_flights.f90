@@ -11,7 +11,7 @@ module short_flights
    !> Maximum number of terms of the series, and of derivatives at the start: one derivative more bounds the remainder.
    integer, parameter :: max_terms = 40
    integer, parameter :: max_derivatives = max_terms + 1
-   ! Index of the array constructors below
+   ! index of the array constructors of the constants
    integer :: place
    real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
       max_derivatives)]
@@ -21,8 +21,8 @@ module short_flights
 
 contains
 
-   !> The end of a short flight. The end is certain because the amplitude of the first derivative left out bounds the
-   !> remainder of the series.
+   !> The end of a short flight. The end is certain, because the first derivative that the series omits is bounded by
+   !> its amplitude, and so is the remainder of the series.
    subroutine find_short_flight(oscillators, weight, z, v, limit, search, slope, harmonics, frequency)
       type(oscillators_t), intent(in) :: oscillators
       !> Weights of the modes in the signal, which rises from zero, [padded]
@@ -34,8 +34,8 @@ contains
       real(wp), intent(in) :: limit
       !> The first zero and the maximum before it, if they are certain; else the outcome is `found_none`
       type(search_t), intent(inout) :: search
-      !> Further terms of the signal: a slope, and harmonics Re h exp(i W t), [harmonics]. On return h is differentiated
-      !> as often as was needed. All three or none are given.
+      !> Further terms of the signal: a slope, and harmonics Re h exp(i W t), [harmonics]; all three arguments or none
+      !> are given. On return h is one of its derivatives, without use for the caller
       real(wp), intent(in), optional :: slope
       complex(wp), intent(inout), optional :: harmonics(:)
       real(wp), intent(in), optional :: frequency(:)
@@ -120,8 +120,8 @@ contains
       coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
    end subroutine find_coefficients
 
-   !> Estimate of the first zero of c_1 + c_2 t + c_3 t^2 + ...: the terms from the second on are taken for a geometric
-   !> series, as if the restoring force decayed.
+   !> Estimate of the first zero of c_1 + c_2 t + c_3 t^2 + ...: from the second on, the terms are continued as a
+   !> geometric series with the ratio c_3 t/c_2.
    pure function estimated_zero(coefficient) result(t)
       !> c_1 > 0, c_2 < 0, c_3
       real(wp), intent(in) :: coefficient(3)
@@ -280,7 +280,7 @@ contains
       real(wp) :: even, even_slope, odd, odd_slope, square
       integer :: k, n
 
-      ! even and odd powers at once take half the time
+      ! even and odd powers are summed independently, which takes half the time
       square = t*t
       n = size(coefficient)
       even = 0.0_wp

@@ -103,12 +103,12 @@ contains
             2*k)
          do i = 1, size(first)
             offset = signals%offset(i) + slope(i)*from
-            ! `rest`: difference, by rounding, of this length from that of the quadratic form
-            associate (end => sum(parts(:, i)*of_end), rest => length - squares%length)
-               first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + rest*end
+            ! `difference` of this length from that of the quadratic form, by rounding
+            associate (end => sum(parts(:, i)*of_end), difference => length - squares%length)
+               first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + difference*end
                second(i) = length*(offset*(offset + slope(i)*length) + slope(i)**2*length**2/3.0_wp) &
                   + 2.0_wp*(offset*sum(parts(:, i)*of_simple) + slope(i)*sum(parts(:, i)*of_ramp)) &
-                  + sum(parts(:, i)*products(:, i)) + rest*end*(end + 2.0_wp*(offset + slope(i)*length))
+                  + sum(parts(:, i)*products(:, i)) + difference*end*(end + 2.0_wp*(offset + slope(i)*length))
             end associate
          end do
       end associate

@@ -8,9 +8,9 @@ module signal_peaks
    private
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, find_turn, peak_tolerance
 
-   !> Evaluations granted to the searches for an extreme of a run: at its start, after their tolerance was raised, and
-   !> for each phase. If they are used up, the tolerance is raised tenfold, because
-   !> an undamped beam oscillates without end.
+   !> Evaluations that the searches for an extreme of a run may use: for the whole run, further ones after their
+   !> tolerance was raised, and further ones for each phase. When they are used up, the tolerance is raised tenfold,
+   !> because a beam without damping oscillates for ever, and the cost of a search would have no limit.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    integer(i8), parameter :: further_evaluations = 2000_i8
    integer(i8), parameter :: phase_evaluations = 100_i8
@@ -67,7 +67,7 @@ contains
       !> The tolerance is a share of at least this magnitude, for signals near zero; if given, the tolerance is no
       !> smaller than rounding
       real(wp), intent(in), optional :: scale
-      !> State of the searches over all phases; default: the search in this phase has its own
+      !> State of the searches over all phases; default: a state for this phase alone
       type(extreme_search_t), intent(inout), optional :: extreme_search
 
       class(transformable_signal_t), allocatable :: transformed
@@ -234,14 +234,14 @@ contains
       if (stays_above) time = length
    end subroutine find_last_exceedance
 
-   !> The first turning point of a signal, a zero of its slope. If the slope has no certain sign at the start, the
-   !> search begins a little later, ever further.
+   !> The first turning point of a signal, a zero of its slope. If the sign of the slope at the start is uncertain, the
+   !> start is delayed, repeatedly and each time by twice as much.
    subroutine find_turn(signal, stretch, direction, is_found, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
       real(wp), intent(in) :: stretch(2)
-      !> In: 1 or -1, the search starts at a turning point from which the signal rises or falls; 0: elsewhere. Out: the
-      !> same for the turning point found
+      !> In: 1 (-1) if the search starts at a turning point after which the signal rises (falls), else 0. Out: 1 (-1) if
+      !> the signal rises (falls) after the turning point that was found
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
@@ -252,7 +252,7 @@ contains
       type(bounds_t) :: bounds
       type(search_t) :: search
       real(wp) :: delay, slope
-      ! the slope is zero at the start
+      ! the slope is zero, to within rounding, at the (delayed) start
       logical :: is_turning
 
       is_found = .false.

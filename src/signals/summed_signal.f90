@@ -6,6 +6,7 @@ module summed_signal
    private
    public :: summed_signal_t
 
+   !> first + second.
    type, extends(transformable_signal_t) :: summed_signal_t
       class(transformable_signal_t), allocatable :: first
       class(transformable_signal_t), allocatable :: second

@@ -12,14 +12,14 @@ contains
 
    !> Length of a step in which a sum of terms certainly has no zero.
    !>
-   !> The terms above any number k are replaced by their lower bounds; the sum of the terms up to k enters by its value,
-   !> slope and a bound B on its second derivative. The k that gives the longest step is taken. A cubic may give
-   !> a longer step: the second derivative decreases no faster than the bound on the third allows.
-   pure function zero_free_step(terms, rest, whole, whole_slope) result(step)
-      !> Terms of the sum with their bounds, [count, 6]
+   !> For each number k, the terms after the k-th are replaced by their lower bounds, and the sum of the first k terms
+   !> by the parabola with its value, its slope and a bound on its second derivative. The k with the longest step is
+   !> taken. A cubic, with a bound on the third derivative, may give a longer step.
+   pure function zero_free_step(terms, other_terms, whole, whole_slope) result(step)
+      !> Terms of the sum with their bounds, in the columns of `certified_search`, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
-      !> Sum of further terms, in the same columns; its bounds may leave out convex terms
-      real(wp), intent(in) :: rest(term_columns)
+      !> Sum of further terms, in the same columns; its bounds need not include convex terms
+      real(wp), intent(in) :: other_terms(term_columns)
       !> The whole sum and its slope
       real(wp), intent(in) :: whole
       real(wp), intent(in) :: whole_slope
@@ -32,7 +32,7 @@ contains
       integer :: best, k, n
 
       n = size(terms, 1)
-      sums(:5) = rest([term_value, term_rate, bound_curvature, term_curvature, bound_jerk])
+      sums(:5) = other_terms([term_value, term_rate, bound_curvature, term_curvature, bound_jerk])
       sums(6) = 0.0_wp
       do k = 1, n
          sums(1) = sums(1) + terms(k, term_value)
@@ -49,7 +49,8 @@ contains
          sums(6) = sums(6) + terms(n + 1 - k, bound_value)
       end do
       ! rounding error of the partial sums, whatever the order of summation
-      rounding = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + rest(bound_value) + abs(rest(term_value))) + abs(sums(1)))
+      rounding = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + other_terms(bound_value) &
+         + abs(other_terms(term_value))) + abs(sums(1)))
       !$omp simd
       do k = 1, n
          lower_value(k) = values(k) - tail(k) - rounding
