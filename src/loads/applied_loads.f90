@@ -16,14 +16,15 @@ module applied_loads
    public :: applied_loads_t, gather_loads, has_loads, drop_balanced, count_forces, courses_of
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
-   !> table, exceeds `max_units` units of displacement, because gaps computed relative to such a response lose too many
+   !> table, exceeds `max_units` units of displacement: gaps computed relative to such a response would lose too many
    !> digits. The frequency below which modes are slow is at most `max_phases` over the length of the run, because
-   !> harmonic loads on slow modes limit the length of phases.
+   !> harmonic loads on slow modes limit the length of phases, and the run would take too many.
    real(wp), parameter :: max_units = 1.0e2_wp
    real(wp), parameter :: max_phases = 1.0e4_wp
 
    !> All loads of a run, the forces first and then the base motions.
    type :: applied_loads_t
+      !> Number of loads
       integer :: count = 0
       !> Time course of each load, [loads]
       type(time_course_t), allocatable :: course(:)
@@ -174,9 +175,9 @@ contains
       end do
    end subroutine find_frequencies
 
-   !> A load that the closed rigid contacts balance entirely accelerates no mode, so its modal load is set to zero; a
-   !> contact whose share of the load is a rounding error bears none of it. Otherwise the last bits of a zero force
-   !> would decide when contacts open and close.
+   !> Remove rounding errors from a load that the closed rigid contacts balance entirely: its modal load becomes zero,
+   !> and so does the share of each contact that is a rounding error. Otherwise the last bits of a zero force would
+   !> decide when contacts open and close.
    pure subroutine drop_balanced(value, mode, share, load)
       !> Values of the free modes at the closed contacts, [free, closed]
       real(wp), intent(in) :: value(:, :)

@@ -11,7 +11,8 @@ module driven_signal
    private
    public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, first_nonzero_order, phasor_of
 
-   !> Load response in a signal: constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
+   !> Load response in a signal: constant + slope t + Re sum harmonic exp(i frequency t), plus modes driven from rest
+   !> (module `driven_modes`).
    type :: driven_terms_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
@@ -33,7 +34,7 @@ module driven_signal
       real(wp) :: factor = 1.0_wp
       real(wp) :: from = 0.0_wp
       integer :: order = 0
-      !> No bound is needed after this instant
+      !> Instant up to which bounds must hold
       real(wp) :: until = huge(1.0_wp)
    contains
       procedure :: find_bounds
@@ -98,7 +99,7 @@ contains
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
-      !> Is a certified step without a zero needed?
+      !> The length of a step without a zero is needed
       logical, intent(in) :: needs_step
       type(bounds_t), intent(out) :: bounds
 
@@ -340,8 +341,8 @@ contains
       end select
    end function starts_positive
 
-   !> Order of the first derivative that a search must treat as nonzero at the start: a signal within its rounding error
-   !> of zero and with positive slope starts with its slope.
+   !> Order of the first derivative that a search must treat as nonzero at the start: 1 if the signal is zero to within
+   !> its rounding error and its slope is positive.
    function first_nonzero_order(signal, known_order) result(order)
       class(transformable_signal_t), intent(in) :: signal
       !> Order known to the caller; 0: unknown

@@ -1,6 +1,6 @@
-!> Reduced basis of a large mesh for one run: some of the lowest modes, and residual modes, which add the static
-!> response of all other modes at the points of forces (docs/theory.md, section 13). Mode shapes are also given in the
-!> coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
+!> Reduced basis of a large mesh for one run: the lowest modes, and residual modes, which add the static response of
+!> all other modes to forces at the stops and to the loads (docs/theory.md, section 13). Mode shapes are also given in
+!> the coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
 module few_modes
    use applied_loads, only: applied_loads_t, gather_loads, has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
@@ -164,8 +164,8 @@ contains
       allocate (modes%mode, source=base%mode(:, :lowest))
       allocate (vectors(beam%order, lowest - rigid_modes))
       do j = 1, size(vectors, 2)
-         ! rounding errors of displacements cause strains of high modes, which the product with B^T B suppresses: `bend`
-         ! multiplies by B, `bend_transposed` by B^T
+         ! q from displacements contains strains of high modes by rounding errors. The product with B^T B (`bend`
+         ! multiplies by B, `bend_transposed` by B^T) suppresses them, because they have little inertia
          call bend(beam, coordinates_of_motion(beam, modes%mode(:, rigid_modes + j)), deflection)
          call bend_transposed(beam, deflection, vectors(:, j))
       end do

@@ -3,9 +3,9 @@
 !>
 !> Each output quantity is a row (a linear functional of the motion): modes of the set, gaps, contact forces,
 !> indentations and branch forces of the contacts, tip displacement, and work-conjugate displacements of the loads. The
-!> load response of a row is constant + slope t + Re sum harmonic exp(i W t), plus modes driven from rest. These are
-!> modes in resonance with a harmonic load, or so slow that their stiffness hardly acts during a phase: the sum of their
-!> steady-state response and their free motion, both large, would lose digits.
+!> load response of a row is constant + slope t + Re sum harmonic exp(i W t), plus modes driven from rest. The latter
+!> are modes in resonance with a harmonic load, or so slow that their stiffness hardly matters during a phase; the sum
+!> of their steady-state response and their free motion, both large, would lose digits.
 module forced_responses
    use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
@@ -43,7 +43,7 @@ module forced_responses
       integer :: rows = 0
    end type row_places_t
 
-   !> Part of a load that drives a mode from rest.
+   !> Part of a load segment that drives a mode from rest.
    integer, parameter :: by_constant = 1
    integer, parameter :: by_slope = 2
    integer, parameter :: by_harmonic = 3
@@ -59,8 +59,9 @@ module forced_responses
       real(wp), allocatable :: row(:), row_of_rate(:)
    end type mode_from_rest_t
 
-   !> Responses of a set of closed contacts to unit loads.
+   !> Responses of the beam with a set of closed contacts to unit loads.
    type :: unit_responses_t
+      !> Indices of the rows
       type(row_places_t) :: at
       !> Response to the load 1, and the response to the load t minus t times the response to 1, [rows, loads]
       real(wp), allocatable :: constant(:, :), ramp(:, :)
@@ -72,15 +73,16 @@ module forced_responses
       real(wp), allocatable :: load(:, :)
       !> Shares of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
       real(wp), allocatable :: share(:, :)
+      !> Modes driven from rest, which the other components omit
       type(mode_from_rest_t), allocatable :: driven(:)
-      !> With closed compliant contacts: modal loads of the terms of the motion, and these times s/(s + i W) and
-      !> s/(s - i W) for the frequency W of the load, [count, loads]; terms in resonance, which the latter omits, and
-      !> their loads
+      !> With closed compliant contacts: loads on the terms exp(s t) of the motion (`coupled_terms`), and these times
+      !> s/(s + i W) and s/(s - i W) for the frequency W of the load, [count, loads]. `backward_work` omits terms in
+      !> resonance; these terms, and the load of each
       complex(wp), allocatable :: term_load(:, :), forward_work(:, :), backward_work(:, :)
       integer, allocatable :: resonant_terms(:), resonant_load(:)
       !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
-      !> Without closed compliant contacts: gaps as signals, [contacts]; each user sets their state and terms first
+      !> Without closed compliant contacts: gaps as signals, whose state and load response the caller sets, [contacts]
       type(driven_signal_t), allocatable :: gap(:)
    end type unit_responses_t
 
@@ -187,7 +189,7 @@ contains
       !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
       real(wp), intent(in) :: frequency
-      !> Modes without response, [modes]
+      !> Modes without response, because they are driven from rest, [modes]
       logical, intent(in) :: left_out(:)
       complex(wp) :: response(size(load))
 
@@ -250,9 +252,9 @@ contains
       type(unit_responses_t), intent(in) :: forced
       integer, intent(in) :: load
       complex(wp), intent(in) :: s
-      !> Modes without response, [modes]
+      !> Modes without response, because they are driven from rest, [modes]
       logical, intent(in) :: left_out(:)
-      !> [rows]
+      !> Complex amplitudes of the rows, [rows]
       complex(wp), intent(out) :: response(:)
 
       complex(wp), dimension(constrained%count) :: dynamic, z, viscous

@@ -2,9 +2,9 @@
 !> exp(exponent t), with t the time since the start of the phase and amplitudes of about the magnitude of the motion
 !> (docs/theory.md, section 20).
 !>
-!> The Laplace transform of the motion is rational. A pole whose distance from the other poles is large relative to the
-!> inverse of the time span of the sum gives a term; a group of close poles gives the points of a circle around the
-!> group, which approximate Cauchy's integral formula.
+!> The Laplace transform of the motion is rational. A pole that is far from all other poles, compared with the inverse
+!> length of the phase, gives one term. Close poles would give large terms that cancel; instead, the points of a circle
+!> around such a group give the terms of Cauchy's integral by the trapezoidal rule.
 module mode_terms
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_t, make_driven_mode
@@ -53,9 +53,10 @@ module mode_terms
       complex(wp), allocatable :: exponent(:), amplitude(:, :)
    end type mode_terms_t
 
-   !> The mode: exponents -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread; W^2, 2
-   !> zeta and alpha are `square`, `two_zeta` and `mass_rate`, as in `oscillators_t`.
+   !> A mode. Its exponents are -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread;
+   !> W^2, 2 zeta and alpha are `square`, `two_zeta` and `mass_rate`, as in `oscillators_t`.
    type :: single_mode_t
+      !> The mode is below critical damping
       logical :: oscillates = .true.
       real(wp) :: decay = 0.0_wp
       real(wp) :: spread = 0.0_wp
@@ -104,7 +105,7 @@ contains
       call add_other_terms(mode, free_start, pack(driven_motions, .not. separate), terms)
    end subroutine find_mode_terms
 
-   !> Is the pole of a load far from those of the mode and, if those are slow, from 0?
+   !> Is the pole of a load far from the poles of the mode and, if these are slow, from 0?
    pure function is_separate(mode, forced) result(answer)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
@@ -207,7 +208,8 @@ contains
             forced = transform_of(driven_motions, s)
             transfer = 1.0_wp/((s - mode%exponent(1))*(s - mode%exponent(2)))
             z = transfer*forced - fast/(s - mode%exponent(2))
-            ! both forms equal z + 2 zeta z' except for parts without poles inside the circle
+            ! both forms equal z + 2 zeta z' except for parts without poles inside the circle, which contribute nothing;
+            ! the form with the smaller rounding error is taken
             if (is_stiff) then
                reaction = (forced - s*(s + alpha)*z)/mode%square
             else

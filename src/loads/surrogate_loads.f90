@@ -1,7 +1,8 @@
-!> Surrogate harmonics for loads that hardly change during a phase, on closed compliant contacts. If |exponent| times
-!> the length of the run is small for a term of the motion, the response that balances the loads would be much larger
-!> than the motion. A sum of harmonics with frequencies of about the inverse length of the phase replaces the loads; the
-!> responses to these surrogates are hardly larger than the motion (docs/theory.md, section 18).
+!> Surrogate harmonics for loads on a beam with closed compliant contacts, if a term exp(s t) of the motion is slow,
+!> that is, hardly changes during the run. The static response of such a term to a load would be much larger than the
+!> motion. A sum of harmonics with frequencies of about the inverse length of the phase therefore replaces constant,
+!> linear and slow harmonic loads during a phase; the responses to these surrogates are hardly larger than the motion
+!> (docs/theory.md, section 18).
 module surrogate_loads
    use applied_loads, only: applied_loads_t
    use compliant_stop, only: impedance_t
@@ -91,7 +92,7 @@ contains
       end do
    end subroutine prepare_work_terms
 
-   !> Replace the slow parts of the loads by surrogate harmonics.
+   !> Replace the constants, slopes and slow harmonics of the loads by surrogate harmonics.
    subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled

@@ -1,6 +1,6 @@
-!> Choice between the consistent mass matrix and the mass matrix redistributed at the stop, whichever gives the smaller
-!> error of a run (docs/theory.md, section 14). The redistributed matrix leaves the finite elements no mass at the
-!> degree of freedom that is hit; only a point mass remains there.
+!> Choice between two mass matrices, whichever gives the smaller error of a run: the consistent one, and one in which
+!> the mass of the finite elements at the stop is redistributed, so that only a point mass remains at the degree of
+!> freedom of the stop (docs/theory.md, section 14).
 module mass_choice
    use beam_mesh, only: mesh_t
    use beam_section, only: area, section_t
@@ -16,16 +16,16 @@ contains
 
    !> Is the mass matrix redistributed at the stop more accurate than the consistent one?
    !>
-   !> The consistent matrix adds a part of the last element to the mass that is hit, an error of first order in the
-   !> length of the element. With the redistributed matrix, frequencies lose a digit, and a point mass lighter than an
-   !> element rebounds repeatedly at the scale of the mesh. The momentum after an impact of a tip mass ratio mu with
-   !> restitution eps, as a ratio eps mu, decides which error is larger: if eps mu is at least `share` of the mass of
-   !> the last element, the redistributed matrix is better. This rule was right in 91 of 100 runs of uniform beams (3 to
-   !> 32 elements, mu from 0.02 to 6, eps from 0.03 to 0.9, zeta 0.001, 0.02 and 0.1); in the other runs the error of
-   !> the better matrix was a third of the error of the chosen one on average. If an impact replaces the nodal velocity
-   !> (`impulse_nodal`), the redistributed matrix is better in any case, because with the consistent matrix the
-   !> replacement changes the energy of the elements at the stop. Among several stops, those at the tip count if all of
-   !> them are rigid, with the highest of their restitutions.
+   !> The consistent matrix adds a part of the mass of the last element to the point mass that hits the stop, an error
+   !> of first order in the length of the element. With the redistributed matrix, frequencies lose a digit, and a point
+   !> mass lighter than an element rebounds repeatedly at the scale of the mesh. The product eps mu of restitution and
+   !> tip mass ratio, a measure of the momentum after an impact, decides which error is larger: if eps mu is at least
+   !> `share` of the mass of the last element, the redistributed matrix is better. This rule was right in 91 of 100 runs
+   !> of uniform beams (3 to 32 elements, mu from 0.02 to 6, eps from 0.03 to 0.9, zeta 0.001, 0.02 and 0.1); in the
+   !> other runs the error of the better matrix was a third of the error of the chosen one on average. If an impact
+   !> replaces the nodal velocity (`impulse_nodal`), the redistributed matrix is better in any case, because with the
+   !> consistent matrix the replacement changes the energy of the elements at the stop. Of several stops, only those at
+   !> the tip matter, if all of them are rigid, with the highest of their coefficients of restitution.
    pure function is_redistribution_more_accurate(section, mesh, tip_mass_ratio, settings) result(answer)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
@@ -40,8 +40,7 @@ contains
       integer, allocatable :: nodes(:)
 
       ! without a tip mass, redistribution leaves a massless node, which only exact motion with one rigid contact can
-      ! treat
-      ! (0: supports along the beam are not known here; `motion_run` refuses a massless node beside such supports)
+      ! treat. (0 supports: they are not known here; `motion_run` refuses a massless node on a beam with supports.)
       answer = has_one_contact(settings, 0) .and. is_rigid(settings%stop) .and. &
          settings%stop%impulse == impulse_nodal .and. settings%response%method == method_exact
       if (answer .or. tip_mass_ratio <= 0.0_wp) return

@@ -17,7 +17,8 @@ module newmark_events
    private
    public :: find_events, trigger_events, begin_and_end_contacts, close_touched
 
-   !> Displacement of a beam at rest, in the unit of displacement.
+   !> The beam is at rest on a contact if the gap, and the change of the gap over a step by its rate or by its
+   !> acceleration, do not exceed this value, in the unit of displacement.
    real(wp), parameter :: at_rest = 1.0e-13_wp
 
 contains
@@ -75,9 +76,9 @@ contains
    end function is_vanishing
 
 
-   !> Close the contact into which a trial step would move the beam most, of those that it touches at rest: a load
-   !> begins to press it there. The contact closes at the beginning of the step, because the beam would otherwise be
-   !> accelerated until its gap passes the contact tolerance, and then bounce.
+   !> Of the open contacts that the beam touches at rest, close the one that a trial step penetrates most: a load begins
+   !> to press the beam onto it. The contact closes at the beginning of the step, because otherwise the load would
+   !> accelerate the beam until the penetration exceeds the contact tolerance, and the beam would then bounce.
    pure subroutine close_touched(run, step, response, has_closed)
       type(newmark_run_t), intent(inout) :: run
       !> Length of the trial step, tau
@@ -87,18 +88,19 @@ contains
       !> A contact has closed
       logical, intent(out) :: has_closed
 
-      ! what is rounding of a displacement at rest, and of the greatest displacement of a step
-      real(wp), parameter :: least = 1.0e-14_wp, rounding = 1.0e-12_wp
+      ! a penetration is a rounding error up to the first value, or up to the second as a share of the maximum
+      ! displacement over the step
+      real(wp), parameter :: min_penetration = 1.0e-14_wp, rounding = 1.0e-12_wp
       real(wp) :: gap, lowest
       integer :: k, closing
 
-      lowest = -least
+      lowest = -min_penetration
       closing = 0
       associate (old => run%states(run%now), new => run%states(3 - run%now))
          do k = 1, size(run%contacts)
             if (run%contacts(k)%status /= is_open .or. .not. run%contacts(k)%may_close) cycle
             if (.not. lies_at_rest(run, k, step, old)) cycle
-            ! the beam is lifted first
+            ! the acceleration lifts the beam off the contact at first
             if (step**2*row_value(run%contacts(k)%row, old%beam%acceleration) > at_rest) cycle
             gap = gap_at(run, k, new)
             if (gap >= lowest) cycle

@@ -1,8 +1,8 @@
 !> Low flights of a Newmark run. A flight is a time span in which a contact is open after a rebound. If the beam returns
 !> to the contact without having exceeded the hop height, the flight is cancelled: the run returns to the instant at
 !> which the flight began, at which the contact then captures the beam, and overwrites the histories and shapes recorded
-!> since. Statistics are sums over equal blocks of the run, of which those begun since are cleared; integrals of spectra
-!> return to their values of that instant.
+!> since. Statistics are sums over equal blocks of the run; blocks that have begun since that instant are cleared.
+!> Integrals of spectra return to their values at that instant.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t

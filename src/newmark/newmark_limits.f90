@@ -143,7 +143,7 @@ contains
       !> Set if the error is too large
       type(failure_t), allocatable, intent(out) :: error
 
-      ! the energy of displacements that are rounding errors, of a beam that contacts hold under loads
+      ! energy of displacements by rounding errors: that of a beam which loads press onto contacts may be no larger
       real(wp), parameter :: rounding = 1.0e-26_wp
       real(wp), parameter :: tolerance = 1.0e-6_wp
 

@@ -1,5 +1,5 @@
-!> Motion of a beam with any number of contacts by Newmark steps, which are halved at an event until they violate no
-!> contact condition: a second method beside exact motion (docs/theory.md, section 10). Rigid supports are fixed
+!> Motion of a beam with any number of contacts by Newmark's method, the alternative to exact motion (docs/theory.md,
+!> section 10). A step that violates a contact condition is halved until it ends at the event. Rigid supports are fixed
 !> exactly.
 !>
 !> Every state lies at a dyadic fraction of the undivided step. After an event the steps become longer again as fast as

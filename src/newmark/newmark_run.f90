@@ -64,7 +64,8 @@ module newmark_run
       real(wp) :: load_tau = 0.0_wp
    end type run_state_t
 
-   !> Status and history of a contact. Numbers only, so that a copy restores it when a flight is cancelled.
+   !> Status and history of a contact. The type has no allocatable components, so that a copy restores it when a flight
+   !> is cancelled.
    type :: contact_progress_t
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
@@ -92,8 +93,8 @@ module newmark_run
       !> beginning of the whole step (as `offset`): an event of the contact lies before. `no_rejection`: that instant
       !> has passed
       integer(i8) :: rejected_end = no_rejection
-      !> Energy dissipated by the contact, impacts included; its part at impacts; and the rest until the last step that
-      !> was observed
+      !> Energy dissipated at the contact, including losses at impacts; these losses; and the energy dissipated without
+      !> them at the end of the last step that was passed to observers
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
       real(wp) :: observed = 0.0_wp
@@ -129,7 +130,8 @@ module newmark_run
       type(stop_step_t), allocatable :: stops(:)
    end type contact_factors_t
 
-   !> Position of a run on the time grid, and sums accumulated up to there. Numbers only, so that a copy restores it.
+   !> Position of a run on the time grid, and sums accumulated up to this position. The type has no allocatable
+   !> components, so that a copy restores it.
    type :: run_progress_t
       !> Number of samples passed
       integer :: sample = 0
@@ -168,10 +170,11 @@ module newmark_run
       type(impact_t), allocatable :: impacts(:)
       !> The gap exceeded the hop tolerance since the last impact
       logical, allocatable :: has_flown(:)
-      !> Integrals of spectra up to then, if spectra are requested
+      !> Integrals of spectra up to the beginning of the flight, if spectra are requested
       type(spectrum_sums_t) :: spectrum
    end type flight_start_t
 
+   !> A run: beam, contacts, loads, present state and observers.
    type, extends(run_progress_t) :: newmark_run_t
       type(newmark_stepper_t) :: stepper
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
@@ -182,7 +185,7 @@ module newmark_run
       integer :: release_contact = 1
       !> Height d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
-      !> Made when first needed, [0:deepest_level]
+      !> Coefficients of steps of length step/2^level, computed at first use, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
       !> M*^-1 w_j of each contact row, padded with zeros, [-2 : length + 3, contacts]
       real(wp), allocatable :: mass_columns(:, :)

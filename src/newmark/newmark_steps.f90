@@ -404,7 +404,7 @@ contains
                   row_value(contact%row, new%beam%velocity)]
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
-            ! the step includes what an event at its start released
+            ! energy dissipated since the last observed step, including that of an event at the start of this step
             associate (contact => run%contacts(k))
                interval%lost(k) = contact%dissipated - contact%lost_at_impacts - contact%observed
                contact%observed = contact%dissipated - contact%lost_at_impacts

@@ -80,7 +80,7 @@ contains
                   trial%state, is_admissible)
                trial%value = trial%value + step_share*map%unit(n + 1)*correction(n + 1)
             end associate
-            ! a load varies (`by_nothing` is 0): it must neither vanish nor change its sign
+            ! the parameter, if there is one (`by_nothing` is 0), must neither vanish nor change its sign
             if (map%parameter > 0) is_admissible = is_admissible .and. trial%value/guess%value > 0.1_wp
             step_share = 0.5_wp*step_share
             if (.not. is_admissible) cycle
@@ -185,6 +185,7 @@ contains
       matrix(n + 1, :) = last_row
    end function bordered
 
+   !> Solve a system of linear equations by LAPACK.
    subroutine solve_linear(matrix, rhs, solution)
       real(wp), intent(inout) :: matrix(:, :)
       real(wp), intent(inout) :: rhs(:, :)

@@ -76,7 +76,7 @@ contains
       call run_map(map, guess%value, real(options%skip, wp), guess%state, response, error)
       if (allocated(error)) return
       map%periods = options%periods
-      ! 0: the period is the one that the run shows; if the run shows none, that is 0 as well
+      ! without a given period, the period that the run shows is taken; 0: the run shows none
       if (options%periods == 0) map%periods = response%sections%motion_period
       if (map%periods == 0) then
          call fail(error, status_run_failed, 'the motion does not repeat itself within 16 periods of the load: give ' &

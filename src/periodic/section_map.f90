@@ -232,12 +232,13 @@ contains
       real(wp), intent(in) :: value
       !> Length of the run in load periods
       real(wp), intent(in) :: periods
+      !> In: state at the start, or empty. Out: state at the end
       type(section_state_t), intent(inout) :: state
       !> Receives the sections at phase 0 of the loads
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Record this number of sections at equal intervals instead
+      !> If present, this number of sections at equal intervals is recorded instead
       integer, intent(in), optional :: samples
 
       ! relative distance to a periodic orbit below which a motion counts as periodic
@@ -251,7 +252,7 @@ contains
       if (allocated(settings%poincare)) deallocate (settings%poincare)
       allocate (settings%poincare)
       associate (poincare => settings%poincare)
-         ! tau = 0 is the section, so phase 0 of the loads comes after the rest of the period
+         ! the run starts (tau = 0) at the section, so phase 0 of the loads comes 1 - `section_phase` periods later
          poincare = poincare_settings_t(phase=modulo(1.0_wp - map%section_phase, 1.0_wp), skip=0, &
             keep=int(periods) + 1, tolerance=near, wants_exponent=.false., period=period)
          if (present(samples)) then
@@ -356,7 +357,7 @@ contains
             if (state%is_closed(k) .or. state%is_deformed(k)) then
                if (.not. contact%is_rigid) state%indentation(k) = -gap
             else
-               ! without force 0 = P = k u + P2, so P2 gives the indentation u that is left of an open stop
+               ! an open stop bears no force, 0 = P = k u + P2, so P2 gives its remaining indentation u
                if (any(map%branch_contacts == k)) then
                   state%indentation(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
                   state%branch_force(k) = -contact%spring%stiffness*state%indentation(k)
