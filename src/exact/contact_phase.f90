@@ -115,7 +115,7 @@ contains
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
-      ! it is known whether and when the contact ends the phase; an inactive contact never does
+      ! whether and when the contact ends the phase is known; an inactive contact never ends a phase
       logical :: is_decided(size(self%now%states))
       integer :: ended_by, k
 
@@ -257,7 +257,7 @@ contains
                      record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
                         term)
                   else
-                     ! from the state: with large and stiff dampers the sum of the terms loses digits at time 0
+                     ! at time 0 from the state, because with stiff dampers the sum of the terms loses digits
                      record%force(self%recorded) = self%force_scale*force_in(now%states(k), rate)
                   end if
                   total = total + record%force(self%recorded)
@@ -380,7 +380,7 @@ contains
          ledger => motion%recorder%ledger)
          phasor = phasor_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_end_terms(set, now%amplitude, time, term)
-         ! cached because observers request the state at the end of the phase again
+         ! the state is cached, because observers request the state at the end of the phase again
          call cache_state(now, time, term)
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v

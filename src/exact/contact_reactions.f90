@@ -26,8 +26,8 @@ module contact_reactions
 
 contains
 
-   !> Find the reactions of rigid contacts with zero gap and zero gap velocity: reactions >= 0 and gap accelerations >=
-   !> 0 are complementary.
+   !> Find the reactions of rigid contacts with zero gap and zero gap velocity: a linear complementarity problem of
+   !> reactions >= 0 and gap accelerations >= 0.
    subroutine find_reactions(self, place, motion)
       !> Contains the loads at the instant; `reactions` is set
       type(phase_state_t), intent(inout) :: self
@@ -157,8 +157,8 @@ contains
       end associate
    end subroutine find_jerk
 
-   !> Sum of the magnitudes of the summands of each modal acceleration, [modes]. Damping is left out: the sum is a scale
-   !> of rounding errors where the beam hardly moves.
+   !> Sum of the magnitudes of the summands of each modal acceleration, as a scale of their rounding errors, [modes].
+   !> The damping forces are omitted, because this scale is used if the beam hardly moves.
    function magnitude_of(self, motion, reactions) result(magnitude)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion

@@ -47,14 +47,15 @@ module contact_sets
       type(unit_responses_t), allocatable :: forced
       !> Integrals of products of the terms, for integrals of squared signals
       type(squares_t) :: squares
-      !> Output rows (gaps, forces, tip) of terms and harmonics; whether made, and fit for the simultaneous search
+      !> Output rows (gaps, forces, tip) as sums of terms and load harmonics; whether they have been made, and whether
+      !> they suit the simultaneous search of all contacts
       type(row_basis_t) :: rows
       logical :: has_rows = .false., can_search_rows = .false.
       !> Quadratic form of the terms of the rows; unallocated: no integral was requested
       type(row_form_t), allocatable :: row_form
-      !> Row of each gap and of each force that is no combination of gap and gap rate, 0: no row, [contacts]; contact
-      !> whose gap each row is, [rows]; sign of each gap in its row; row of the tip, which may be that of a gap, and
-      !> sign of the tip in it; number of terms other than load harmonics
+      !> Rows: index of the row of each gap, and of each force that no combination of gap and gap rate gives (0: no
+      !> row), [contacts]; contact whose gap a row is, [rows]; gap over its row, 1 or -1, [contacts]; tip displacement
+      !> over its row, and index of this row, which may be that of a gap; number of terms besides load harmonics
       integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
       real(wp) :: tip_row_sign = 1.0_wp
@@ -137,10 +138,11 @@ contains
       store%in_use => null()
    end subroutine start_sets
 
-   !> Put the sets of the present beam aside, and take those of another beam, or none.
+   !> Move the sets of the present beam to `others`, and make those of another beam, or none, the present ones.
    subroutine exchange(store, place)
       type(set_store_t), intent(inout) :: store
-      !> Index of the other beam in `others`; greater: none, and the sets of the last beam are deallocated
+      !> Index of the other beam in `others`; if it exceeds their number, no sets become present, and those of the last
+      !> beam are deallocated
       integer, intent(in) :: place
 
       type(beam_sets_t) :: taken

@@ -261,8 +261,8 @@ contains
       end do
    end subroutine make_beam
 
-   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. Bodies without springs
-   !> have one only if no contact presses.
+   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. With free modes
+   !> (rigid-body modes, bodies without springs) equilibrium exists only if no contact has a static force.
    pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
       !> Active contacts, [contacts]

@@ -1,6 +1,6 @@
 !> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the linear equations
-!> of motion are solved in closed form, without time steps. A phase ends with a load segment, or at the first zero of
-!> the signals that watch the contacts, such as gaps and contact forces.
+!> of motion are solved in closed form, without time steps. A phase ends with a load segment, or at the first zero of a
+!> gap or of a contact force.
 module motion_phases
    use certified_search, only: found_none, search_t
    use failures, only: fail, failure_t, status_run_failed
@@ -96,8 +96,8 @@ module motion_phases
          !> Sampling interval
          real(wp), intent(in) :: step
          type(asked_t), intent(in) :: asked
-         !> Values remain from the sample before, zero at the first sample of a phase: values that are always zero need
-         !> not be set
+         !> The sample. Its values are those of the previous sample (zero at the first sample of a phase), so quantities
+         !> that are always zero need not be set
          type(sample_t), intent(inout) :: sample
       end subroutine sample_interface
 

@@ -1,4 +1,5 @@
-!> The gap of a contact during a phase of exact motion (between two events), stored for a search after the phase.
+!> The gap of a contact during a phase of exact motion (the motion between two events), stored because the last
+!> exceedance of the settling level is searched at the end of the run.
 module phase_curves
    use certified_search, only: transformable_signal_t
    use kinds, only: wp
@@ -9,7 +10,7 @@ module phase_curves
    private
    public :: signal_curve_t
 
-   !> The gap of a contact during a phase, stored for use after the phase.
+   !> The gap of a contact during a phase.
    type, extends(curve_t) :: signal_curve_t
       class(transformable_signal_t), allocatable :: signal
       !> The gap is always above minus the settling level (`settling_level`): only positive gaps need a search

@@ -145,7 +145,7 @@ contains
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
-         ! minus the gap of an open contact is nowhere above its value at the end of the phase before
+         ! for an open contact, minus the gap nowhere exceeds its value at the end of the previous phase
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. self%gap_bound(row%number) > level) return
       else if (row%number <= self%contacts) then
@@ -290,7 +290,7 @@ contains
       self%now%store%in_use => self%now%set
    end subroutine record_gap
 
-   !> Integrals of all output rows but bending moments.
+   !> Integrals of all output rows except bending moments, and of their squares.
    subroutine integrate(self, stretch, first, second)
       class(phase_interval_t), intent(inout) :: self
       !> Start and end of the integrals, since the start of the phase
@@ -351,7 +351,7 @@ contains
             end if
             call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:n), &
                square_integral(:n))
-            ! here the tip stands before the forces
+            ! `find_signals` orders the tip before the forces
             row_integral(places + 1:n) = cshift(row_integral(places + 1:n), 1)
             square_integral(places + 1:n) = cshift(square_integral(places + 1:n), 1)
          end if

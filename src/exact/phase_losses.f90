@@ -179,7 +179,8 @@ contains
       end associate
    end subroutine update_indentation
 
-   !> Recovery of the stop of an open compliant contact for some time: free, or with the beam if `is_deformed`.
+   !> Recovery of the stop of an open compliant contact over a time span. If `is_deformed`, the surface moves with the
+   !> beam, else it recovers freely.
    subroutine recover_contact(gap, time, state)
       !> Distance of the stop point from the undeformed contact surface at the end
       real(wp), intent(in) :: gap

@@ -27,7 +27,7 @@ module phase_rows
 
 contains
 
-   !> Can all contacts of the phase be searched simultaneously? Makes the output rows of the set at the first use.
+   !> Can all contacts of the phase be searched simultaneously? At the first use the output rows of the set are made.
    function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
       logical :: can

@@ -68,7 +68,8 @@ module phase_state
       !> History of the search of the gap that ends the phase at a rigid contact, and this contact; 0: none
       type(search_history_t) :: history
       integer :: history_of = 0
-      !> Index of the first contact at the same place, and 1 if it is on the same side of the beam, else -1, [contacts]
+      !> Index of the first contact at the same place of the beam, which may be the contact itself, and 1 if both are on
+      !> the same side of the beam, else -1, [contacts]
       integer, allocatable :: colocated(:)
       real(wp), allocatable :: colocated_sign(:)
       !> Steps of the simultaneous search of all contacts, and terms of the rows over the part integrated last

@@ -1,4 +1,5 @@
-!> Rows of a phase of exact motion as explicit sums of exponentials (docs/theory.md, sections 20 and 24).
+!> Rows of a phase of exact motion (the motion between two events) as explicit sums of exponentials (docs/theory.md,
+!> sections 20 and 24). Rows are linear functionals of the motion: displacements, contact forces, bending moments.
 module phase_sums
    use history_list, only: acceleration_stop, acceleration_tip
    use interval_sums, only: derivative_of, interval_sums_t, open_sums, value_of
@@ -15,8 +16,8 @@ module phase_sums
 
 contains
 
-   !> Find the sums of some rows of an interval. Rows are numbered: displacements at the contacts (1 to n), displacement
-   !> of the tip (n + 1), contact forces (n + 2 to 2 n + 1), bending moments (from 2 n + 2).
+   !> Find the sums of some rows of an interval. With n contacts, rows 1 to n are the displacements at the contacts, row
+   !> n + 1 is the displacement of the tip, rows n + 2 to 2 n + 1 are contact forces, and the others bending moments.
    subroutine find_sums(now, moments, length, rows, sums)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -64,7 +65,7 @@ contains
       call add_nodes(now, rows, last, sums)
    end subroutine find_sums
 
-   !> Accelerations upwards at the contacts, and of the tip, without impulses.
+   !> Accelerations of the beam at the contacts and at the tip, positive upwards, without those of impulses.
    subroutine find_accelerations(now, moments, length, sums)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -86,7 +87,7 @@ contains
       end do
    end subroutine find_accelerations
 
-   !> Accelerations at a sample; those of the run are at the release contact, or without a stop at the tip.
+   !> Accelerations at a sample. The histories of the run refer to the release contact or, without a stop, to the tip.
    subroutine sample_accelerations(now, moments, length, time, place, sums, records, sample)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -119,9 +120,9 @@ contains
    end subroutine sample_accelerations
 
    !> Add the displacement of massless nodes at rigid stops relative to the modes. A node on its stop does not move. A
-   !> node away from its stop carries no force, so the damping of the elements beside it lets its displacement relative
-   !> to the modes decay exponentially from that at the start of the phase, `node_depth`: the
-   !> `indentation` of its contact is already that at the end of the phase.
+   !> node away from its stop carries no force, so its displacement relative to the modes decays exponentially by the
+   !> damping of the elements beside it. The displacement at the start of the phase is `node_depth`, because the
+   !> `indentation` of the contact is already that at the end of the phase.
    pure subroutine add_nodes(now, rows, last, sums)
       type(phase_state_t), intent(in) :: now
       !> Numbers of the rows
@@ -141,6 +142,8 @@ contains
             if (state%spring%recovery_rate < huge(1.0_wp)) sums%exponent(term) = cmplx( &
                -state%spring%recovery_rate, 0.0_wp, wp)
             do i = 1, size(rows)
+               ! factor of the node's displacement in the row: contacts of the same place (`colocated`) and the tip may
+               ! have it
                sign = 0.0_wp
                if (rows(i) <= size(now%states)) then
                   if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i)) &

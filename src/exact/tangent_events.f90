@@ -89,7 +89,7 @@ contains
       call shift_columns(rates, 1.0_wp, tangent)
    end subroutine end_columns
 
-   !> Record the size of the first column at the sections in the phase that have not been taken yet.
+   !> Record the logarithm of the size of the first column at the sections in the phase.
    subroutine record_sizes(now, tau, length, tangent, sections)
       type(phase_state_t), intent(in) :: now
       !> Start of the phase, and its length
