@@ -6,6 +6,7 @@ module bracketed_zero
    private
    public :: bracket_t, enter_value, choose_point, chord
 
+   !> A bracket of the zero, and the state of the search.
    type :: bracket_t
       !> The function is > 0 at `low` and <= 0 at `high`; if it grows, it is > 0 at `high` and <= 0 at `low`
       real(wp) :: low = 0.0_wp
@@ -24,11 +25,11 @@ module bracketed_zero
       !> The zero is found if the length of the bracket does not exceed this share of `high`; negative: the length
       !> does not end the search
       real(wp) :: length_tolerance = -1.0_wp
-      !> The search ends after this number of evaluations
+      !> Maximum number of evaluations, and their number so far
       integer :: max_evaluations = 200
       integer :: evaluations = 0
-      !> Values at the ends, for the chord; the value of an end that stays twice in a row is halved
-      !> (Illinois method)
+      !> Values at the ends, for the chord. If an end stays twice in succession, its value is halved (Illinois method),
+      !> so that the chord approaches the zero from both sides
       real(wp) :: value_low = 0.0_wp
       real(wp) :: value_high = 0.0_wp
       !> End that was replaced last: 1: `low`, -1: `high`, 0: none
@@ -64,8 +65,8 @@ contains
    !> Choose the next point, unless the zero has been found.
    elemental subroutine choose_point(bracket, proposal)
       type(bracket_t), intent(inout) :: bracket
-      !> Next point if it lies inside the bracket, so that each evaluation shortens the bracket; else, or absent: the
-      !> middle
+      !> Proposed next point; if it lies outside the bracket or is absent, the middle of the bracket is taken, so that
+      !> each evaluation shortens the bracket
       real(wp), intent(in), optional :: proposal
 
       real(wp) :: next

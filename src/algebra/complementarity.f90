@@ -85,12 +85,13 @@ contains
       end do
    end function violations
 
-   !> A z + q = 0 on the active set, z = 0 elsewhere, by Cholesky's elimination without pivoting. An equation that
-   !> depends linearly on those before it is left out.
+   !> Solve A z + q = 0 on the active set, with z = 0 elsewhere, by elimination without pivoting. An equation that
+   !> depends linearly on the previous ones is omitted, and its z is zero.
    pure subroutine solve_active(matrix, right, is_positive, solution)
       !> A and q
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(in) :: right(:)
+      !> The active set
       logical, intent(in) :: is_positive(:)
       !> z
       real(wp), intent(out) :: solution(:)
@@ -127,9 +128,9 @@ contains
       end do
    end subroutine solve_active
 
-   !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; the most negative
-   !> gap that remains is then closed together with the gaps closed before, and so on. Of several gaps at one point
-   !> only one takes part.
+   !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; then, repeatedly, the
+   !> most negative of the other gaps is closed together with those that are closed already. Of several gaps at one
+   !> point only one is closed by a force.
    pure subroutine close_gaps(compliance, gap, noise, force)
       !> Change of each gap per unit force at each other gap, symmetric, [gaps, gaps]
       real(wp), intent(in) :: compliance(:, :)

@@ -132,13 +132,14 @@ contains
 
    !> All elements except one; the elements of the result after them are undefined. The length of the result is
    !> constant, because this function is called millions of times.
-   pure function without(place, all) result(rest)
+   pure function without(place, all) result(others)
+      !> Index of the omitted element
       integer, intent(in) :: place
       complex(wp), intent(in) :: all(:)
-      complex(wp) :: rest(max_points)
+      complex(wp) :: others(max_points)
 
-      rest(:place - 1) = all(:place - 1)
-      rest(place:size(all) - 1) = all(place + 1:)
+      others(:place - 1) = all(:place - 1)
+      others(place:size(all) - 1) = all(place + 1:)
    end function without
 
    !> Divided difference over points close to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, with h_k the complete

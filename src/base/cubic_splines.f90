@@ -54,9 +54,9 @@ contains
    end function spline_curvature
 
    !> Slopes of the spline at its points, with a limit: a slope times the longer interval beside its point is at most
-   !> twice the largest change of the values in the intervals nearby. Next to an interval much shorter than its
-   !> neighbours, a jump, the spline would otherwise overshoot far. A limited slope makes the curvature discontinuous;
-   !> slopes at evenly spaced points of a smooth curve are not limited.
+   !> `max_ratio` times the largest change of the values in the four nearest intervals. Without this limit the spline
+   !> would overshoot far beside an interval much shorter than its neighbours, which represents a jump. A limited slope
+   !> makes the curvature discontinuous; slopes at evenly spaced points of a smooth curve are not limited.
    pure function spline_slope(x, y, is_flat) result(slope)
       !> Coordinates of the points, ascending, two or more
       real(wp), intent(in) :: x(:)

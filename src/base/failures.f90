@@ -10,6 +10,7 @@ module failures
    !> Exit status if usage or input is wrong.
    integer, parameter :: status_bad_input = 2
 
+   !> An error.
    type :: failure_t
       !> Exit status of the program
       integer :: status = status_run_failed

@@ -61,8 +61,8 @@ contains
       allocate (vector, source=inertia_of_motion(model, [(1.0_wp, i=0, model%mesh%elements)]))
    end function base_mass_vector
 
-   !> The same for an angular acceleration of the base of -1: the mass matrix that also has the columns of the root,
-   !> times a unit rotation of all nodes about the root.
+   !> Inertia forces under an angular acceleration of the base of -1 about the root: the mass matrix that also has the
+   !> columns of the root, times a unit rotation of all nodes.
    pure function base_rotation_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> [order of the model]
@@ -405,6 +405,7 @@ contains
       s = min(x - model%mesh%position(element - 1), model%mesh%length(element))
    end function offset_in
 
+   !> Consistent mass matrix of an element.
    pure function mass_of(model, element) result(mass)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element

@@ -37,7 +37,8 @@ module beam_section
       real(wp), allocatable :: height(:)
       !> Areas A/Abar and second moments of area I/Ibar at the stations
       real(wp), allocatable :: area(:), inertia(:)
-      !> Shape, and its interpolation between stations, both constants of section_shapes
+      !> Shape, and interpolation of its dimensions between stations: `shape_` and `profile_` constants of
+      !> `section_shapes`
       integer :: shape = 0
       integer :: profile = profile_linear
       !> First and second dimension of the shape, as `section_shapes` defines them, in any unit, [stations]
@@ -49,7 +50,7 @@ module beam_section
       real(wp) :: mean_inertia = 1.0_wp
       !> Distance of the outer fibre from the neutral axis over hbar, 1/2 for a rectangle; 0: unknown
       real(wp) :: fibre = 0.5_wp
-      !> The same distance at the stations; unallocated: `fibre` holds everywhere
+      !> Distances of the outer fibre over hbar at the stations; unallocated: `fibre` holds everywhere
       real(wp), allocatable :: fibres(:)
    end type section_t
 

@@ -119,7 +119,7 @@ contains
             change(i, j) = column(yc)*difference(i)*difference(j) - column(i)*difference(j) - difference(i)*column(j)
          end do
       end do
-      ! set directly so that the row of the node becomes exactly zero
+      ! these entries are set directly, so that the row of the node in the sum is exactly zero
       change(:, yc) = -column
       change(yc, :) = -column
       call add_element(mass, dofs, change)
