@@ -282,6 +282,8 @@ contains
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip, &
          sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
       real(wp), allocatable :: half_width(:), in_block(:, :)
+      ! maximum size of an impact on contacts of each kind
+      real(wp) :: max_size(2)
       real(wp) :: quantile
       integer :: k, n
 
@@ -296,11 +298,18 @@ contains
          statistics%yields(:) = blocks%contact%yields
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
             = blocks%search_state(forms%numerator)%tolerance
+         max_size = 0.0_wp
          do k = 1, contacts
             associate (contact => blocks%contact(k))
                contact%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
                call count_impacts(blocks, contact)
-               call classify(blocks, contact, statistics%class_edge(:, k), statistics%class_count(:, k))
+               max_size(kind_of(contact)) = maxval([max_size(kind_of(contact)), impact_sizes(blocks, contact)])
+            end associate
+         end do
+         do k = 1, contacts
+            associate (contact => blocks%contact(k))
+               call classify(impact_sizes(blocks, contact), max_size(kind_of(contact)), statistics%class_edge(:, k), &
+                  statistics%class_count(:, k))
                call scale_forces(blocks%force_scale, contact)
             end associate
             call gather_contacts(blocks, [(n == k, n=1, contacts)], k, quantile, statistics%value(:, k), &
@@ -387,31 +396,46 @@ contains
       end do
    end subroutine count_impacts
 
-   !> Histogram of the maximum forces of impacts; for a rigid contact, of their impulses.
-   subroutine classify(blocks, contact, edge, number)
+   !> 1 if the impacts of a contact are measured by their maximum force, 2 if by their impulse.
+   pure integer function kind_of(contact) result(kind)
+      type(contact_sums_t), intent(in) :: contact
+
+      kind = merge(1, 2, contact%yields)
+   end function kind_of
+
+   !> Maximum forces of the impacts of a compliant contact, impulses of those of a rigid one.
+   function impact_sizes(blocks, contact) result(sizes)
       type(block_sums_t), intent(in) :: blocks
       type(contact_sums_t), intent(in) :: contact
+      real(wp), allocatable :: sizes(:)
+
+      associate (impacts => contact%impacts(:contact%count))
+         if (contact%yields) then
+            sizes = pack(blocks%force_scale*impacts%force, impacts%counts)
+         else
+            sizes = pack(impacts%impulse, impacts%counts)
+         end if
+      end associate
+   end function impact_sizes
+
+   !> Histogram of the impacts of a contact. Contacts of one kind have the same classes, so that their histograms can be
+   !> compared.
+   subroutine classify(sizes, max_size, edge, number)
+      !> Force or impulse of each impact
+      real(wp), intent(in) :: sizes(:)
+      !> Maximum of all contacts of the same kind
+      real(wp), intent(in) :: max_size
       !> Upper edges of the classes, of equal width from 0 to the maximum, and numbers of impacts in them
       real(wp), intent(out) :: edge(:)
       integer, intent(out) :: number(:)
 
-      real(wp), allocatable :: impact_size(:)
-      real(wp) :: max_size
       integer :: i, place
 
-      associate (impacts => contact%impacts(:contact%count))
-         if (contact%yields) then
-            impact_size = pack(blocks%force_scale*impacts%force, impacts%counts)
-         else
-            impact_size = pack(impacts%impulse, impacts%counts)
-         end if
-      end associate
-      max_size = maxval([0.0_wp, impact_size])
       edge = [(max_size*real(i, wp)/real(size(edge), wp), i=1, size(edge))]
       edge(size(edge)) = max_size
       number = 0
-      do i = 1, size(impact_size)
-         place = min(count(edge < impact_size(i)) + 1, size(edge))
+      do i = 1, size(sizes)
+         place = min(count(edge < sizes(i)) + 1, size(edge))
          number(place) = number(place) + 1
       end do
    end subroutine classify
