@@ -30,7 +30,7 @@ SYMBOLS = {
     "damper_ratio": r"damper $c^*$",
 }
 MEASURES = {
-    "quiet_time": r"settling time $\tau$",
+    "settling_time": r"settling time $\tau$",
     "spent_time": r"time at which 1 % of the energy is left $\tau$",
     "first_impact_time": r"first impact $\tau$",
     "greatest_force": r"maximum contact force $\bar P$",
@@ -39,7 +39,7 @@ MEASURES = {
     "peak_1": r"first rebound $\eta$",
 }
 MEASURES_IN_UNITS = {
-    "quiet_time": "settling time",
+    "settling_time": "settling time",
     "spent_time": "time at which 1 % of the energy is left",
     "greatest_force": "maximum contact force",
     "first_impact_time": "first impact",
@@ -63,7 +63,7 @@ class Sweep:
             self.names = [name.strip() for name in plots.text_of(names).split(",")]
             self.is_in_units = "units" in file.attrs
             best = file.get("best")
-            chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "quiet_tau")
+            chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "settling_time")
             self.measure = plots.named(group, measure or chosen)
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
             if self.measure not in known:
@@ -342,7 +342,7 @@ def main():
     """Read the command line, draw, write the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="results file, HDF5")
-    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or quiet_time")
+    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or settling_time")
     parser.add_argument("--kind", choices=["map", "curves", "parallel"], help="default: by the number of parameters")
     parser.add_argument("--parameters", nargs="+", help="across and up (map), across and one a curve (curves)")
     parser.add_argument("--out", type=Path, help="picture; default: the file with the ending .png")

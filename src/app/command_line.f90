@@ -292,7 +292,8 @@ contains
          '  --quiet     no tables'//line_end// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//line_end// &
          '  --names [G] print every name of a scene, or of its group G, with the allowed'//line_end// &
-         '              values, default and meaning; --markdown: as a table for pages'//line_end// &
+         '              values, default and meaning; --markdown: as a table for pages;'//line_end// &
+         '              of --names measures every result of a run that has one number'//line_end// &
          '  --version   print the version'//line_end// &
          '  --help      print this'//line_end// &
          line_end

@@ -1,8 +1,12 @@
 !> The names that a scene can contain, listed for users in columns or as a table in Markdown.
 module name_list
    use failures, only: fail, failure_t, status_bad_input
+   use measure_list, only: demand_of, first_of_stops, measure_count, measure_status, measure_table, measured_stops, &
+      statistics_of_stop
    use namelist_tokens, only: lower_case
+   use number_text, only: to_text
    use process, only: open_text, text_of
+   use quantities, only: units_t, words_in
    use scene_reference, only: hint_for_group, list_names, reference_t
    use table_columns, only: print_line
    implicit none (type, external)
@@ -11,12 +15,12 @@ module name_list
 
 contains
 
-   !> List all names or the names of a group. The names of a sweep that give values of its parameters are replaced by a
-   !> rule.
+   !> List all names, or the names of a group, or the measures. The names of a sweep that give values of its parameters
+   !> are replaced by a rule.
    subroutine write_names(program, group, is_markdown, text, error)
       !> Program whose names are listed, one of the `program_` constants
       integer, intent(in) :: program
-      !> Group as the user wrote it; empty: all groups
+      !> Group as the user wrote it, or `measures`; empty: all groups
       character(*), intent(in) :: group
       logical, intent(in) :: is_markdown
       !> Lines ended by new_line('a')
@@ -33,11 +37,16 @@ contains
       call list_names(names, program)
       wanted = lower_case(group)
       if (index(wanted, '&') == 1) wanted = wanted(2:)
-      selected = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
-      names = names(selected)
+      if (wanted == 'measures') then
+         call list_measures(names)
+      else
+         selected = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
+         names = names(selected)
+      end if
       if (size(names) == 0) then
          call fail(error, status_bad_input, '--names '//group//': there is no such group; '// &
-            hint_for_group(program, wanted))
+            hint_for_group(program, wanted)//trim(merge('; measures: the results of a run', repeat(' ', 32), &
+            index(hint_for_group(program, wanted), '?') == 0)))
          return
       end if
       call replace_by_rule(names)
@@ -50,6 +59,33 @@ contains
          call text_of(unit, text, error)
       end if
    end subroutine write_names
+
+   !> List the measures of a run, each with its quantity and the group that it needs; of the statistics of single stops
+   !> only those of the first stop.
+   subroutine list_measures(names)
+      type(reference_t), allocatable, intent(out) :: names(:)
+
+      integer :: count, i
+
+      allocate (names(measure_count))
+      count = 0
+      do i = measure_status + 1, measure_count
+         if (i >= first_of_stops + size(statistics_of_stop) .and. &
+            i < first_of_stops + measured_stops*size(statistics_of_stop)) cycle
+         count = count + 1
+         associate (measure => measure_table(i), name => names(count))
+            name%group = 'measures'
+            name%name = trim(measure%name)
+            name%allowed = trim(measure%quantity)
+            if (measure%group /= '') name%allowed = name%allowed//'; '//demand_of(measure%group)
+            name%default = ''
+            name%meaning = words_in(units_t(are_of_scene=.true.), trim(measure%meaning))
+            if (i >= first_of_stops .and. i < first_of_stops + size(statistics_of_stop)) name%meaning = name%meaning &
+               //'; likewise stop_2 to stop_'//to_text(measured_stops)
+         end associate
+      end do
+      names = names(:count)
+   end subroutine list_measures
 
    !> Replace the names of every swept parameter by four names that stand for any parameter.
    subroutine replace_by_rule(names)
@@ -90,7 +126,7 @@ contains
          if (names(i)%group /= group) then
             if (i > 1) write (unit, '()')
             group = names(i)%group
-            write (unit, '(a)') '&'//group
+            write (unit, '(a)') trim(merge(' ', '&', group == 'measures'))//group
             width = 2 + maxval([(len(names(k)%name), k=1, size(names))], &
                mask=[(names(k)%group == group, k=1, size(names))])
          end if

@@ -108,8 +108,7 @@ contains
             axis%values = quantile_within(share, mean, deviation, minimum, maximum)
          end if
       end associate
-      axis%minimum = minval(axis%values)
-      axis%maximum = maxval(axis%values)
+      axis%distribution = trim(axis%distribution)//', 95 % there'
    end subroutine distribute_normally
 
    !> Distribute the parameters of a fit: jointly normal with their covariance. Values beyond a range are set to its

@@ -7,9 +7,10 @@ module closing_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, output_row_t, peak_t
-   use response_types, only: closing_measures_t, event_capture, event_contact, event_impact, is_contact_end, &
-      is_contact_start, response_t
+   use response_types, only: closing_measures_t, event_impact, is_contact_end, is_contact_start, &
+      response_t
    use run_measures, only: accumulator_t, comes_to_rest
+   use run_settings, only: relay_settings_t
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
@@ -148,42 +149,51 @@ contains
    end subroutine record_duration
 
    !> Find the measures of a contact's closing at the end of the run.
-   pure subroutine find_closing(closing, response, number, accumulator, lasting_force, measures)
+   subroutine find_closing(closing, response, number, duration, accumulator, relay, measures)
       type(closing_t), intent(in) :: closing
       !> The run, with its events
       type(response_t), intent(in) :: response
       !> Number of the contact
       integer, intent(in) :: number
+      !> Duration of the run, tau
+      real(wp), intent(in) :: duration
       !> Sums of the contact, with its static force
       type(accumulator_t), intent(in) :: accumulator
-      !> `lasting_force` of &relay as Pbar; 0: not given
-      real(wp), intent(in) :: lasting_force
+      type(relay_settings_t), intent(in) :: relay
       type(closing_measures_t), allocatable, intent(out) :: measures
 
       real(wp) :: nan
+      ! the contact has opened since the final closing, for less than the shortest opening that counts
+      logical :: has_short_opening
 
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       allocate (measures)
-      call count_bounces(response, number, measures)
-      measures%has_lasting_force = lasting_force > 0.0_wp
+      call count_bounces(response, number, duration, relay%shortest_opening, measures, has_short_opening)
+      measures%has_lasting_force = relay%lasting_force > 0.0_wp
       measures%minimum_force = nan
       measures%static_force = nan
       measures%force_lasts = nan
       if (comes_to_rest(accumulator)) measures%static_force = accumulator%force_scale*accumulator%rest_force
       if (.not. closing%is_closed) return
-      if (closing%has_force) measures%minimum_force = accumulator%force_scale*closing%minimum
+      if (closing%has_force) measures%minimum_force = merge(0.0_wp, accumulator%force_scale*closing%minimum, &
+         has_short_opening)
       if (closing%lasts) measures%force_lasts = closing%lasts_from
    end subroutine find_closing
 
    !> Bounces, bounce time, last opening and final closing from the events. An impact on a rigid stop is a closing and
-   !> an opening at once.
-   pure subroutine count_bounces(response, number, measures)
+   !> an opening at once. The contact counts as closed during an opening that is too short to count.
+   subroutine count_bounces(response, number, duration, shortest, measures, has_short_opening)
       type(response_t), intent(in) :: response
       !> Number of the contact
       integer, intent(in) :: number
+      !> Duration of the run, and of the shortest opening that counts, tau
+      real(wp), intent(in) :: duration
+      real(wp), intent(in) :: shortest
       type(closing_measures_t), intent(inout) :: measures
+      !> The contact has opened since the final closing, for less than the shortest duration
+      logical, intent(out) :: has_short_opening
 
-      real(wp) :: first_closing
+      real(wp) :: first_closing, opened
       logical :: has_closed, is_closed
       integer :: i
 
@@ -191,29 +201,53 @@ contains
       measures%final_closing = measures%last_opening
       measures%bounce_time = measures%last_opening
       first_closing = 0.0_wp
+      opened = 0.0_wp
       has_closed = .false.
+      has_short_opening = .false.
       is_closed = .false.
       if (allocated(response%starts_closed)) is_closed = response%starts_closed(number)
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%contact /= number) cycle
-            if (any(event%kind == [event_impact, event_capture, event_contact]) .and. .not. has_closed) then
-               has_closed = .true.
-               first_closing = event%tau
-            end if
-            if (is_contact_start(event%kind) .and. .not. is_closed) then
-               is_closed = .true.
-               measures%final_closing = event%tau
-            else if (event%kind == event_impact .or. is_contact_end(event%kind)) then
-               is_closed = .false.
-               if (.not. has_closed) cycle
-               measures%bounces = measures%bounces + 1
-               measures%last_opening = event%tau
-            end if
+            if (event%kind == event_impact .or. is_contact_start(event%kind)) call close_at(event%tau)
+            if (event%kind /= event_impact .and. .not. is_contact_end(event%kind)) cycle
+            is_closed = .false.
+            opened = event%tau
          end associate
       end do
-      if (.not. is_closed) measures%final_closing = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (is_closed .and. has_closed) measures%bounce_time = measures%final_closing - first_closing
+      if (.not. has_closed) return
+      if (.not. is_closed) then
+         call end_opening(duration)
+         if (.not. has_short_opening) measures%final_closing = ieee_value(1.0_wp, ieee_quiet_nan)
+      end if
+      measures%bounce_time = measures%final_closing - first_closing
+
+   contains
+
+      !> Close the contact at an instant.
+      subroutine close_at(tau)
+         real(wp), intent(in) :: tau
+
+         if (.not. has_closed) then
+            first_closing = tau
+            measures%final_closing = tau
+         else if (.not. is_closed) then
+            call end_opening(tau)
+         end if
+         has_closed = .true.
+         is_closed = .true.
+      end subroutine close_at
+
+      !> Count the opening that ends at an instant, unless it is too short.
+      subroutine end_opening(tau)
+         real(wp), intent(in) :: tau
+
+         has_short_opening = tau - opened < shortest
+         if (has_short_opening) return
+         measures%bounces = measures%bounces + 1
+         measures%last_opening = opened
+         measures%final_closing = tau
+      end subroutine end_opening
    end subroutine count_bounces
 
 end module closing_measures

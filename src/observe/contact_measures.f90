@@ -293,7 +293,7 @@ contains
          measurer%measures%has_settled = .not. is_exceeded
          measurer%measures%settling_tau = time
          if (allocated(measures%relay) .and. present(place)) call find_closing(measurer%closing, response, place, &
-            measurer%accumulator, measures%relay%lasting_force, measurer%measures%closing)
+            duration, measurer%accumulator, measures%relay, measurer%measures%closing)
          allocate (finished, source=measurer%measures)
       end subroutine finish_contact
    end subroutine finish_measures

@@ -208,6 +208,7 @@ contains
          measures%steady(4:6) = [minval(stress_ratio*windows%extremes(1)), maxval(stress_ratio*windows%extremes(2)), &
             maxval(stress_ratio*(windows%extremes(2) - windows%extremes(1)))]
          p = maxloc(windows%equivalent_range, dim=1)
+         if (any(windows%counted_until < [(windows(p)%window(2), p=1, size(windows))])) return
          if (windows(p)%slope > 0.0_wp) measures%fatigue = [windows(p)%cycles, windows(p)%equivalent_range]
       end associate
    end subroutine finish_window_measures

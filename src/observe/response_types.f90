@@ -272,6 +272,8 @@ module response_types
       !> Number of cycles, and the range of as many equal cycles that do the same damage
       real(wp) :: cycles = 0.0_wp
       real(wp) :: equivalent_range = 0.0_wp
+      !> Instant up to which cycles are counted, tau: the end of the window, unless there are too many turning points
+      real(wp) :: counted_until = 0.0_wp
       !> Histogram: upper edges of the classes of ranges, and numbers of cycles, [classes]; unallocated: not counted
       real(wp), allocatable :: class_edge(:)
       real(wp), allocatable :: class_cycles(:)

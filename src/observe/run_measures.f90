@@ -376,7 +376,7 @@ contains
       associate (peaks => min(size(measures%peak_eta), peak_count))
          row(first_peak:first_peak + peaks - 1) = measures%peak_eta(:peaks)
       end associate
-      if (measures%has_settled) row(findloc(name, 'quiet_time', 1)) = measures%settling_tau
+      if (measures%has_settled) row(findloc(name, 'settling_time', 1)) = measures%settling_tau
       if (measures%has_decayed) row(findloc(name, 'spent_time', 1)) = measures%decay_tau
       row(findloc(name, 'lost_beam', 1)) = measures%lost_beam
       row(findloc(name, 'lost_stop', 1)) = measures%lost_stop

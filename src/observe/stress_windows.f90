@@ -2,7 +2,7 @@
 !> rainflow counting of the turning points of the motion itself, not of samples (docs/theory.md, section 19).
 module stress_windows
    use interval_statistics, only: widen_range
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use motion_intervals, only: interval_t, output_row_t
    use rainflow_counting, only: add_value, count_cycles, equivalent_range, reversal_search_t, reversals_of, &
       turning_points_t
@@ -22,6 +22,9 @@ module stress_windows
       type(extreme_search_t) :: search_state(2)
       !> Search for reversals
       type(reversal_search_t) :: reversals
+      !> Number of turning points so far, and instant from which they are not searched because there are too many, tau
+      integer :: turns = 0
+      real(wp) :: counted_until = huge(1.0_wp)
    end type place_window_t
 
    !> Windows of all places.
@@ -32,12 +35,17 @@ module stress_windows
       real(wp) :: slope = 0.0_wp
       !> Number of classes of the histogram of cycles
       integer :: classes = 1
+      !> Maximum number of turning points at a place
+      integer :: limit = huge(1)
       !> Moment by which the signal must reverse for a turning point to count, [places]
       real(wp), allocatable :: threshold(:)
       !> Records up to the present instant, and values at turning points, [places]
       type(place_window_t), allocatable :: now(:)
       type(turning_points_t), allocatable :: points(:)
    end type stress_windows_t
+
+   !> Work of the search for a turning point, in evaluations of the motion
+   integer, parameter :: evaluations_of_turn = 3
 
 contains
 
@@ -53,6 +61,7 @@ contains
       windows%window = [0.0_wp, end_of_run(settings%response)]
       windows%slope = settings%stress%fatigue_slope
       windows%classes = settings%stress%fatigue_classes
+      windows%limit = settings%stress%fatigue_limit
       if (allocated(settings%statistics)) windows%window = [settings%statistics%start, &
          min(settings%statistics%end, windows%window(2))]
       allocate (windows%now(size(moments)), windows%points(size(moments)))
@@ -76,27 +85,30 @@ contains
          row = output_row_t(interval%moment_row(p))
          associate (now => windows%now(p))
             call widen_range(interval, row, stretch, now%extremes, now%search_state)
-            if (windows%slope > 0.0_wp) call add_turns(interval, row, stretch, windows%threshold(p), now%reversals, &
-               windows%points(p))
+            if (windows%slope > 0.0_wp) call add_turns(interval, row, stretch, windows%threshold(p), windows%limit, &
+               now, windows%points(p))
          end associate
       end do
    end subroutine add_interval
 
-   !> Add the values at both ends of a stretch and at all turning points between them.
-   subroutine add_turns(interval, row, stretch, threshold, search, points)
+   !> Add the values at both ends of a stretch and at all turning points between them. Without damping a fine mesh has
+   !> turning points at the rate of its highest mode, so their number is limited.
+   subroutine add_turns(interval, row, stretch, threshold, limit, now, points)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(in) :: threshold
-      type(reversal_search_t), intent(inout) :: search
+      integer, intent(in) :: limit
+      type(place_window_t), intent(inout) :: now
       type(turning_points_t), intent(inout) :: points
 
       real(wp) :: state(2), time, turn
       integer :: direction
       logical :: is_found
 
+      if (now%counted_until < huge(1.0_wp)) return
       state = interval%evaluate(row, stretch(1))
-      call add_value(state(1), threshold, search, points)
+      call add_value(state(1), threshold, now%reversals, points)
       direction = 0
       time = stretch(1)
       do
@@ -104,10 +116,14 @@ contains
          if (.not. is_found .or. turn <= time) exit
          time = turn
          state = interval%evaluate(row, time)
-         call add_value(state(1), threshold, search, points)
+         call add_value(state(1), threshold, now%reversals, points)
+         now%turns = now%turns + 1
+         if (now%turns < limit) cycle
+         now%counted_until = interval%start + time
+         return
       end do
       state = interval%evaluate(row, stretch(2))
-      call add_value(state(1), threshold, search, points)
+      call add_value(state(1), threshold, now%reversals, points)
    end subroutine add_turns
 
    !> Store the results at the end of the run: in the response, and the extremes over all places among its measures.
@@ -124,6 +140,8 @@ contains
             found%extremes = now%extremes
             found%tolerance = maxval(now%search_state%tolerance)
             found%slope = windows%slope
+            found%counted_until = min(now%counted_until, windows%window(2))
+            response%evaluations = response%evaluations + evaluations_of_turn*int(now%turns, i8)
             if (.not. (windows%slope > 0.0_wp .and. response%moments(p)%has_stress)) cycle
             call summarise(response%moments(p)%stress_ratio*reversals_of(now%reversals, windows%points(p)), &
                .not. windows%threshold(p) > 0.0_wp, windows%classes, found)

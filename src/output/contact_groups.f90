@@ -103,7 +103,8 @@ contains
       integer, allocatable :: contact_index(:)
       integer :: i, k
 
-      names = merge(measure_table%name, '                        ', measure_table%is_of_contact)
+      names = measure_table%name
+      where (.not. measure_table%is_of_contact) names = ''
       where (measure_table%is_of_contact .and. measure_table%run_name /= '') names = measure_table%run_name
       allocate (start(0), end(0), contact_index(0))
       do k = 1, size(contacts)

@@ -196,7 +196,8 @@ contains
 
       if (has_contacts) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
          //'sums over all, first_impact_time is the first, longest_contact, forces and greatest_impulse are the ' &
-         //'maximum; rebounds, peaks and quiet_time are of the stop from which the beam is released; each: /surfaces')
+         //'maximum; rebounds, peaks and settling_time are of the stop from which the beam is released; of each ' &
+         //'stop: /surfaces')
       if (measures%extremes_tolerance > peak_tolerance) call group%attribute('tolerance', measures%extremes_tolerance)
       call group%put('duration', measures%duration, 'time', 'length of the run{, tau}')
       if (measures%greatest_mean_force >= 0.0_wp) call group%put_attribute('force_window', force_window, 'time')

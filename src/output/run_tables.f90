@@ -129,6 +129,8 @@ contains
       character(:), allocatable :: heading
       real(wp) :: row(measure_count)
       integer :: i
+      ! the contact is rigid at a node with mass, so that its force has no extremes
+      logical :: has_rigid_force
       logical :: decays
 
       heading = 'rebound peaks'
@@ -138,29 +140,36 @@ contains
       decays = .true.
       if (present(is_driven)) decays = .not. is_driven
       row = row_of(measures)
+      has_rigid_force = all(ieee_is_nan(row([measure_force, measure_named('minimum_force_closed')])))
       write (unit, '()')
       do i = 1, measure_count
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
             .not. is_told(measures, i) .or. .not. decays .and. any(i == [measure_settling, measure_decay])) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
-            measure_in_words(i, row(i), measures%duration, units)//error_in_words(i)//window_in_words(i))
+            measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
+            //window_in_words(i))
       end do
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
          'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
-      if (measures%rebounds == 0 .and. decays) call print_line(unit, heading, 'none')
-      do i = 1, merge(min(measures%rebounds, max_peaks), 0, decays)
-         if (i == 2) heading = ''
-         call print_line(unit, heading, &
-            phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
-            //error_in_words(merge(first_peak + i - 1, 0, i <= peak_count)) &
-            //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
-      end do
-      if (measures%rebounds > max_peaks .and. decays) call print_line(unit, '', 'and ' &
-         //to_text(measures%rebounds - max_peaks)//' more')
+      if (decays) call print_rebounds()
       if (present(errors)) call print_line(unit, '', '+- error of the mesh, by '//to_text(2*errors%elements(1)) &
          //' and '//to_text(4*errors%elements(1))//' elements')
 
    contains
+
+      !> Print the peaks of the first rebounds and the number of the others.
+      subroutine print_rebounds()
+         if (measures%rebounds == 0) call print_line(unit, heading, 'none')
+         do i = 1, min(measures%rebounds, max_peaks)
+            if (i == 2) heading = ''
+            call print_line(unit, heading, &
+               phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
+               //error_in_words(merge(first_peak + i - 1, 0, i <= peak_count), units, errors) &
+               //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
+         end do
+         if (measures%rebounds > max_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - max_peaks) &
+            //' more')
+      end subroutine print_rebounds
 
       !> What the force of a rigid stop is averaged over, such as ' over the first 12 ms of an episode'; empty for other
       !> measures.
@@ -173,27 +182,30 @@ contains
          if (measure == measure_mean_force) words = phrase(units, ' over the first ', 'time', force_window) &
             //words_in(units, '{ of tau~}')//' of an episode'
       end function window_in_words
-
-      !> The error of the mesh of a measure, such as ' +- 3e-5', in the unit of the number that stands before it.
-      pure function error_in_words(measure) result(words)
-         !> Index in `measure_table`; 0: no error is known
-         integer, intent(in) :: measure
-         character(:), allocatable :: words
-
-         character(:), allocatable :: unit_of_value
-         real(wp) :: factor
-
-         words = ''
-         if (.not. present(errors) .or. measure == 0) return
-         if (ieee_is_nan(errors%row(measure, 1)) .or. measure_table(measure)%is_whole) return
-         words = ' +- ?'
-         if (ieee_is_nan(errors%error(measure, 1))) return
-         call choose_prefix(abs(errors%row(measure, 1)), unit_in(units, measure_table(measure)%quantity), factor, &
-            unit_of_value)
-         words = ' +- '//with_two_digits(factor*errors%error(measure, 1))
-      end function error_in_words
-
    end subroutine print_measures
+
+   !> The error of the mesh of a measure, such as ' +- 3e-5', in the unit of the number that stands before it.
+   pure function error_in_words(measure, units, errors) result(words)
+      !> Index in `measure_table`; 0: no error is known
+      integer, intent(in) :: measure
+      !> Units of the results
+      type(units_t), intent(in) :: units
+      !> Absent: the result is empty
+      type(mesh_errors_t), intent(in), optional :: errors
+      character(:), allocatable :: words
+
+      character(:), allocatable :: unit_of_value
+      real(wp) :: factor
+
+      words = ''
+      if (.not. present(errors) .or. measure == 0) return
+      if (ieee_is_nan(errors%row(measure, 1)) .or. measure_table(measure)%is_whole) return
+      words = ' +- ?'
+      if (ieee_is_nan(errors%error(measure, 1))) return
+      call choose_prefix(abs(errors%row(measure, 1)), unit_in(units, measure_table(measure)%quantity), factor, &
+         unit_of_value)
+      words = ' +- '//with_two_digits(factor*errors%error(measure, 1))
+   end function error_in_words
 
    !> A number with two digits, such as 3.1e-5.
    pure function with_two_digits(value) result(text)
@@ -223,7 +235,7 @@ contains
    end function is_told
 
    !> A measure in words, such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
-   pure function measure_in_words(measure, value, duration, units) result(words)
+   pure function measure_in_words(measure, value, duration, units, has_rigid_force) result(words)
       !> Index in `measure_table`
       integer, intent(in) :: measure
       !> Dimensionless value; NaN: the event of the measure did not happen
@@ -232,12 +244,16 @@ contains
       real(wp), intent(in) :: duration
       !> Units of the results
       type(units_t), intent(in) :: units
+      !> The contact is rigid at a node with mass
+      logical, intent(in) :: has_rigid_force
       character(:), allocatable :: words
 
       associate (entry => measure_table(measure))
-         if (ieee_is_nan(value)) then
+         if (ieee_is_nan(value) .and. has_rigid_force .and. &
+            any(entry%name == ['greatest_force', 'force_lasts   '])) then
+            words = 'not defined for a rigid stop'
+         else if (ieee_is_nan(value)) then
             words = 'none'
-            if (measure == measure_force) words = 'not defined for a rigid stop'
             if (entry%lead /= '') words = phrase(units, 'not until {tau~t} = ', 'time', duration)
          else if (entry%is_whole .and. entry%lead /= '' .and. nint(value) == 0) then
             words = 'none found'

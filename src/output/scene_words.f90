@@ -11,7 +11,7 @@ module scene_words
       method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
    use scene_units, only: units_in
-   use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
+   use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names, shape_rectangle
    use table_columns, only: print_line
    use warning_list, only: warning_names
    implicit none (type, external)
@@ -102,7 +102,10 @@ contains
          end if
       end associate
       if (units%are_of_scene) words = words//', L = '//value_in_units(units, 'length', 1.0_wp)
-      words = words//phrase(units, ', {hbar/L~hbar} = ', 'length', scene%scales%height_ratio)//damping_in_words(scene)
+      ! the mean height of other sections is that of a rectangle with the same inertia and area, which no reader expects
+      if (scene%beam%shape /= shape_section .or. scene%beam%section%shape == shape_rectangle) words = words &
+         //phrase(units, ', {hbar/L~hbar} = ', 'length', scene%scales%height_ratio)
+      words = words//damping_in_words(scene)
       if (scene%tip_mass_ratio > 0.0_wp .or. .not. units%are_of_scene) words = words &
          //phrase(units, ', {mu =~tip mass} ', 'mass', scene%tip_mass_ratio)
    end function beam_in_words
@@ -332,8 +335,9 @@ contains
 
       words = phrase(units, 'at {x/L~x} = ', 'length', stop%position)
       if (present(node_position)) then
-         if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
-            ' (so near to the tip that it is put there)'
+         if (stop%position < 1.0_wp .and. minloc(abs(node_position - stop%position), dim=1) == size(node_position)) then
+            words = words//' (so near to the tip that it is put there)'
+         end if
       end if
       ! a positive preload presses the stop against the unstressed beam, a negative preload is a gap; in units of the
       ! scene the height of the stop is positive upwards

@@ -104,6 +104,8 @@ contains
       call group%put('stress_cycles', windows%cycles, 'number', 'cycles of the stress by rainflow counting', along)
       call group%put('equivalent_range', windows%equivalent_range, 'stress', &
          'range of as many equal cycles that do the same damage{, in E D/L}', along)
+      call group%put('counted_until', windows%counted_until, 'time', 'instant up to which cycles are counted{, tau}', &
+         along)
       classes = size(windows(1)%class_edge)
       call group%put('class', [(i, i=1, classes)], 'class of ranges', is_scale=.true.)
       call group%put('range_edge', reshape([(windows(p)%class_edge, p=1, size(windows))], [classes, size(windows)]), &

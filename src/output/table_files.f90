@@ -2,7 +2,7 @@
 !> file of comma-separated values, or all in one file of JSON. The tables are read back from the results file. Each run
 !> of a scene rewrites the files that an earlier run of this scene wrote.
 module table_files
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: kind_file, kind_nothing, kind_of, load_file, remove_entries, replace_file
@@ -193,7 +193,8 @@ contains
       call move_alloc(longer, tables)
    end subroutine append
 
-   !> Read the datasets of a group that have a given number of values, each as a column.
+   !> Read the datasets of a group that have a given number of values, each as a column. A measure that no case of a
+   !> sweep has makes no column, so that the table holds those that matter for the scene.
    subroutine read_flat(file, group, rows, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
@@ -202,8 +203,9 @@ contains
       type(table_t), intent(out) :: table
 
       type(member_t), allocatable :: members(:)
+      type(column_t) :: column
       ! number of values of a dataset that becomes a column; other datasets of the group are left out
-      integer :: i, wanted
+      integer :: columns, i, wanted
 
       call file%members_of(group, members)
       wanted = rows
@@ -211,10 +213,31 @@ contains
       members = pack(members, members%points == int(wanted, i8))
       table%name = group
       allocate (table%columns(size(members)))
+      columns = 0
       do i = 1, size(members)
-         call read_column(file, group, members(i), wanted, table%columns(i))
+         call read_column(file, group, members(i), wanted, column)
+         if (group == 'sweep' .and. allocated(column%numbers)) then
+            if (all(ieee_is_nan(column%numbers))) cycle
+         end if
+         columns = columns + 1
+         table%columns(columns) = column
       end do
+      call shorten(table, columns)
    end subroutine read_flat
+
+   !> Keep the first columns of a table.
+   subroutine shorten(table, columns)
+      type(table_t), intent(inout) :: table
+      !> Number of columns that remain
+      integer, intent(in) :: columns
+
+      type(column_t), allocatable :: remaining(:)
+
+      if (columns == size(table%columns)) return
+      allocate (remaining(columns))
+      remaining(:) = table%columns(:columns)
+      call move_alloc(remaining, table%columns)
+   end subroutine shorten
 
    !> Read one dataset.
    subroutine read_column(file, group, member, rows, column)

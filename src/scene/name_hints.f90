@@ -103,6 +103,10 @@ contains
       hint = one_of(words)//', in quotes'
       if (len(hint) <= max_list_length) return
       nearest = nearest_name(word, words)
+      ! parameters of the first stop have no number
+      if (index(word, 'stop_1_') == 1) then
+         if (any(words == word(8:))) nearest = findloc(words, word(8:), dim=1)
+      end if
       if (nearest > 0) then
          hint = 'did you mean '//one_of(words(nearest:nearest))//'?'
       else
@@ -145,6 +149,10 @@ contains
             first = len_trim(group%name) + 2
             last = first + verify(name(first:)//'_', '0123456789') - 2
             if (last < first) cycle
+            if (group%name == 'stop' .and. name(first:last) == '1') then
+               hint = 'of the first &stop it is '//name(min(last + 2, len(name) + 1):)
+               return
+            end if
             hint = 'it needs &'//trim(group%name)//' number '//name(first:last)//', and the scene has ' &
                //to_text(count(table%groups(:table%group_count)%name == group%name .and. &
                table%groups(:table%group_count)%is_wanted))

@@ -323,6 +323,8 @@ contains
          instead_of='fatigue_threshold_ratio', quantity='stress'))
       call table%bind(scene%stress%fatigue_classes, name_t('fatigue_classes', 'classes of the histogram of cycles', &
          range_t(1, 10000)))
+      call table%bind(scene%stress%fatigue_limit, name_t('fatigue_limit', 'turning points of the stress at a ' &
+         //'position, after which cycles are no longer counted', range_t(1, 1000000000)))
       call table%bind(scene%stress%strength, name_t('strength', 'stress that the material bears, beyond which there ' &
          //'is a warning; 0: none', range_t(0.0_wp, 1.0e20_wp)))
    end subroutine list_stress

@@ -6,7 +6,7 @@ module scene_requests
    use load_settings, only: course_harmonic
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
       relay_settings_t, response_settings_t, statistics_settings_t
@@ -111,6 +111,10 @@ contains
          is_optional=.true.))
       call table%store(name_t('lasting_force', 'the same as a force', physical_range, &
          instead_of='lasting_force_ratio', quantity='force'))
+      call table%bind(relay%shortest_opening, name_t('shortest_opening', 'openings of the contact that are shorter, ' &
+         //'tau, are no bounces: the contact counts as closed meanwhile', instant_range))
+      call table%store(name_t('shortest_opening_time', 'the same in time', physical_range, &
+         instead_of='shortest_opening', quantity='time'))
    end subroutine list_relay
 
    !> Check that the interval of &statistics is within the run. Problems are reported to `input`.
@@ -126,13 +130,26 @@ contains
          end = end_of_run(scene%response)
          if (statistics%end < huge(statistics%end)) then
             if (statistics%end > end) call input%complain(group, 'end end_time', &
-               'must be at most the end of the run, ' &
-               //to_text(end)//' (tau)')
+               'must be at most the end of the run, '//instant('end_time'))
             end = statistics%end
          end if
          if (statistics%start >= end) call input%complain(group, 'start start_time', &
-            'nothing is left to count: it must be before the end, '//to_text(end)//' (tau)')
+            'nothing is left to count: it must be before the end, '//instant('start_time'))
       end associate
+
+   contains
+
+      !> The end in words, in the units of the scene if the name is given, which is a time.
+      function instant(name) result(words)
+         character(*), intent(in) :: name
+         character(:), allocatable :: words
+
+         if (input%has(group, name)) then
+            words = rounded(end/scene%scales%omega1)//' (time)'
+         else
+            words = to_text(end)//' (tau)'
+         end if
+      end function instant
    end subroutine resolve_statistics
 
    !> List the names of &poincare in the table, and bind them to the components of the scene.

@@ -287,7 +287,8 @@ contains
          if (response%step > response%duration) then
             reason = 'step '//to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)'
             names = 'step step_time'
-            if (scene%unit_system > 0 .and. scene%unit_system /= system_none) then
+            if (scene%unit_system > 0 .and. scene%unit_system /= system_none .and. &
+               .not. any([input%has('response', 'step'), input%has('response', 'step_time')])) then
                names = names//' duration_time'
                reason = 'a step of '//rounded(response%step/omega1)//' s is longer than the run of ' &
                   //rounded(response%duration/omega1)//' s: '//words_of_frequency(scene)

@@ -90,6 +90,7 @@ module scene_rules
       demand_t('stress', 'fatigue_threshold_ratio', 'fatigue_slope', 'needs fatigue_slope too'), &
       demand_t('stress', 'fatigue_threshold', 'fatigue_slope', 'needs fatigue_slope too'), &
       demand_t('stress', 'fatigue_classes', 'fatigue_slope', 'needs fatigue_slope too'), &
+      demand_t('stress', 'fatigue_limit', 'fatigue_slope', 'needs fatigue_slope too'), &
       demand_t('beam', 'height_tip', 'height_root', 'needs height_root too (or give taper and mean_height_ratio)'), &
       demand_t('beam', 'height', 'station', 'needs station; a beam without a table takes height_root'), &
       demand_t('beam', 'station', 'height area inertia', 'needs height, or area and inertia'), &

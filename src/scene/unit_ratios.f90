@@ -16,7 +16,8 @@ module unit_ratios
    public :: entries_in_units, needs_displacement, set_ratio, check_units
 
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
-      //"height of the surface, at the &stop from which the beam is released; or &output units = 'dimensionless'"
+      //'height of the surface, at the &stop from which the beam is released (clearance at a stop on both sides); or ' &
+      //"&output units = 'dimensionless'"
 
 contains
 

@@ -12,9 +12,9 @@ module measure_list
 
    type :: measure_t
       !> Name of the column in a sweep
-      character(24) :: name
+      character(32) :: name
       !> The name if the results file of one run or of &cases has a dataset of the measure, else empty
-      character(24) :: run_name
+      character(32) :: run_name
       !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
       !> results with units; without ~, `that` is empty
       character(160) :: meaning
@@ -42,12 +42,14 @@ module measure_list
       measure_t('mean_force', '', 'mean force, impulses included, at', 'force', .false.), &
       measure_t('rms_force', '', 'RMS force, none with restitution, at', 'force', .false.), &
       measure_t('impact_rate', '', 'impacts over time at', 'rate', .false.), &
+      measure_t('mean_impact_velocity', '', 'mean velocity with which impacts begin at', 'velocity', .false.), &
+      measure_t('maximum_impact_velocity', '', 'maximum velocity with which impacts begin at', 'velocity', .false.), &
       measure_t('mean_impulse', '', 'mean impulse of an impact at', 'impulse', .false.), &
       measure_t('work_rate', '', 'mean power that is dissipated at', 'power', .false.)]
    ! indices of the implied loops below
    integer, private :: i, k
    ! Texts of these measures in constants of the right length, which gfortran 12 does not make of expressions in a table
-   character(24), parameter :: stop_names(size(statistics_of_stop), measured_stops) = reshape([character(24) :: &
+   character(32), parameter :: stop_names(size(statistics_of_stop), measured_stops) = reshape([character(32) :: &
       ((trim(statistics_of_stop(i)%name)//'_stop_'//stop_numbers(k), i=1, size(statistics_of_stop)), &
       k=1, measured_stops)], shape(stop_names))
    character(160), parameter :: stop_meanings(size(statistics_of_stop), measured_stops) = reshape([character(160) :: &
@@ -58,8 +60,8 @@ module measure_list
 
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
-      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', 'number', .true., 'impacts', &
-      is_of_contact=.true.), &
+      measure_t('impacts', 'impacts', 'impacts on rigid stops, contacts with compliant ones', 'number', .true., &
+      'impacts', is_of_contact=.true.), &
       measure_t('contacts', '', 'contacts of finite duration', 'number', .true., 'contacts', is_of_contact=.true.), &
       measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
       .true.), &
@@ -83,55 +85,64 @@ module measure_list
       is_of_contact=.true.), &
       measure_t('peak_1', '', 'highest point of the first rebound, up from the surface{, eta}', 'displacement', &
       .false.), &
-      measure_t('peak_2', '', 'highest point of the second, up from the surface', 'displacement', .false.), &
-      measure_t('peak_3', '', 'highest point of the third, up from the surface', 'displacement', .false.), &
-      measure_t('peak_4', '', 'highest point of the fourth, up from the surface', 'displacement', .false.), &
-      measure_t('peak_5', '', 'highest point of the fifth, up from the surface', 'displacement', .false.), &
-      measure_t('quiet_time', 'quiet_time', 'instant after which {|eta_c|~the stop point} stays within 0.02{~ of the ' &
-      //'unit of displacement} of the surface; nan: it does not', 'time', &
-      .false., 'rebounds below 2 %', 'after {tau~t} ='), &
+      measure_t('peak_2', '', 'highest point of the second rebound, up from the surface', 'displacement', .false.), &
+      measure_t('peak_3', '', 'highest point of the third rebound, up from the surface', 'displacement', .false.), &
+      measure_t('peak_4', '', 'highest point of the fourth rebound, up from the surface', 'displacement', .false.), &
+      measure_t('peak_5', '', 'highest point of the fifth rebound, up from the surface', 'displacement', .false.), &
+      measure_t('settling_time', 'settling_time', 'instant after which {|eta_c|~the stop point} stays within 0.02' &
+      //'{~ of the unit of displacement} of the surface; nan: it does not', 'time', .false., &
+      'settling time, 2 %', 'at {tau~t} ='), &
       measure_t('spent_time', 'spent_time', &
       'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
       'time', .false., 'energy below 1 %', 'after {tau~t} ='), &
       measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", 'number', &
       .false.), &
-      measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', 'number', .false.), &
-      measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', 'number', .false.), &
-      measure_t('created', 'created', 'created by the nodal reading of the impulse', 'number', .false.), &
-      measure_t('left', 'left', 'that is left at the end', 'number', .false.), &
+      measure_t('lost_stop', 'lost_stop', "share of the start's energy above rest that the stop dissipated", 'number', &
+      .false.), &
+      measure_t('lost_impact', 'lost_impact', "share of the start's energy above rest that impacts dissipated", &
+      'number', .false.), &
+      measure_t('created', 'created', "energy that impulse = 'nodal' creates at impacts, over the start's energy " &
+      //'above rest', 'number', .false.), &
+      measure_t('left', 'left', "share of the start's energy above rest that is left at the end", 'number', .false.), &
       measure_t('greatest_moment', 'greatest_moment', 'maximum bending moment at the places of &stress, in magnitude' &
       //'{, Pbar L}', 'moment', .false., group='stress'), &
-      measure_t('greatest_stress', 'greatest_stress', 'maximum stress at the outer fibre there, in magnitude' &
-      //'{, in E D/L}', 'stress', .false., 'maximum stress', group='stress'), &
-      measure_t('greatest_stress_time', 'greatest_stress_time', 'instant of it', 'time', .false., 'reached', &
+      measure_t('greatest_stress', 'greatest_stress', 'maximum stress at the outer fibre at the places of ' &
+      //'&stress, in magnitude{, in E D/L}', 'stress', .false., 'maximum stress', group='stress'), &
+      measure_t('greatest_stress_time', 'greatest_stress_time', 'instant of the maximum stress', 'time', .false., &
+      'reached', &
       'at {tau~t} =', group='stress'), &
-      measure_t('greatest_stress_position', 'greatest_stress_position', 'its place{, x/L}', 'length', .false., &
+      measure_t('greatest_stress_position', 'greatest_stress_position', 'place of the maximum stress{, x/L}', &
+      'length', .false., &
       'and at', '{x/L~x} =', group='stress'), &
       measure_t('stress_range', 'stress_range', 'maximum less minimum stress of a place, the maximum of all places: ' &
       //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', group='stress'), &
       measure_t('minimum_moment', 'minimum_moment', 'minimum bending moment within the window of &statistics, of all ' &
       //'places of &stress{, Pbar L}', 'moment', .false., group='steady'), &
-      measure_t('maximum_moment', 'maximum_moment', 'maximum bending moment there{, Pbar L}', 'moment', .false., &
+      measure_t('maximum_moment', 'maximum_moment', 'maximum bending moment within the window of &statistics, of all ' &
+      //'places of &stress{, Pbar L}', 'moment', .false., &
       group='steady'), &
-      measure_t('moment_range', 'moment_range', 'maximum less minimum moment of a place there, the maximum of all ' &
-      //'places{, Pbar L}', 'moment', .false., group='steady'), &
+      measure_t('moment_range', 'moment_range', 'maximum less minimum moment of a place within the window of ' &
+      //'&statistics, the maximum of all places{, Pbar L}', 'moment', .false., group='steady'), &
       measure_t('minimum_stress', 'minimum_stress', 'minimum stress at the outer fibre below the axis within the ' &
       //'window of &statistics, of all places{, in E D/L}', 'stress', .false., 'minimum, steady', group='steady'), &
-      measure_t('maximum_stress', 'maximum_stress', 'maximum stress there{, in E D/L}', 'stress', .false., &
+      measure_t('maximum_stress', 'maximum_stress', 'maximum stress at the outer fibre below the axis within the ' &
+      //'window of &statistics, of all places{, in E D/L}', 'stress', .false., &
       'maximum, steady', group='steady'), &
-      measure_t('steady_stress_range', 'steady_stress_range', 'maximum less minimum stress of a place there, the ' &
-      //'maximum of all places{, in E D/L}', 'stress', .false., 'range, steady', group='steady'), &
+      measure_t('steady_stress_range', 'steady_stress_range', 'maximum less minimum stress of a place within the ' &
+      //'window of &statistics, the maximum of all places{, in E D/L}', 'stress', .false., &
+      'range, steady', group='steady'), &
       measure_t('stress_cycles', 'stress_cycles', 'cycles of the stress by rainflow counting, half cycles included, ' &
       //'at the place of equivalent_range', 'number', .false., 'stress cycles', group='fatigue'), &
       measure_t('equivalent_range', 'equivalent_range', 'range of as many equal cycles that do the same damage, the ' &
       //'maximum of all places{, in E D/L}', 'stress', .false., 'equivalent range', group='fatigue'), &
       measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.), &
-      measure_t('bounces', 'bounces', 'openings of the contact after it has closed for the first time', 'number', &
+      measure_t('bounces', 'bounces', 'openings of the contact after its first closing, but for those below ' &
+      //'shortest_opening of &relay', 'number', &
       .true., 'bounces', is_of_contact=.true., group='relay'), &
       measure_t('bounce_time', 'bounce_time', 'from the first closing to the final one, after which the contact ' &
       //'stays closed to the end of the run; nan: it is open at the end', 'time', .false., 'bounce time', &
       is_of_contact=.true., group='relay'), &
-      measure_t('last_opening', 'last_opening', 'instant of the last of these openings; nan: there is none', 'time', &
+      measure_t('last_opening', 'last_opening', 'instant of the last of the bounces; nan: there is none', 'time', &
       .false., 'last opening', 'at {tau~t} =', is_of_contact=.true., group='relay'), &
       measure_t('final_closing', 'final_closing', 'instant from which the contact is closed to the end of the run; ' &
       //'nan: it is open at the end', 'time', .false., 'closed to the end', 'from {tau~t} =', is_of_contact=.true., &
@@ -158,13 +169,17 @@ module measure_list
       //'in the first spectrum', 'frequency', .false., 'strongest line', 'at {omega~f} =', group='spectrum'), &
       measure_t('strongest_line', 'strongest_line', 'maximum amplitude in the first spectrum of a displacement', &
       'displacement', .false., 'with amplitude', group='spectrum'), &
-      measure_t('strongest_velocity', 'strongest_velocity', 'in the first of a velocity', 'velocity', .false., &
+      measure_t('strongest_velocity', 'strongest_velocity', 'maximum amplitude in the first spectrum of a ' &
+      //'velocity', 'velocity', .false., &
       'strongest velocity', group='spectrum'), &
-      measure_t('strongest_acceleration', 'strongest_acceleration', 'in the first of an acceleration', 'acceleration', &
+      measure_t('strongest_acceleration', 'strongest_acceleration', 'maximum amplitude in the first spectrum ' &
+      //'of an acceleration', 'acceleration', &
       .false., 'maximum in accel.', group='spectrum'), &
-      measure_t('strongest_force', 'strongest_force', 'in the first of a contact force{, Pbar}', 'force', .false., &
+      measure_t('strongest_force', 'strongest_force', 'maximum amplitude in the first spectrum of a contact ' &
+      //'force{, Pbar}', 'force', .false., &
       'strongest in force', group='spectrum'), &
-      measure_t('strongest_moment', 'strongest_moment', 'in the first of a bending moment{, Pbar L}', 'moment', &
+      measure_t('strongest_moment', 'strongest_moment', 'maximum amplitude in the first spectrum of a bending ' &
+      //'moment{, Pbar L}', 'moment', &
       .false., 'strongest in moment', group='spectrum'), &
       ((measure_t(stop_names(i, k), stop_names(i, k), stop_meanings(i, k), statistics_of_stop(i)%quantity, .false., &
       group=stop_groups(k)), i=1, size(statistics_of_stop)), k=1, measured_stops), &
@@ -184,10 +199,11 @@ module measure_list
       measure_t('impact_rate', '', 'impacts over time', 'rate', .false., group='statistics'), &
       measure_t('mean_impact_velocity', '', 'mean velocity with which impacts begin', &
       'velocity', .false., group='statistics'), &
-      measure_t('maximum_impact_velocity', '', 'the maximum', 'velocity', .false., group='statistics'), &
+      measure_t('maximum_impact_velocity', '', 'maximum velocity with which impacts begin', 'velocity', &
+      .false., group='statistics'), &
       measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it', &
       'impulse', .false., group='statistics'), &
-      measure_t('maximum_impulse', '', 'the maximum', 'impulse', .false., group='statistics'), &
+      measure_t('maximum_impulse', '', 'maximum impulse of an impact', 'impulse', .false., group='statistics'), &
       measure_t('contact_time', '', 'time in contact', 'time', .false., group='statistics'), &
       measure_t('contact_share', '', 'share of time in contact', 'number', .false., group='statistics'), &
       measure_t('work_rate', '', 'mean power that is dissipated at the stop, by dampers and at impacts', &
@@ -202,10 +218,12 @@ module measure_list
       'displacement', .false., group='statistics'), &
       measure_t('rms_acceleration', '', 'RMS acceleration of the stop point, without impulses; asked for with ' &
       //'acceleration', 'acceleration', .false., group='statistics'), &
-      measure_t('minimum_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
-      measure_t('maximum_acceleration', '', 'its maximum', 'acceleration', .false., group='statistics'), &
-      measure_t('displacement_range', '', 'maximum less minimum displacement', 'displacement', .false., &
+      measure_t('minimum_acceleration', '', 'minimum acceleration of the stop point', 'acceleration', .false., &
       group='statistics'), &
+      measure_t('maximum_acceleration', '', 'maximum acceleration of the stop point', 'acceleration', .false., &
+      group='statistics'), &
+      measure_t('displacement_range', '', 'maximum less minimum displacement of the stop point', 'displacement', &
+      .false., group='statistics'), &
       measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
       'displacement', .false., group='statistics'), &
       measure_t('rms_tip', '', 'RMS displacement of the tip, up from the unstressed beam', &
@@ -216,21 +234,23 @@ module measure_list
       'displacement', .false., group='statistics'), &
       measure_t('rms_tip_acceleration', '', 'RMS acceleration of the tip, without impulses; asked for with ' &
       //'acceleration', 'acceleration', .false., group='statistics'), &
-      measure_t('minimum_tip_acceleration', '', 'its minimum', 'acceleration', .false., group='statistics'), &
-      measure_t('maximum_tip_acceleration', '', 'its maximum', 'acceleration', .false., group='statistics'), &
-      measure_t('tip_range', '', 'maximum less minimum', 'displacement', .false., group='statistics')]
+      measure_t('minimum_tip_acceleration', '', 'minimum acceleration of the tip', 'acceleration', .false., &
+      group='statistics'), &
+      measure_t('maximum_tip_acceleration', '', 'maximum acceleration of the tip', 'acceleration', .false., &
+      group='statistics'), &
+      measure_t('tip_range', '', 'maximum less minimum displacement of the tip', 'displacement', .false., &
+      group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Indices of measures that the program itself uses
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
-   integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_time', dim=1)
+   integer, parameter :: measure_settling = findloc(measure_table%name, 'settling_time', dim=1)
    integer, parameter :: measure_decay = findloc(measure_table%name, 'spent_time', dim=1)
    !> Names that measures had before, which scenes may still have, and the measures
-   character(*), parameter :: former_names(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
-      'greatest_stress_tau']
-   integer, parameter :: formerly_named(4) = [findloc(measure_table%name, 'first_impact_time', dim=1), &
-      findloc(measure_table%name, 'quiet_time', dim=1), findloc(measure_table%name, 'spent_time', dim=1), &
-      findloc(measure_table%name, 'greatest_stress_time', dim=1)]
+   character(*), parameter :: former_names(5) = [character(32) :: 'first_impact_tau', 'quiet_tau', 'quiet_time', &
+      'spent_tau', 'greatest_stress_tau']
+   integer, parameter :: formerly_named(5) = [findloc(measure_table%name, 'first_impact_time', dim=1), &
+      measure_settling, measure_settling, measure_decay, findloc(measure_table%name, 'greatest_stress_time', dim=1)]
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
    !> Indices of the greatest force, and of its mean for rigid stops

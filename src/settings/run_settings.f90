@@ -184,6 +184,8 @@ module run_settings
       real(wp) :: fatigue_threshold = 0.0_wp
       !> Number of classes of the histogram of cycles
       integer :: fatigue_classes = 20
+      !> Number of turning points of the stress at a place after which cycles are not counted
+      integer :: fatigue_limit = 1000000
       !> Stress that the material bears, in the units of the scene; 0: not given
       real(wp) :: strength = 0.0_wp
    end type stress_settings_t
@@ -211,6 +213,8 @@ module run_settings
       !> Contact force Pbar of which the instant is sought from which on the contact force stays at least as large; 0:
       !> none is given
       real(wp) :: lasting_force = 0.0_wp
+      !> Openings that are shorter do not count as bounces, tau
+      real(wp) :: shortest_opening = 0.0_wp
    end type relay_settings_t
 
    !> &poincare: Poincare sections, states of the motion at one fixed phase of each period of the load

@@ -5,7 +5,7 @@ module warning_list
    private
    public :: warning_t, warning_names
    public :: warning_height, warning_frequency, warning_position, warning_tau, warning_twins, warning_start
-   public :: warning_stiffness, warning_name, warning_slope, warning_strength
+   public :: warning_stiffness, warning_name, warning_slope, warning_strength, warning_cycles
 
    !> Indices of the warnings in `warning_names`.
    integer, parameter :: warning_height = 1
@@ -18,10 +18,11 @@ module warning_list
    integer, parameter :: warning_name = 8
    integer, parameter :: warning_slope = 9
    integer, parameter :: warning_strength = 10
+   integer, parameter :: warning_cycles = 11
    !> Names with which `silent_warnings` of &scene silences warnings.
-   character(*), parameter :: warning_names(10) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
+   character(*), parameter :: warning_names(11) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
       'identical_stops', 'start', 'youngs_modulus', 'former_name', 'slope', &
-      'strength']
+      'strength', 'cycles']
 
    !> A warning about a scene.
    type :: warning_t

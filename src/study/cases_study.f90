@@ -33,7 +33,7 @@ module cases_study
       measure_column_t('impacts'), &
       measure_column_t('first_impact_time'), &
       measure_column_t('first_impact_velocity'), &
-      measure_column_t('quiet_time'), &
+      measure_column_t('settling_time'), &
       measure_column_t('spent_time')]
 
 contains

@@ -4,12 +4,13 @@ module run_warnings
    use kinds, only: wp
    use number_text, only: rounded
    use quantities, only: quantity_named, units_of, units_t
-   use reader_units, only: with_unit, unit_in
+   use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
    use run_settings, only: side_above
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use scene_warnings, only: add_warning
-   use warning_list, only: warning_slope, warning_strength
+   use warning_list, only: warning_cycles, warning_slope, warning_strength
    implicit none (type, external)
    private
    public :: warn_of_run
@@ -29,8 +30,19 @@ contains
 
       type(units_t) :: units
       real(wp) :: height, slope, stress
+      integer :: p
 
-      if (scene%scales%displacement <= 0.0_wp .or. .not. allocated(scene%warnings)) return
+      if (.not. allocated(scene%warnings)) return
+      if (allocated(response%moment_windows)) then
+         associate (windows => response%moment_windows, window_ends => [(response%moment_windows(p)%window(2), &
+            p=1, size(response%moment_windows))])
+            if (any(windows%slope > 0.0_wp .and. windows%counted_until < window_ends)) call add_warning(scene, &
+               warning_cycles, 'cycles of the stress are counted only'//phrase(units_in(scene), ' until {tau~t} = ', &
+               'time', minval(windows%counted_until))//', after which it has more than fatigue_limit turning points; ' &
+               //'measures have no stress_cycles, /stress those until then')
+         end associate
+      end if
+      if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the height of the surface
          height = 0.0_wp
@@ -45,7 +57,7 @@ contains
       if (.not. response%measures%has_stress) return
       units = units_of(scene%scales, scene%unit_system, .true.)
       stress = response%measures%greatest_stress*units%factor(quantity_named('stress'))
-      if (stress > scene%stress%strength) call add_warning(scene, warning_strength, 'the greatest stress, ' &
+      if (stress > scene%stress%strength) call add_warning(scene, warning_strength, 'the maximum stress, ' &
          //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run
