@@ -69,10 +69,10 @@ contains
          contact%sign = state%contact%sign
          contact%height = self%now%beam%height(k)
          contact%is_closed = self%now%set%is_closed(k)
-         contact%yields = .not. has_rigid_stop(state)
+         contact%is_compliant = .not. has_rigid_stop(state)
          contact%has_force = .not. state%is_rigid
          contact%is_active = state%is_active
-         contact%holds = contact%is_closed .and. .not. contact%yields
+         contact%has_zero_gap = contact%is_closed .and. .not. contact%is_compliant
          contact%flights = state%flights
          contact%first_at_place = self%now%colocated(k)
       end associate

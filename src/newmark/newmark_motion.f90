@@ -288,7 +288,7 @@ contains
             contact%contact = contacts(k)
             if (.not. is_active(k)) contact%status = is_inactive
             call make_compliant_stop(contacts(k)%settings, contact%stop)
-            run%yields = run%yields .or. allocated(contact%stop)
+            run%has_compliant_stop = run%has_compliant_stop .or. allocated(contact%stop)
             contact%is_viscous = contacts(k)%settings%law == law_spring_damper
             call check_contact(run, k, error)
             if (allocated(error)) return

@@ -264,8 +264,8 @@ module newmark_run
       logical, allocatable :: leaves(:)
       !> At least one contact may have an event ahead
       logical :: has_event_ahead = .false.
-      !> At least one contact is compliant
-      logical :: yields = .false.
+      !> At least one stop is compliant
+      logical :: has_compliant_stop = .false.
       !> Set if the run cannot continue
       type(failure_t), allocatable :: error
    end type newmark_run_t

@@ -73,7 +73,7 @@ contains
          if (run%contacts(k)%status == is_constrained) call append_closed(run, k, count_closed)
       end do
       count_constrained = count_closed
-      if (run%yields) then
+      if (run%has_compliant_stop) then
          do k = 1, size(run%contacts)
             if (run%contacts(k)%status == is_in_contact) call append_closed(run, k, count_closed)
          end do
@@ -99,7 +99,7 @@ contains
             call impose_row_value(run%stepper, row, 0.0_wp, new%acceleration)
          end associate
       end do
-      if (run%yields) call move_open_contacts(run, level)
+      if (run%has_compliant_stop) call move_open_contacts(run, level)
    end subroutine try_step
 
    !> Advance the indentation of compliant contacts that carry no force.
@@ -360,7 +360,7 @@ contains
          end if
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
-         if (.not. run%yields) return
+         if (.not. run%has_compliant_stop) return
          do k = 1, size(run%contacts)
             if (.not. allocated(run%contacts(k)%stop)) cycle
             dissipated = run%contacts(k)%work + contact_energy(run, k, old) - contact_energy(run, k, new)
@@ -391,10 +391,10 @@ contains
          interval%energies = energies
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
-               ! the components after `height`: `is_closed`, `yields`, `has_force`, `is_active`, `holds` and `flights`.
-               ! `has_force` equals `yields`, because each node has mass in Newmark's method, so that only compliant
-               ! contacts have a finite maximum of the force. `holds` is false, because the gap of a closed contact is
-               ! zero only within the contact tolerance
+               ! the components after `height`: `is_closed`, `is_compliant`, `has_force`, `is_active`, `has_zero_gap`
+               ! and `flights`. `has_force` equals `is_compliant`, because each node has mass in Newmark's method, so
+               ! that only compliant contacts have a finite maximum of the force. `has_zero_gap` is false, because the
+               ! gap of a closed contact is zero only within the contact tolerance
                seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)

@@ -103,7 +103,7 @@ contains
          end if
          if (allocated(measures%relay)) call record_closing(interval, k, contact, &
             measures%relay%lasting_force/measures%of(k)%accumulator%force_scale, measures%of(k)%closing)
-         if (k == measures%release_contact .and. (contact%yields &
+         if (k == measures%release_contact .and. (contact%is_compliant &
             .or. .not. contact%is_closed)) call record_exceedance(interval, k, &
             had_risen, measures%of(k))
       end do
@@ -125,7 +125,7 @@ contains
       early_impulse = 0.0_wp
       measurer%has_risen = .false.
       associate (accumulator => measurer%accumulator)
-         if (contact%yields) then
+         if (contact%is_compliant) then
             call interval%seek_peak(output_row_t(interval%force_row(k)), [0.0_wp, interval%length], &
                accumulator%greatest_force/accumulator%force_scale*(1.0_wp + interval%tolerance), peak)
             if (peak%is_found) accumulator%greatest_force = max(accumulator%greatest_force, &

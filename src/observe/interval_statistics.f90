@@ -100,7 +100,7 @@ contains
             associate (sums => contact_sums%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + [sign*first(k), second(k)]
-               if (contact%holds) then
+               if (contact%has_zero_gap) then
                   sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%height)
                   sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%height)
                else if (contact%first_at_place < k) then

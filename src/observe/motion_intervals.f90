@@ -21,14 +21,14 @@ module motion_intervals
       !> The contact is closed
       logical :: is_closed = .false.
       !> The contact is compliant, so that its force converges with the mesh
-      logical :: yields = .false.
+      logical :: is_compliant = .false.
       !> The force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node of the
       !> beam in front of it
       logical :: has_force = .false.
       !> The contact is active: no other contact lies in front of it
       logical :: is_active = .true.
       !> The contact is closed and its gap is exactly zero
-      logical :: holds = .false.
+      logical :: has_zero_gap = .false.
       !> Number of flights since the start of the run
       integer :: flights = 0
       !> Index of the first contact at the same place of the beam, at which the displacement is the same; `huge`:

@@ -29,7 +29,7 @@ module run_measures
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
       !> The stop is compliant, so that the maximum of the force itself is measured
-      logical :: yields = .false.
+      logical :: is_compliant = .false.
       !> Contact force and energy at static equilibrium, and energy at the start
       real(wp) :: rest_force = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
@@ -56,9 +56,9 @@ module run_measures
 contains
 
    !> Initialise the accumulator of a contact.
-   pure subroutine open_accumulator(yields, start_energy, rest_force, rest_energy, force_scale, accumulator)
+   pure subroutine open_accumulator(is_compliant, start_energy, rest_force, rest_energy, force_scale, accumulator)
       !> The contact is compliant
-      logical, intent(in) :: yields
+      logical, intent(in) :: is_compliant
       !> Energy at the start
       real(wp), intent(in) :: start_energy
       !> Contact force, and energy of beam and stops, at static equilibrium
@@ -69,7 +69,7 @@ contains
       !> The accumulator, ready for the first phase
       type(accumulator_t), intent(out) :: accumulator
 
-      accumulator%yields = yields
+      accumulator%is_compliant = is_compliant
       accumulator%start_energy = start_energy
       accumulator%rest_force = rest_force
       accumulator%rest_energy = rest_energy
@@ -121,7 +121,7 @@ contains
       real(wp), intent(in) :: impulse
 
       accumulator%early_impulse = accumulator%early_impulse + impulse
-      if (.not. accumulator%yields) then
+      if (.not. accumulator%is_compliant) then
          accumulator%greatest_force = max(accumulator%greatest_force, &
             accumulator%force_scale*accumulator%early_impulse/force_window)
       end if
@@ -226,7 +226,7 @@ contains
       call end_episode(accumulator)
       measures%duration = duration
       measures%extremes_tolerance = max(measures%extremes_tolerance, accumulator%tolerance)
-      if (accumulator%yields) then
+      if (accumulator%is_compliant) then
          measures%greatest_force = accumulator%greatest_force
       else
          measures%greatest_mean_force = accumulator%greatest_force

@@ -78,7 +78,7 @@ contains
             do k = 1, interval%contacts
                contact = interval%contact(k)
                sections%stop(:, contact%number, n) = [contact%sign*contact%height, 0.0_wp]
-               if (.not. contact%holds) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
+               if (.not. contact%has_zero_gap) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
                   contact%sign, contact%sign*contact%height), time)
             end do
          end associate

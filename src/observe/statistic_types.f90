@@ -74,7 +74,7 @@ module statistic_types
    !> Sums and impacts of one contact.
    type :: contact_sums_t
       !> The contact is compliant, so that the integral of the squared force exists
-      logical :: yields = .false.
+      logical :: is_compliant = .false.
       !> Sums, [sum_count, blocks]
       real(wp), allocatable :: sums(:, :)
       !> Impacts in order; only the first `count` are valid
@@ -128,7 +128,7 @@ module statistic_types
       !> Tolerance of extremes, as a share of the value, [statistic_count]
       real(wp) :: tolerance(statistic_count) = peak_tolerance
       !> Whether each contact is compliant, [contacts]
-      logical, allocatable :: yields(:)
+      logical, allocatable :: is_compliant(:)
    end type run_statistics_t
 
 end module statistic_types
