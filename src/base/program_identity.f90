@@ -5,7 +5,7 @@ module program_identity
    public :: program_name, program_version, name_of_program
    public :: program_motion, program_paper, program_benchmark, program_any, in_motion_and_benchmark
 
-   !> Attribute `program` of the files that the programs write
+   !> Attributes `program` and version of the files that the programs write
    character(*), parameter :: program_name = 'impactbeam'
    character(*), parameter :: program_version = '0.1.0'
 

@@ -13,6 +13,7 @@ contains
       real(wp), intent(in) :: values(:)
       integer :: order(size(values))
 
+      ! length of a run that is sorted by insertion
       integer, parameter :: run = 64
       integer :: first, i, length, place
 

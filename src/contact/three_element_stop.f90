@@ -10,6 +10,7 @@ module three_element_stop
    private
    public :: three_element_t, make_three_element, branch_decay, branch_gain, recovery_factor
 
+   !> The standard linear solid as contact law of a stop.
    type, extends(compliant_stop_t) :: three_element_t
    contains
       procedure :: step

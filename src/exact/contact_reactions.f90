@@ -1,6 +1,6 @@
 !> Decisions at an instant from accelerations and their rates (docs/theory.md, section 17): the reactions of closed
 !> rigid contacts and which of them open, whether touched compliant contacts (zero gap, zero force) close or open, and
-!> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes, b their values at a contact.
+!> whether the beam is at rest. ' is d/dtau, q are the displacements of the free modes, b their values at contact k.
 module contact_reactions
    use complementarity, only: solve_complementarity
    use contact_changes, only: close_contact
@@ -35,7 +35,7 @@ contains
       integer, intent(in) :: place(:)
       type(motion_t), intent(in) :: motion
 
-      logical :: holds(size(place))
+      logical :: in_active_set(size(place))
       integer :: a, i, n
 
       n = size(place)
@@ -58,7 +58,7 @@ contains
             end do
             reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%noise(a))
          end do
-         if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
+         if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, in_active_set)
          do a = 1, n
             reactions%acceleration = reactions%acceleration + self%beam%value(:, place(a))*reactions%force(a)
          end do
@@ -119,7 +119,8 @@ contains
       real(wp) :: magnitude(size(motion%q))
       logical, dimension(size(reactions%place)) :: is_loaded, is_opening
       real(wp), allocatable :: rate(:)
-      logical, allocatable :: holds(:)
+      logical, allocatable :: in_active_set(:)
+      ! contacts in `reactions` that do not open by their accelerations
       integer, allocatable :: undecided(:)
       integer :: a, k
 
@@ -146,9 +147,9 @@ contains
       end do
       call classify_reactions(reactions, is_loaded, is_opening)
       allocate (undecided, source=pack([(a, a=1, size(is_opening))], .not. is_opening))
-      allocate (rate(size(undecided)), holds(size(undecided)))
+      allocate (rate(size(undecided)), in_active_set(size(undecided)))
       associate (b => self%beam%value(:, reactions%place(undecided)))
-         call solve_complementarity(reactions%mobility(undecided, undecided), matmul(jerk, b), rate, holds, &
+         call solve_complementarity(reactions%mobility(undecided, undecided), matmul(jerk, b), rate, in_active_set, &
             is_loaded(undecided))
          jerk = jerk + matmul(b, rate)
          do a = 1, size(undecided)

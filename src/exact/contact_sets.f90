@@ -432,7 +432,7 @@ contains
    !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
    pure subroutine find_end_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
-      !> Amplitudes times weights, [terms]
+      !> Values of the terms at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
       !> Since the start of the phase
       real(wp), intent(in) :: time
@@ -449,7 +449,7 @@ contains
    !> State of the constrained modes with closed compliant contacts.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
-      !> Amplitudes times weights, [terms]
+      !> Values of the terms at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
       !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)

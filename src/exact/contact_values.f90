@@ -19,6 +19,7 @@ contains
    pure function event_of(self, k, kind, motion, before, after) result(event)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
+      !> One of the `event_` constants
       integer, intent(in) :: kind
       type(motion_t), intent(in) :: motion
       !> Velocities before and after the event, positive away from the contact

@@ -44,9 +44,9 @@ contains
       call add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
    end function work_of_loads
 
-   !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0. An antiderivative of z is -(z' + 2 a z)/W^2,
-   !> one of exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If these forms would lose digits by
-   !> cancellation, the closed form of a mode driven from rest is used.
+   !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0, with a the decay rate of the mode. An
+   !> antiderivative of z is -(z' + 2 a z)/W^2, one of exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If
+   !> these forms would lose digits by cancellation, the closed form of a mode driven from rest is used.
    pure subroutine add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
       type(phase_state_t), intent(in) :: self
       !> 1: the mode vibrates freely, 0: the mode is coupled to compliant contacts, [modes]
@@ -205,7 +205,7 @@ contains
       end associate
    end function work_on_terms
 
-   !> Change of exp(sigma t) times the terms, weighted.
+   !> Change of exp(sigma t) times the terms since the start of the phase, summed with weights.
    pure function work_of_rotation(weight, exponent, time, rotation, term, amplitude) result(work)
       complex(wp), contiguous, intent(in) :: weight(:)
       !> Exponents of the products of exp(sigma t) and the terms, [terms]

@@ -3,10 +3,10 @@
 !>
 !> The moment at a place is k (z + 2 zeta z') + m (z'' + alpha z') summed over the modes z of the contact set (the beam
 !> with its closed rigid contacts as constraints), plus the direct contribution of loads. Here k and m are the
-!> components `stiffness` and `mass` of `moments_t`, and ' is d/dtau. The equation of motion replaces z'' + alpha z' by
-!> the modal force minus W^2 (z + 2 zeta z'). So the moment is the sum of the static moment, of (k - W^2 m) (z + 2 zeta
-!> z') over the modes, of m times the modal forces of compliant contacts and loads, and of the direct contribution of
-!> loads. Truncated modes respond statically to all forces.
+!> components `stiffness` and `mass` of `moments_t`, alpha is the rate of mass-proportional damping, and ' is d/dtau.
+!> The equation of motion replaces z'' + alpha z' by the modal force minus W^2 (z + 2 zeta z'). So the moment is the sum
+!> of the static moment, of (k - W^2 m) (z + 2 zeta z') over the modes, of m times the modal forces of compliant
+!> contacts and loads, and of the direct contribution of loads. Truncated modes respond statically to all forces.
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t

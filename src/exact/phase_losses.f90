@@ -71,8 +71,8 @@ contains
       end associate
    end function force_at
 
-   !> Energy dissipated since the start of the phase, in the beam and in each closed compliant contact. Under loads,
-   !> dissipation in the beam is the remainder of the energy balance.
+   !> Energy dissipated since the start of the phase. Under loads, dissipation in the beam is the remainder of the
+   !> energy balance.
    subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
       type(phase_state_t), intent(inout) :: self
       !> Contact states, and energy of the constrained modes, at the start of the phase
@@ -83,7 +83,7 @@ contains
       real(wp), intent(in) :: state(:, :)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
-      !> [1 + compliant]
+      !> Energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
       real(wp), intent(out) :: lost(:)
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
@@ -243,17 +243,17 @@ contains
       end associate
    end subroutine prepare_losses
 
-   !> Energy dissipated since the start of the phase in the beam, if prepared, and in each compliant contact.
+   !> Energy dissipated since the start of the phase without loads.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
       !> Prepared by `prepare_losses`
       type(contact_set_t), intent(inout) :: set
-      !> Amplitudes times weights, [terms]
+      !> Values of the terms exp(s t) at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
       !> State at the start of the phase, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
       real(wp), intent(in) :: time
-      !> [1 + compliant]
+      !> Energy dissipated in the beam, if prepared, then in each closed compliant contact, [1 + compliant]
       real(wp), intent(out) :: lost(:)
 
       real(wp), dimension(size(z0)) :: z, v
@@ -292,7 +292,8 @@ contains
          end associate
          impulse = offset*time + sum(real(amplitude, wp))
       else
-         ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2
+         ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2, with
+         ! alpha the rate of mass-proportional damping
          call find_homogeneous_state(now, time, z, v)
          associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
             place = findloc(constrained%closed, k, dim=1)

@@ -166,6 +166,7 @@ contains
             coefficient = of_modes(constrained%tip_value)
          else
             ! a mode exp(s t) contributes 1 + 2 zeta s = -s (s + alpha)/W^2 to a reaction: a form without cancellation
+            ! (alpha: rate of mass-proportional damping)
             associate (s => exponents_of(self))
                coefficient = of_modes(constrained%reaction(findloc(constrained%closed, k, dim=1), &
                   :)/constrained%oscillators%square)

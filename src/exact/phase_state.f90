@@ -53,12 +53,13 @@ module phase_state
       type(forced_response_t) :: forced
       !> The beam does not move until loads change
       logical :: is_at_rest = .false.
+      !> Reactions of rigid contacts at the last transition between phases
       type(reactions_t) :: reactions
       !> Maximum length of the phase, the end of the load segments
       real(wp) :: max_length = huge(1.0_wp)
       !> Modal loads now, and their rates d/dtau, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
-      !> Factors of the terms exp(s t) with closed compliant contacts, common to all displacements and forces, [terms]
+      !> Values of the terms exp(s t) at the start of a phase with closed compliant contacts, [terms]
       complex(wp), allocatable :: amplitude(:)
       !> The signal that `signal_of` returned last
       class(transformable_signal_t), allocatable :: signal
