@@ -4,9 +4,10 @@
     pages.py [PROGRAM...]
 
 No word of .ci/page_words.txt; links lead to files and headings that exist; every page of docs links the glossary; the scene of
-README.md is inputs/first_scene.nml.
+README.md is inputs/first_scene.nml. The words are those of pictures and of impactbeam-plot's messages, too.
 """
 
+import ast
 import re
 import subprocess
 import sys
@@ -80,6 +81,10 @@ def main(programs):
         check_words(str(page.relative_to(ROOT)), without_code(text), words, broken)
         if page in docs and page.name != "glossary.md" and "glossary.md)" not in text:
             broken.append(f"{page.relative_to(ROOT)}: does not link the glossary")
+    for script in [*sorted((ROOT / "scripts").glob("plot_*.py")), ROOT / "docs" / "checks.py"]:
+        for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+                check_words(f"{script.relative_to(ROOT)}:{node.lineno}", node.value, words, broken)
     scene = (ROOT / "inputs" / "first_scene.nml").read_text(encoding="utf-8")
     if f"```\n{scene}```" not in (ROOT / "README.md").read_text(encoding="utf-8"):
         broken.append("README.md: its scene is not inputs/first_scene.nml")

@@ -1,4 +1,4 @@
-"""What others published beside what the programs compute now: checks.py FOLDER_OF_PROGRAMS PLACE PAGE.md
+"""Compare published values and closed forms with what the programs compute now: checks.py FOLDER_OF_PROGRAMS PLACE PAGE.md
 
 Runs the scenes inputs/check_*.nml, the paper's tables and its statements, and writes a page. What is out of its bound is
 red, and then the status is 1. Every command can be given by hand.
@@ -17,7 +17,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 INPUTS = ROOT / "inputs"
 
-# Scene, whose figures, the figures (lambda, or its square times a factor), power, factor, greatest error of each in its own size
+# Scene, source, published values (lambda, or its power times a factor), power, factor, allowed relative error
 FREQUENCIES = [
     ("wedge", "handbook", [5.3151, 15.2072, 30.0198, 49.763], 2, 0.5, 1e-5),
     ("half_height", "handbook", [3.82378, 18.3173, 47.2648], 2, 0.75, 3e-6),
@@ -72,7 +72,7 @@ def words(numbers):
 
 def frequencies(page):
     """Natural frequencies."""
-    page.head("Frequencies", ["scene", "after", "published", "ours", "difference", "bound", ""])
+    page.head("Frequencies", ["scene", "after", "published", "computed", "difference", "bound", ""])
     for name, after, published, power, factor, bound in FREQUENCIES:
         with page.run(f"check_{name}") as file:
             found = file["frequencies/lambda"][: len(published), 0]
@@ -81,14 +81,14 @@ def frequencies(page):
 
 def motions(page):
     """Closed forms and published problems of motion."""
-    page.head("Motion", ["scene", "after", "published", "ours", "difference", "bound", ""])
+    page.head("Motion", ["scene", "after", "published", "computed", "difference", "bound", ""])
     with page.run("check_mass_on_springs") as file:
         events = file["events/time"][()]
         force, impulse = (file["measures"][name][()] for name in ("greatest_force", "greatest_impulse"))
     held, free = math.sqrt(100 / 1.01e6), math.sqrt(100 / 1e4)
     expected = [math.pi * ((i + 1) // 2 * held + i // 2 * free) for i in range(6)]
     page.compare("mass_on_springs", "three contacts and separations, closed form, s", expected, events, 1e-10)
-    page.compare("mass_on_springs", "greatest force, N", [1e6 * held], [force], 1e-11)
+    page.compare("mass_on_springs", "maximum force, N", [1e6 * held], [force], 1e-11)
     page.compare("mass_on_springs", "its impulse, N s", [2e6 * held**2], [impulse], 1e-11)
     with page.run("check_one_impact") as file:
         events, speed = file["events/time"][()], file["events/velocity_after"][()]
@@ -131,7 +131,7 @@ def motions(page):
 
 def orders(page):
     """Newmark's steps, halved: the events of the mass on springs in closed form."""
-    page.head("Order of Newmark's steps", ["scene", "steps, s", "greatest error of six events, s", "orders", "bounds", ""])
+    page.head("Order of Newmark's steps", ["scene", "steps, s", "maximum error of six events, s", "orders", "bounds", ""])
     text = (INPUTS / "check_mass_on_springs.nml").read_text(encoding="utf-8")
     held, free = math.sqrt(100 / 1.01e6), math.sqrt(100 / 1e4)
     expected = np.array([math.pi * ((i + 1) // 2 * held + i // 2 * free) for i in range(6)])
@@ -151,7 +151,7 @@ def orders(page):
 
 def ledgers(page):
     """All energy of a run at every sample, over that of its start."""
-    page.head("Energy", ["scene", "samples", "kinetic, strain, stop, dissipated, less created: misses the start by", "bound", ""])
+    page.head("Energy", ["scene", "samples", "kinetic, strain, stop, dissipated, less created: relative difference from the start", "bound", ""])
     for scene, where in (("check_mass_on_springs", ""), ("fig04", "cases/case_2/"), ("fig04", "cases/case_4/")):
         with page.run(scene) as file:
             group = file[where + "energy"]
@@ -169,7 +169,7 @@ def rows_of(path):
 
 def printed(page):
     """The paper's tables; where they are off by themselves, slips.txt says why."""
-    page.head("The paper's tables", ["scene", "printed values", "not ours, rounded", "of these explained", ""])
+    page.head("The paper's tables", ["scene", "printed values", "different after rounding", "of these explained", ""])
     folder = ROOT / "tests" / "regression"
     slips = {(row[0], row[1], row[2], row[3]) for row in rows_of(folder / "slips.txt")}
     for number in ("1", "2"):
@@ -194,7 +194,7 @@ def statements(page):
         verdicts = [value.decode() if isinstance(value, bytes) else str(value) for value in file["statements/verdict"][()].ravel()]
     kinds = ["holds" if word.startswith("holds") and "nodal" not in word else
              "does not hold" if word.startswith("does not hold") else "only under the nodal reading" for word in verdicts]
-    page.head("The paper's statements", ["scene", "verdict", "on this page's day", "as this project says of them", ""])
+    page.head("The paper's statements", ["scene", "verdict", "computed for this page", "expected", ""])
     for kind, said in (("holds", 16), ("does not hold", 12), ("only under the nodal reading", 2)):
         page.row(kinds.count(kind) == said, "`statements`", kind, kinds.count(kind), said)
 
@@ -217,8 +217,8 @@ def planted_bugs(page):
 def main(programs, place, out):
     """Run, write, judge."""
     page = Page(programs, place)
-    page.lines = ["# Checks", "", "What was published or has a closed form beside what the programs computed when this page was made;",
-                  "`impactbeam inputs/<scene>.nml` gives each again. [What they are](published.md)."]
+    page.lines = ["# Checks", "", "This page compares published values and closed forms with results that were computed when the page was made. Repeat each with",
+                  "`impactbeam inputs/<scene>.nml`. The scenes are described on the page [checked against others](published.md)."]
     for part in (frequencies, motions, orders, ledgers, printed, statements, planted_bugs):
         part(page)
     page.lines += ["", "All are good." if page.is_good else '<span style="color:red"><b>Some fail.</b></span>', ""]

@@ -70,6 +70,7 @@ table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: a
 td, th { padding: 0.2rem 0.8rem 0.2rem 0; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; }
 pre { background: #f4f4f4; padding: 0.6rem; overflow-x: auto; }
 img { max-width: 100%; }
+.highlight .err { border: 0; }
 hr { border: 0; border-top: 1px solid #ccc; }
 @media (max-width: 50rem) { .col-3, .col-md-3 { order: 1; flex-basis: 100%; } .navbar-nav .nav-item + .nav-item { display: none; } }
 """

@@ -1,8 +1,7 @@
 #!/usr/bin/python3
-"""Plot the errors of lambda against the number of elements: one panel a mode, one colour a ratio,
-one line style a solver. Reads results files of scenes with several meshes and exact values, all of
-one beam (inputs/accuracy_frequencies.nml, accuracy_large_meshes.nml); computes nothing but
-|lambda / exact - 1|."""
+"""Plot the errors of lambda against the number of elements: a panel for each mode, a colour for each ratio of neighbouring
+elements, a line style for each solver. The results files must have several meshes and exact values of the same beam
+(inputs/accuracy_frequencies.nml, accuracy_large_meshes.nml)."""
 
 import argparse
 from pathlib import Path

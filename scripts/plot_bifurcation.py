@@ -1,9 +1,7 @@
 #!/usr/bin/python3
-"""Plot a bifurcation diagram: the sections of the cases of a sweep with &poincare against the parameter that is stepped
-through, increasing and decreasing in two colours, with the level of the stop; below it the greatest Lyapunov exponent where the sweep has it, and the
-frequency response of the linear beam beside the greatest displacement in the sections where it is asked for.
-
-Plots what the results files hold and computes nothing.
+"""Plot a bifurcation diagram: the states once per period (&poincare) of the cases of a sweep against the carried parameter,
+increasing and decreasing in two colours, with the surface of the stop. Below it: the maximum Lyapunov exponent and, if
+&frequency_response is in the scene, the amplitude without contacts beside the maximum displacement.
 """
 
 import argparse

@@ -1,8 +1,6 @@
 #!/usr/bin/python3
-"""Plot a fit: the signal and the model above, what the model leaves below, and for each pair of parameters the 95 %
-ellipse around the estimates with where the starts ended, if they ended nearby.
-
-Plots what the results files hold and computes nothing but the ellipses.
+"""Plot a fit: the signal and the model above, the residuals below, and for each pair of parameters the 95 % ellipse around
+the estimates, with the ends of the starts that ended nearby.
 """
 
 import argparse

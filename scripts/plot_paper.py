@@ -230,7 +230,7 @@ def draw_verdicts(verdicts):
         axes.text(way - 0.1, -0.75, name, rotation=50, ha="left", va="bottom", fontsize=8)
     axes.set(xlim=(-0.5, len(verdicts.ways) - 0.5), ylim=(rows - 0.4, -0.6))
     axes.set_axis_off()
-    axes.text(-0.75, rows + 0.25, "filled: holds; numbers: by so many definitions of the end of the motion", ha="right",
+    axes.text(-0.75, rows + 0.25, "filled: holds; numbers: number of definitions of the end of the motion", ha="right",
               va="center", fontsize=7.5, style="italic")
     figure.subplots_adjust(left=0.56, right=0.8)
     return figure

@@ -90,7 +90,7 @@ class Response:
         return self.units["time"] != ""
 
     def greatest(self, kind):
-        """The greatest size of a kind of quantity."""
+        """The maximum magnitude of a kind of quantity."""
         shown = [self.tau] if kind == "time" else [curve for name, curve in self.curves.items() if RECORDS[name] == kind]
         shown += [values for surface in self.surfaces for name, values in surface.histories.items() if OF_SURFACES[name] == kind]
         shown += [values for name, values in self.of_places.items() if name == kind]
@@ -184,7 +184,7 @@ class Response:
 
 
 def read_alike(responses):
-    """Give responses that share axes the same units, those in which their greatest numbers are read."""
+    """Give responses that share axes the same units, chosen by their maximum values."""
     if len({response.is_in_units() for response in responses}) > 1:
         raise plots.Unplottable("some files are in units and some are not: --units dimensionless draws them alike")
     factors, units = {}, {}
@@ -253,7 +253,7 @@ def draw_displacement(axes, response):
 
 
 def set_ticks(axis, count):
-    """About so many intervals between ticks, of lengths that read easily."""
+    """About `count` intervals between ticks, of lengths that read easily."""
     axis.set_major_locator(ticker.MaxNLocator(count, steps=[1, 2, 5, 10]))
 
 

@@ -58,7 +58,7 @@ class Surface:
 
 
 class Scene:
-    """What a file tells of its scene, lengths along the beam in L, displacements in the units of the scene if known."""
+    """The scene of a file, lengths along the beam in L, displacements in the units of the scene if known."""
 
     def __init__(self, path):
         with plots.open_results(path) as file:

@@ -1,8 +1,6 @@
 #!/usr/bin/python3
-"""Plot sensitivities of measures as a tornado: for each measure a bar for each parameter, by how many percent the measure
-changes if the parameter changes by one percent, the longest on top. A pair without a derivative has the bars of both sides.
-
-Plots what the results files hold and computes nothing but the elasticities of single sides.
+"""Plot sensitivities of measures: for each measure a bar for each parameter, by how many percent the measure changes if the
+parameter changes by one percent, the longest at the top. A pair without a derivative has a bar for each side.
 """
 
 import argparse

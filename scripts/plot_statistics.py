@@ -1,8 +1,6 @@
 #!/usr/bin/python3
-"""Plot the statistics of a run, surface by surface: mean and RMS force with their 95 % intervals, the share of time in
-contact, impacts over time, and below them the histogram of the impacts of each surface.
-
-Plots what the results files hold and computes nothing.
+"""Plot the statistics of a run for each side of each stop: mean and RMS force, share of time in contact and rate of impacts
+with their 95 % intervals, and below them a histogram of the impacts.
 """
 
 import argparse
@@ -32,7 +30,7 @@ class Statistics:
             self.title = plots.title_of(file)
             names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()[1:]
             if not names:
-                raise plots.Unplottable(f"{path}: has no stops of which it could tell")
+                raise plots.Unplottable(f"{path}: has no stops, so there are no statistics to draw")
             self.names = [name.replace("stop_", "").replace("_", "\n") for name in names]
             # the first is of all together
             self.bars = {name: (group[name][1:], group[f"{name}_half_width"][1:]) for name in BARS}

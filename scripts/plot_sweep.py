@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Plot a sweep: the map of one measure over two parameters, curves over one, or all parameters side by side (parallel
 coordinates), with the best case if the scene has &best. A grid over more than two parameters is cut at the values of
-the others in the case with the minimum. Reads a results file of a scene with &sweep; computes nothing."""
+the others in the case with the minimum of the measure. Reads a results file of a scene with &sweep; computes nothing."""
 
 import argparse
 import textwrap
@@ -221,7 +221,7 @@ def draw_map(sweep, names):
 
 
 def in_family(sweep, family, words, source, index):
-    """A label for the best case: the value of the parameter that tells the curves apart."""
+    """A label for the best case: the value of the parameter that distinguishes the curves."""
     return sweep.case_in_words(words, source, index) if family is None else f"{source[family][index]:.3g} ({words})"
 
 

@@ -1,8 +1,6 @@
 #!/usr/bin/python3
-"""Plot what uncertain parameters make of measures: for each measure the histogram of the cases, with the mean, the
-median and the least and greatest quantile.
-
-Plots what the results files hold and computes nothing.
+"""Plot the scatter of measures that uncertain parameters cause: for each measure the histogram of the cases, with the mean,
+the median, and the lowest and the highest quantile.
 """
 
 import argparse

@@ -282,7 +282,7 @@ contains
          '  --format F  write measures, sweep and frequencies as csv or json, too'//line_end
       text = 'usage: '//name//' SCENE.nml... [options]'//line_end//line_end// &
          purpose//line_end// &
-         'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//line_end// &
+         'Each scene, a Fortran namelist file, gives a results file DIR/<name>.h5 and a table.'//line_end// &
          line_end// &
          '  --out DIR   folder of the results (default: results)'//line_end// &
          '  --check     read and check the scenes and the memory they need; run nothing'//line_end// &
@@ -298,7 +298,7 @@ contains
          '  --help      print this'//line_end// &
          line_end
       if (present(example)) text = text//'To begin:'//line_end//line_end//example//line_end
-      text = text//'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'//line_end
+      text = text//'Exit status: 0 done, 1 a run failed, 2 the command or a scene is wrong.'//line_end
    end function usage
 
 end module command_line

@@ -12,7 +12,7 @@ program impactbeam
    integer :: status
 
    call run_program(program_t(program_motion, &
-      'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
+      'Computes how a beam strikes stops, rebounds, chatters and comes to rest.', &
       memory_need_of_scene, run_motion_scene, &
       '  impactbeam --new beam > my.nml'//line_end// &
       '  impactbeam my.nml'//line_end// &

@@ -9,7 +9,7 @@ program impactbeam_paper
 
    integer :: status
 
-   call run_program(program_t(program_paper, 'Judges what the paper says: scenes with &statements.', &
+   call run_program(program_t(program_paper, 'Tests the statements of the paper of 1977: scenes with &statements.', &
       memory_need_of_statements, run_statements), status)
    if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam_paper
