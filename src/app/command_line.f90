@@ -282,7 +282,7 @@ contains
          '  --format F  write measures, sweep and frequencies as csv or json, too'//line_end
       text = 'usage: '//name//' SCENE.nml... [options]'//line_end//line_end// &
          purpose//line_end// &
-         'Each scene, a Fortran namelist file, gives a results file DIR/<name>.h5 and a table.'//line_end// &
+         'Each scene, a Fortran namelist file, gives DIR/<name>.h5 and a table.'//line_end// &
          line_end// &
          '  --out DIR   folder of the results (default: results)'//line_end// &
          '  --check     read and check the scenes and the memory they need; run nothing'//line_end// &
