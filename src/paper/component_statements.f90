@@ -26,7 +26,7 @@ contains
       integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
       character(*), parameter :: name_of(remedy_count) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
-      ! figures that decide statements 9a, 9b and 10; 1e-12 and 1e6 keep quotients finite
+      ! values that decide statements 9a, 9b and 10; 1e-12 and 1e6 keep quotients finite
       real(wp), dimension(variant_count) :: ratio, scatter, reduced
       ! lists of the values of each remedy, and of the remedies that do not reduce all three values
       character(:), allocatable :: detail, exceptions

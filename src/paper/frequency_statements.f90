@@ -18,6 +18,8 @@ module frequency_statements
 
    !> Ratios r of neighbouring element lengths that are compared.
    real(wp), parameter :: ratios(6) = [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.4_wp, 1.5_wp]
+   !> Indices of r = 1.2 and r = 1.3 in `ratios`.
+   integer, parameter :: at_12 = 3, at_13 = 4
    integer, parameter :: max_modes = 16
 
 contains
@@ -53,30 +55,32 @@ contains
          worst(i) = maxval(abs(error_8(:8, i)))
          worst_six(i) = maxval(abs(error_8(:6, i)))
       end do
-      call add(list, '1a', 'With 8 elements and a suitable r the first 6 frequencies are within 1 %.', &
-         'number of the lowest modes within 1 % at r = 1.2, at least 6', within_8(3), within_8(3) > 5.5_wp, &
+      call add_to_all_variants(list, '1a', &
+         'With 8 elements and a suitable r the first 6 frequencies are within 1 %.', &
+         'number of the lowest modes within 1 % at r = 1.2, at least 6', within_8(at_12), within_8(at_12) > 5.5_wp, &
          'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0), '')
-      call add(list, '1b', 'With 16 elements and a suitable r the first 12 frequencies are within 1 %.', &
+      call add_to_all_variants(list, '1b', &
+         'With 16 elements and a suitable r the first 12 frequencies are within 1 %.', &
          'number of the lowest modes within 1 % at the best r, at least 12', maxval(within_16), &
          maxval(within_16) > 11.5_wp, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_16, 0), '')
-      call add(list, '1c', 'r = 1.2 is best for 8 elements.', &
+      call add_to_all_variants(list, '1c', 'r = 1.2 is best for 8 elements.', &
          'r with the minimum of the maximum errors of the 8 printed modes, 1.2', &
-         ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == 3, &
+         ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == at_12, &
          'maximum error of the first 8 in percent at r = 1 ... 1.5: '// &
          listed(100.0_wp*worst, 2)//'; of the first 6: '//listed(100.0_wp*worst_six, 3)//'; modes within 1 %: '// &
          listed(within_8, 0), '', 'by the maximum error of the 8 printed modes; by that of the first 6 it is '// &
          number(ratios(minloc(worst_six, dim=1)), 1)//', by the modes within 1 % '// &
          number(ratios(maxloc(within_8, dim=1)), 1))
-      call add(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', &
-         'number of the lowest modes within 1 % at r = 1.3, 7', within_8(4), &
-         nint(within_8(4)) == 7, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0), '')
+      call add_to_all_variants(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', &
+         'number of the lowest modes within 1 % at r = 1.3, 7', within_8(at_13), &
+         nint(within_8(at_13)) == 7, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0), '')
       min_error = min(minval(error_8), minval(error_16))
       call model_of_wedge(16, 1.2_wp, model, error)
       if (allocated(error)) return
       call dsygv_modes(model, 3, lambda, error)
       if (allocated(error)) return
       lambda_3 = lambda(3)
-      call add(list, '1e', 'All values lie somewhat above the exact ones.', &
+      call add_to_all_variants(list, '1e', 'All values lie somewhat above the exact ones.', &
          'minimum relative error over all modes and meshes, not below -1e-12', min_error, min_error > -1.0e-12_wp, &
          'third mode at n = 16, exact '//number(exact(3), 5)//", by the paper's eigen-solver in double precision "// &
          number(lambda_3, 5), 'the printed 7.743 lies below the exact value: a slip, see tests/regression/slips.txt')
@@ -85,31 +89,31 @@ contains
       call dsygv_modes(model, 2, lambda, error)
       if (allocated(error)) return
       frequency_ratio = (lambda(2)/lambda1)**2
-      call add(list, '1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
+      call add_to_all_variants(list, '1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
          'omega_2/omega1 of the wedge over lambda_2, 1', frequency_ratio/lambda(2), &
          abs(frequency_ratio/lambda(2) - 1.0_wp) < 1.0e-3_wp, &
          'lambda_2 = '//number(lambda(2), 4)//', omega_2/omega1 = '//number(frequency_ratio, 4), &
          'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
    end subroutine judge_frequencies
 
-   !> Add a statement with the same deciding value (`figure`) for every variant.
-   subroutine add(list, label, text, measure, figure, holds, detail, reason, remark)
+   !> Append a statement whose deciding value is the same for every variant.
+   subroutine add_to_all_variants(list, label, text, measure, deciding_value, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
-      !> Parts of the statement, as in `add_statement`
+      !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
-      real(wp), intent(in) :: figure
+      real(wp), intent(in) :: deciding_value
       logical, intent(in) :: holds
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, spread(figure, 1, variant_count), &
+      call add_statement(list, label, text, measure, spread(deciding_value, 1, variant_count), &
          spread(holds, 1, variant_count), detail, reason, remark)
-   end subroutine add
+   end subroutine add_to_all_variants
 
-   !> The model of the full wedge.
+   !> The model of the full wedge, a beam whose height decreases linearly to 0 at the tip.
    subroutine model_of_wedge(elements, ratio, model, error)
       !> Number of elements and length ratio of the mesh
       integer, intent(in) :: elements

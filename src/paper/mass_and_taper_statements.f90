@@ -26,11 +26,11 @@ contains
       !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
       !> equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
-      ! figures that decide statements 7a to 7d; 1e-12 and 1e6 keep quotients finite
-      real(wp), dimension(variant_count) :: ratio, deviation, best_mass, spread
+      ! values that decide statements 7a to 7d; 1e-12 and 1e6 keep quotients finite
+      real(wp), dimension(variant_count) :: ratio, deviation, best_mass, end_spread
       ! main peaks; ends of motion on the fine mesh, in tau and in periods of the lowest frequency over 2 pi
       real(wp) :: peaks(size(mass%cases)), end_tau(printed_count), scaled_ends(printed_count)
-      ! the ends of motion differ by less than a fifth
+      ! whether the ends of motion differ by less than a fifth
       logical :: similar(definition_count, variant_count)
       integer :: variant, i, definition, limit_case
 
@@ -40,7 +40,7 @@ contains
          peaks = mass%outcome(:, variant)%main_peak
          deviation(variant) = abs(peaks(mu_two)/one_dof_peak - 1.0_wp)
          best_mass(variant) = mass%value(minloc(peaks(:printed_count), dim=1))
-         spread(variant) = spread_of(mass%outcome(:printed_count, variant), displacement_end)
+         end_spread(variant) = spread_of(mass%outcome(:printed_count, variant), displacement_end)
          do definition = 1, definition_count
             similar(definition, variant) = spread_of(mass%outcome(:printed_count, variant), definition) < 0.2_wp
          end do
@@ -67,8 +67,9 @@ contains
          percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
       scaled_ends = [(end_tau(i)*mass%outcome(i, fine)%lowest_frequency, i=1, printed_count)]
       call add_end_statement(list, '7d', 'The end hardly depends on mu.', &
-         'spread of the ends over mu = 0 ... 2, under 0.2', spread, similar, 'ends at tau = '//listed(end_tau, 1)// &
-         '; energy down to 1 %: '//listed([(mass%outcome(i, fine)%end_tau(energy_end), i=1, printed_count)], 1)// &
+         'spread of the ends over mu = 0 ... 2, under 0.2', end_spread, similar, &
+         'ends at tau = '//listed(end_tau, 1)//'; energy down to 1 %: '// &
+         listed([(mass%outcome(i, fine)%end_tau(energy_end), i=1, printed_count)], 1)// &
          '; times the lowest frequency of the beam with its mass: '//listed(scaled_ends, 1), &
          'a heavier tip swings more slowly; counted in its own swings the end does depend little on mu, but for 0.25')
    end subroutine judge_mass
@@ -90,18 +91,18 @@ contains
    end function half_is_low
 
    !> Spread of the ends of motion of some cases, relative to the earliest end.
-   pure function spread_of(outcome, definition) result(spread)
+   pure function spread_of(outcome, definition) result(relative_spread)
       type(outcome_t), intent(in) :: outcome(:)
       !> Number of the definition of the end of motion
       integer, intent(in) :: definition
-      real(wp) :: spread
+      real(wp) :: relative_spread
 
       real(wp) :: end_tau(size(outcome))
       integer :: i
 
       end_tau = [(outcome(i)%end_tau(definition), i=1, size(outcome))]
       ! the limit replaces the huge value of an end that lies beyond the run (`never`)
-      spread = min(maxval(end_tau)/minval(end_tau) - 1.0_wp, 1.0e6_wp)
+      relative_spread = min(maxval(end_tau)/minval(end_tau) - 1.0_wp, 1.0e6_wp)
    end function spread_of
 
    !> Judge statement 8: with little or much taper the motion lasts longer, with alpha = 0.075 the motion ends earliest,
@@ -112,12 +113,12 @@ contains
       type(statements_t), intent(inout) :: list
 
       !> Indices of the cases alpha = 0, 0.075, 0.125 and 0.15
-      integer, parameter :: uniform = 1, middle = 4, much = 6, wedge = 7
-      ! figures that decide statements 8a to 8e; earliest: the taper alpha whose motion ends earliest
+      integer, parameter :: uniform = 1, middle = 4, strong = 6, wedge = 7
+      ! values that decide statements 8a to 8e; earliest: the taper alpha whose motion ends earliest
       real(wp), dimension(variant_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: end_tau(size(taper%cases))
-      ! motion with alpha = 0 and 0.15 lasts longer than with 0.075; motion with 0.075 ends earliest; or is tied with
-      ! others for the earliest end within the error
+      ! whether the motions with alpha = 0 and 0.15 last longer than that with 0.075; whether the motion with 0.075 ends
+      ! earliest; whether its end is tied with the earliest of others within the error
       logical, dimension(definition_count, variant_count) :: outlasts, first, tied
       integer :: variant, i, definition
       ! number of definitions by which 0.075 ends earliest of the tapered beams
@@ -127,7 +128,7 @@ contains
          end_tau = end_tau_of(taper, variant, displacement_end)
          excess(variant) = min(end_tau(uniform), end_tau(wedge))/end_tau(middle) - 1.0_wp
          earliest(variant) = taper%value(minloc(end_tau, dim=1))
-         peak_change(variant) = taper%outcome(much, variant)%main_peak - taper%outcome(uniform, variant)%main_peak
+         peak_change(variant) = taper%outcome(strong, variant)%main_peak - taper%outcome(uniform, variant)%main_peak
          kinetic_ratio(variant) = taper%outcome(wedge, variant)%kinetic_at_impact &
             /max(taper%outcome(uniform, variant)%kinetic_at_impact, 1.0e-12_wp)
          loss_ratio(variant) = taper%outcome(wedge, variant)%lost_before_peak &

@@ -11,14 +11,15 @@ module paper_cases
       method_newmark, run_settings_t, stop_settings_t
    implicit none (type, external)
    private
-   public :: figure_case_t, variant_t, height_ratio, make_variants, model_of_case, stop_of_case
+   public :: paper_case_t, variant_t, height_ratio, make_variants, model_of_case, stop_of_case
    public :: variant_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, comparison_variant
 
-   !> Mean height hbar/L of all figures.
+   !> Mean height hbar/L of the beam in all figures of the paper.
    real(wp), parameter :: height_ratio = 0.075_wp
 
-   !> Variants of computing motion: exact motion on a coarse or fine mesh, with an impulse on the whole beam or with
-   !> replacement of the nodal velocity (nodal), and Newmark's method with the paper's time step on the coarse mesh.
+   !> Variants of computing motion: exact motion on the coarse or fine mesh, and Newmark's method with the time step of
+   !> the paper on the coarse mesh (`paper_`). An impact applies an impulse to the whole beam, or replaces only the
+   !> velocity of the node at the stop (`_nodal`).
    integer, parameter :: coarse = 1
    integer, parameter :: fine = 2
    integer, parameter :: coarse_nodal = 3
@@ -32,7 +33,7 @@ module paper_cases
       [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. The defaults are the parameters of the paper's first example.
-   type :: figure_case_t
+   type :: paper_case_t
       !> Taper alpha = (h0 - h1)/L at constant mean height
       real(wp) :: taper = 0.0_wp
       !> Tip mass mu
@@ -47,7 +48,7 @@ module paper_cases
       real(wp) :: preload = 0.0_wp
       !> Stiffness ratio kappa of the three-element stop; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
-   end type figure_case_t
+   end type paper_case_t
 
    !> A variant of computing motion: mesh, integration method, kind of impulse and mass matrix.
    type :: variant_t
@@ -83,7 +84,7 @@ contains
 
    !> The assembled beam of a case.
    pure subroutine model_of_case(this, variant, model, error)
-      type(figure_case_t), intent(in) :: this
+      type(paper_case_t), intent(in) :: this
       !> Variant, which determines mesh and mass matrix
       type(variant_t), intent(in) :: variant
       type(beam_model_t), intent(out) :: model
@@ -107,7 +108,7 @@ contains
 
    !> The stop of a case. A three-element stop has beta = 20 and c* = 0.3 as in the paper.
    pure function stop_of_case(this, impulse) result(stop_settings)
-      type(figure_case_t), intent(in) :: this
+      type(paper_case_t), intent(in) :: this
       !> Kind of the impulse, one of the `impulse_` constants
       integer, intent(in) :: impulse
       type(stop_settings_t) :: stop_settings

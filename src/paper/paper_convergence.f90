@@ -3,7 +3,7 @@
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: figure_case_t, variant_t
+   use paper_cases, only: paper_case_t, variant_t
    use paper_outcomes, only: energy_end, find_outcome, outcome_t, displacement_end
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
@@ -37,7 +37,7 @@ module paper_convergence
 
 contains
 
-   !> Compute the first example, whose parameters are the defaults of `figure_case_t`, on a sequence of meshes.
+   !> Compute the first example, whose parameters are the defaults of `paper_case_t`, on a sequence of meshes.
    subroutine find_convergence(coarsest, finest, duration, convergence, error)
       !> Number of elements of the coarsest mesh, which is doubled from mesh to mesh
       integer, intent(in) :: coarsest
@@ -64,7 +64,7 @@ contains
          convergence%energy_tau(meshes, 2), convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
          do k = 1, 2
-            call find_outcome(figure_case_t(), variant_t('', convergence%elements(i), method_exact, impulses(k)), &
+            call find_outcome(paper_case_t(), variant_t('', convergence%elements(i), method_exact, impulses(k)), &
                duration, outcome, error)
             if (allocated(error)) return
             convergence%mass(i) = 1.0_wp/outcome%inverse_mass

@@ -8,7 +8,7 @@ module paper_outcomes
    use history_list, only: eta_stop, eta_tip, force_stop
    use kinds, only: pi, wp
    use motion_run, only: run_motion
-   use paper_cases, only: figure_case_t, height_ratio, model_of_case, stop_of_case, variant_t
+   use paper_cases, only: paper_case_t, height_ratio, model_of_case, stop_of_case, variant_t
    use response_types, only: event_contact, event_impact, response_t, run_measures_t
    use run_settings, only: output_settings_t, run_settings_t
    use skyline_matrix, only: multiply
@@ -86,7 +86,7 @@ contains
 
    !> Compute the motion of a case and its measures.
    subroutine find_outcome(this, variant, duration, outcome, error)
-      type(figure_case_t), intent(in) :: this
+      type(paper_case_t), intent(in) :: this
       !> Variant of computing motion
       type(variant_t), intent(in) :: variant
       !> Duration of the run in tau
@@ -117,9 +117,10 @@ contains
       outcome%inverse_mass = sum(modes%mode(modes%stop_dof, :)**2)
       call measure(response, response%measures, outcome, rebound_start)
       if (.not. outcome%rebounds) return
-      ! the shape is taken one sample after the release, when its effect on the highest modes has passed
+      ! the shape is recorded one sampling interval after the release of the contact, when the highest modes no longer
+      ! depend on the instant of the release
       output = output_settings_t(history=.false.)
-      allocate (output%shape_times, source=[rebound_start + 0.01_wp])
+      allocate (output%shape_times, source=[rebound_start + sample_step])
       call run_case(this, variant, model, modes, rebound_start + 0.05_wp, output, response, error)
       if (allocated(error)) return
       call measure_components(this, model, modes, response, outcome)
@@ -127,7 +128,7 @@ contains
 
    !> Compute the motion of a case.
    subroutine run_case(this, variant, model, modes, duration, output, response, error)
-      type(figure_case_t), intent(in) :: this
+      type(paper_case_t), intent(in) :: this
       !> Variant of computing motion
       type(variant_t), intent(in) :: variant
       !> Model and free modes of the beam
@@ -166,7 +167,7 @@ contains
       real(wp), intent(out) :: rebound_start
 
       ! initial energy above rest, energy at rest on the stop, and kinetic energy at the last sample before the impact
-      real(wp) :: to_dissipate, rest_energy, kinetic_before
+      real(wp) :: initial_energy, rest_energy, kinetic_before
       ! indices of the sample after the first impact, and of the last sample above a level
       integer :: first, last
       ! number of samples in contact, and index of the main rebound among the peaks
@@ -177,7 +178,7 @@ contains
       allocate (outcome%peak_eta, source=measures%peak_eta)
       allocate (outcome%peak_tau, source=measures%peak_tau)
       rest_energy = measures%rest_energy
-      to_dissipate = measures%start_energy - rest_energy
+      initial_energy = measures%start_energy - rest_energy
       outcome%indentation = max(0.0_wp, -minval(response%history(eta_stop)%values))
       associate (eta => response%history(eta_stop)%values, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)
@@ -186,17 +187,17 @@ contains
             if (last < size(tau)) outcome%end_tau(i) = tau(last)
          end do
          do i = 1, size(end_shares)
-            last = findloc(energy%kinetic + energy%strain + energy%stop - rest_energy > end_shares(i)*to_dissipate, &
+            last = findloc(energy%kinetic + energy%strain + energy%stop - rest_energy > end_shares(i)*initial_energy, &
                .true., dim=1, back=.true.)
             if (last < size(tau)) outcome%end_tau(size(end_levels) + i) = tau(last)
          end do
-         outcome%created = energy%created(size(tau))/to_dissipate
-         outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_dissipate
+         outcome%created = energy%created(size(tau))/initial_energy
+         outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/initial_energy
          if (.not. measures%has_hit_stop) return
          outcome%impact_tau = measures%first_impact_tau
          first = min(size(tau), 1 + count(tau < measures%first_impact_tau))
          kinetic_before = energy%kinetic(max(first - 1, 1))
-         outcome%kinetic_at_impact = kinetic_before/to_dissipate
+         outcome%kinetic_at_impact = kinetic_before/initial_energy
          last = max(first, findloc(eta > end_levels(2), .true., dim=1, back=.true.))
          closed_samples = count(eta(first:last) < contact_level)
          outcome%contact_ratio = real(closed_samples, wp)/real(max(last - first + 1 - closed_samples, 1), wp)
@@ -212,7 +213,7 @@ contains
          associate (event => response%events(i))
             if (event%tau <= outcome%peak_tau(main)) then
                rebound_start = event%tau
-               outcome%lost_before_peak = outcome%lost_before_peak + max(0.0_wp, -event%energy_change)/to_dissipate
+               outcome%lost_before_peak = outcome%lost_before_peak + max(0.0_wp, -event%energy_change)/initial_energy
             else if (event%kind == event_impact .or. event%kind == event_contact) then
                outcome%later_velocity = max(outcome%later_velocity, -event%velocity_before)
             end if
@@ -223,7 +224,7 @@ contains
 
    !> Compute the contributions of the modes shortly after the start of the main rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
-      type(figure_case_t), intent(in) :: this
+      type(paper_case_t), intent(in) :: this
       !> Model and free modes of the beam
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes

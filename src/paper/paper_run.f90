@@ -2,9 +2,9 @@
 !> scene with &statements.
 module paper_run
    use failures, only: failure_t
-   use kinds, only: wp
    use memory_needs, only: add_modes, add_samples, memory_need_t
    use paper_cases, only: make_variants, variant_count, variant_t
+   use paper_outcomes, only: sample_step
    use progress_line, only: start_progress, stop_progress
    use scene_types, only: scene_t
    use statements_file, only: refuse_foreign_text, write_statements
@@ -15,9 +15,6 @@ module paper_run
    implicit none (type, external)
    private
    public :: memory_need_of_statements, run_statements
-
-   !> Sampling interval of the runs in tau
-   real(wp), parameter :: sample_step = 0.01_wp
 
 contains
 

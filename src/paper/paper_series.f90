@@ -4,7 +4,7 @@
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: comparison_variant, figure_case_t, variant_count, variant_t
+   use paper_cases, only: comparison_variant, paper_case_t, variant_count, variant_t
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
@@ -31,7 +31,7 @@ module paper_series
    type :: series_t
       !> Values of the varied parameter, [cases]
       real(wp), allocatable :: value(:)
-      type(figure_case_t), allocatable :: cases(:)
+      type(paper_case_t), allocatable :: cases(:)
       !> Measures of the cases, [cases, variants]
       type(outcome_t), allocatable :: outcome(:, :)
    end type series_t

@@ -20,12 +20,13 @@ contains
 
       !> Indices of the cases Lc/L = 0.50, 0.70, 0.87 and 0.875
       integer, parameter :: at_050 = 1, at_070 = 2, at_087 = 4, at_0875 = 5
-      !> Fraction of the energy below which a mode counts as absent
+      !> Fraction of the energy below which a mode counts as not excited
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
       ! energy shares of modes, and the position whose motion ends earliest
       real(wp), dimension(variant_count) :: third_mode, second_mode, earliest
       real(wp) :: end_tau(size(position%cases))
-      ! motion with the stop at 0.875 ends earliest; or is tied with others for the earliest end within the error
+      ! whether the motion with the stop at 0.875 ends earliest; whether its end is tied with the earliest of others
+      ! within the error
       logical, dimension(definition_count, variant_count) :: first, tied
       integer :: variant, i
 
@@ -74,7 +75,7 @@ contains
       ! time out of contact at zeta = 0.01 and 0.05: mean, and maximum deviation from 1/3; 1e-12 and 1e6 keep quotients
       ! finite
       real(wp), dimension(variant_count) :: ratio, end_correlation, mean_ratio, max_deviation
-      ! the end of motion is earlier with larger zeta
+      ! whether the end of motion is earlier with larger zeta
       logical :: decreases(definition_count, variant_count)
       integer :: variant, i, definition
 

@@ -12,16 +12,15 @@ module statement_types
 
    !> The statement holds for exact motion on the fine mesh.
    integer, parameter :: verdict_holds = 1
-   !> None of the other verdicts applies: exact motion meets the condition on neither mesh, and the variants that
-   !> replace the nodal velocity do not explain the statement of the paper either.
+   !> Exact motion meets the condition on neither mesh, and no other verdict applies.
    integer, parameter :: verdict_fails = 2
-   !> The statement holds only if an impact replaces one nodal velocity and changes nothing else (the nodal reading of
-   !> the paper).
+   !> The statement holds only if an impact replaces the velocity of one node and changes nothing else (in texts for
+   !> users: the nodal reading of the paper).
    integer, parameter :: verdict_nodal = 3
    !> The statement holds on the coarse mesh of the paper, but not on the fine mesh.
    integer, parameter :: verdict_coarse = 4
-   !> The statement is undecided: by most definitions of the end of motion the statement either holds or compares values
-   !> whose difference is within their error.
+   !> Undecided: for most definitions of the end of motion the condition is met, or the compared values differ by less
+   !> than their error.
    integer, parameter :: verdict_tie = 5
    character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
       'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
@@ -35,7 +34,7 @@ module statement_types
       !> Description of the measured value, and the condition on it
       character(:), allocatable :: measure
       !> Value that decides, in each variant; equal in all variants if the statement does not involve motion
-      real(wp) :: figure(variant_count) = 0.0_wp
+      real(wp) :: deciding_value(variant_count) = 0.0_wp
       !> Whether the condition is met in each variant
       logical :: holds(variant_count) = .false.
       !> Further values on the fine mesh
@@ -60,13 +59,13 @@ module statement_types
 contains
 
    !> Append a statement to the list.
-   subroutine add_statement(list, label, text, measure, figure, holds, detail, reason, remark)
+   subroutine add_statement(list, label, text, measure, deciding_value, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
       !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
-      real(wp), intent(in) :: figure(variant_count)
+      real(wp), intent(in) :: deciding_value(variant_count)
       logical, intent(in) :: holds(variant_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
@@ -85,7 +84,7 @@ contains
          new%label = label
          new%text = text
          new%measure = measure
-         new%figure = figure
+         new%deciding_value = deciding_value
          new%holds = holds
          new%detail = detail
          new%reason = reason
@@ -97,21 +96,21 @@ contains
 
    !> Append a statement about the end of motion. In each variant the statement holds if the condition is met for most
    !> definitions of the end.
-   subroutine add_end_statement(list, label, text, measure, figure, holds, detail, reason, remark)
+   subroutine add_end_statement(list, label, text, measure, deciding_value, holds, detail, reason, remark)
       type(statements_t), intent(inout) :: list
       !> Components of the statement, as in `statement_t`
       character(*), intent(in) :: label
       character(*), intent(in) :: text
       character(*), intent(in) :: measure
-      real(wp), intent(in) :: figure(variant_count)
+      real(wp), intent(in) :: deciding_value(variant_count)
       !> Whether the condition is met, for each definition of the end of motion and each variant
       logical, intent(in) :: holds(definition_count, variant_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, figure, 2*count(holds, dim=1) > definition_count, detail, reason, &
-         remark)
+      call add_statement(list, label, text, measure, deciding_value, 2*count(holds, dim=1) > definition_count, &
+         detail, reason, remark)
       associate (new => list%item(size(list%item)))
          new%concerns_end = .true.
          new%definitions_met = count(holds, dim=1)
@@ -172,21 +171,21 @@ contains
 
    !> Kendall's rank correlation of a sequence with its index: the fraction of ascending pairs minus the fraction of
    !> descending pairs.
-   pure function rank_correlation(value) result(tau)
+   pure function rank_correlation(value) result(correlation)
       real(wp), intent(in) :: value(:)
       !> Rank correlation; 1: ascending, -1: descending
-      real(wp) :: tau
+      real(wp) :: correlation
 
       integer :: i, j
 
-      tau = 0.0_wp
+      correlation = 0.0_wp
       do i = 1, size(value) - 1
          do j = i + 1, size(value)
-            if (value(j) > value(i)) tau = tau + 1.0_wp
-            if (value(j) < value(i)) tau = tau - 1.0_wp
+            if (value(j) > value(i)) correlation = correlation + 1.0_wp
+            if (value(j) < value(i)) correlation = correlation - 1.0_wp
          end do
       end do
-      tau = tau/(0.5_wp*real(size(value)*(size(value) - 1), wp))
+      correlation = correlation/(0.5_wp*real(size(value)*(size(value) - 1), wp))
    end function rank_correlation
 
    !> Text of numbers, separated by commas.
@@ -231,16 +230,16 @@ contains
    end function number
 
    !> Text of a fraction in percent.
-   pure function percent(share) result(text)
-      real(wp), intent(in) :: share
+   pure function percent(fraction) result(text)
+      real(wp), intent(in) :: fraction
       character(:), allocatable :: text
 
-      if (abs(share) > 0.0_wp .and. abs(share) < 1.0e-4_wp) then
+      if (abs(fraction) > 0.0_wp .and. abs(fraction) < 1.0e-4_wp) then
          text = 'under 0.01 %'
-      else if (abs(share) < 0.01_wp) then
-         text = number(100.0_wp*share, 2)//' %'
+      else if (abs(fraction) < 0.01_wp) then
+         text = number(100.0_wp*fraction, 2)//' %'
       else
-         text = number(100.0_wp*share, 1)//' %'
+         text = number(100.0_wp*fraction, 1)//' %'
       end if
    end function percent
 

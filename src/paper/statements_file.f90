@@ -1,4 +1,7 @@
-!> Writes the results file and the text file of the statements of the paper (Irie, Yamada and Asano 1977).
+!> Writes the results file and the text file of the statements of the paper (Irie, Yamada and Asano 1977). Users read
+!> older words than the source: a dataset "way" counts variants, "figure" holds the deciding values, "has_end" whether
+!> the statement is about the end of motion, "reading" the kinds of impulse, "quiet" the settling time, and "spent" the
+!> instant at which 1 percent of the energy is left; "nodal reading" is the replacement of the nodal velocity.
 module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
@@ -106,13 +109,12 @@ contains
       call group%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', &
          along='statement')
       call group%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
-      call group%add('verdict', verdict, 'none', &
-         'verdict', along='statement')
+      call group%add('verdict', verdict, 'none', 'verdict', along='statement')
       call group%add('has_end', merge(1, 0, list%item%concerns_end), '1', '1: the end of the motion counts', &
          along='statement')
       call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, variant_count
-         call group%add(name_of('figure', i), list%item%figure(i), '1', &
+         call group%add(name_of('figure', i), list%item%deciding_value(i), '1', &
             'figure that decides: '//trim(variants(i)%name), along='statement')
          call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
             'definitions of the end for which the condition is met: '//trim(variants(i)%name), along='statement')
@@ -124,7 +126,8 @@ contains
       end do
    end subroutine write_verdicts
 
-   !> Write the results of the cases of one figure, [cases, variants]. An instant that is not reached is NaN.
+   !> Write the results of the cases of one figure of the paper, [cases, variants]. An instant that is not reached
+   !> is NaN.
    subroutine write_series(group, name, variants, series)
       type(hdf5_group_t), intent(in) :: group
       !> Name of the varied parameter

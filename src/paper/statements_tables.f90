@@ -28,7 +28,7 @@ contains
          associate (item => study%list%item(i), variants => study%variants)
             call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
             call print_wrapped(unit, '', item%measure//':')
-            call print_wrapped(unit, '', figures_text(item, variants))
+            call print_wrapped(unit, '', deciding_values_text(item, variants))
             call print_wrapped(unit, '', item%detail)
             if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//item%reason//'.')
             write (unit, '(a)') ''
@@ -98,7 +98,7 @@ contains
    end function padded
 
    !> Text of the deciding value in each variant, followed by yes or no for the condition.
-   function figures_text(item, variants) result(text)
+   function deciding_values_text(item, variants) result(text)
       type(statement_t), intent(in) :: item
       type(variant_t), intent(in) :: variants(variant_count)
       character(:), allocatable :: text
@@ -106,14 +106,14 @@ contains
       integer :: variant
 
       text = ''
-      if (.not. item%concerns_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
+      if (.not. item%concerns_end .and. maxval(item%deciding_value) - minval(item%deciding_value) <= 0.0_wp .and. &
          (all(item%holds) .or. .not. any(item%holds))) then
-         text = short_text(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
+         text = short_text(item%deciding_value(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
       end if
       do variant = 1, variant_count
          if (variant > 1) text = text//'; '
-         text = text//trim(variants(variant)%name)//' '//short_text(item%figure(variant))//' ('// &
+         text = text//trim(variants(variant)%name)//' '//short_text(item%deciding_value(variant))//' ('// &
             trim(merge('yes', 'no ', item%holds(variant)))
          if (item%concerns_end) text = text//', '//number(real(item%definitions_met(variant), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
@@ -122,7 +122,7 @@ contains
       end do
       if (item%concerns_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
          //' definitions of the end'
-   end function figures_text
+   end function deciding_values_text
 
    !> Text of a number with four decimals, or with an exponent if the number is very small or large.
    function short_text(value) result(text)

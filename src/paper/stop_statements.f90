@@ -65,17 +65,17 @@ contains
    contains
 
       !> Minimum kappa of the series from which on a value stays below its limit.
-      function first_kappa_below(figure, limit) result(text)
+      function first_kappa_below(values, limit) result(text)
          !> Value for each kappa
-         real(wp), intent(in) :: figure(:)
+         real(wp), intent(in) :: values(:)
          real(wp), intent(in) :: limit
          character(:), allocatable :: text
 
          integer :: last
 
-         last = findloc(figure < limit, .false., dim=1, back=.true.)
+         last = findloc(values < limit, .false., dim=1, back=.true.)
          text = 'none of these'
-         if (last < size(figure)) text = number(soft%value(last + 1), 0)
+         if (last < size(values)) text = number(soft%value(last + 1), 0)
       end function first_kappa_below
 
    end subroutine judge_models
@@ -114,14 +114,14 @@ contains
       type(series_t), intent(in) :: preload
       type(statements_t), intent(inout) :: list
 
-      ! value that decides, in each variant, and ends of motion on the fine mesh
-      real(wp) :: figure(variant_count), end_tau(size(preload%cases))
-      ! the end of motion is earlier with larger preload
+      ! value that decides, for each variant, and ends of motion on the fine mesh
+      real(wp) :: deciding_value(variant_count), end_tau(size(preload%cases))
+      ! whether the end of motion is earlier with larger preload
       logical :: sooner(definition_count, variant_count)
       integer :: variant, definition
 
       do variant = 1, variant_count
-         figure(variant) = end_ratio(variant, displacement_end)
+         deciding_value(variant) = end_ratio(variant, displacement_end)
          do definition = 1, definition_count
             sooner(definition, variant) = end_ratio(variant, definition) < 0.8_wp .and. &
                rank_correlation(end_tau_of(preload, variant, definition)) < -0.3_wp
@@ -129,7 +129,7 @@ contains
       end do
       end_tau = end_tau_of(preload, fine, displacement_end)
       call add_end_statement(list, '3', 'The larger the preload, the sooner the vibration ends.', &
-         'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', figure, sooner, &
+         'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', deciding_value, sooner, &
          'ends at tau = '//listed(end_tau, 1)//' at delta = 0, 0.1 ... 0.5: order '// &
          number(rank_correlation(end_tau), 2)// &
          ' (-1: each sooner than the one before); energy down to 1 %: '// &
@@ -160,7 +160,7 @@ contains
 
       ! relative reduction of the end of motion from eps = 0.6 to 0, and relative spread of the ends from 0.6 on
       real(wp), dimension(variant_count) :: reduction, spread_above
-      ! the end is earlier with eps = 0; the ends from 0.6 on are similar
+      ! whether the end is earlier with eps = 0, and whether the ends from 0.6 on are similar
       logical, dimension(definition_count, variant_count) :: sooner, similar
       real(wp) :: end_tau(size(restitution%cases)), peaks(size(restitution%cases))
       integer :: variant, i, definition
