@@ -1,6 +1,6 @@
-!> Choice between the two solvers whose frequencies lose no digits when a mesh is refined: `lanczos_solver`, iterative,
-!> for few modes of a mesh that is not small; else `natural_solver`, which computes all modes by the singular value
-!> decomposition of a dense matrix and is called the dense solver here.
+!> Frequencies by the faster of two solvers, neither of which loses digits when the mesh is refined: the iterative
+!> `lanczos_solver` for few modes of a large mesh; otherwise the dense solver, `natural_solver`, which computes all
+!> modes by a singular value decomposition.
 module auto_solver
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -14,7 +14,8 @@ module auto_solver
    !> Maximum number of elements for which both solvers take well under a millisecond. The dense solver, which cannot
    !> miss a mode, is then chosen.
    integer, parameter :: small_mesh = 20
-   !> Maximum number of elements for which the dense solver is used if Lanczos iteration fails (about a second).
+   !> Maximum number of elements for which the dense solver is used if Lanczos iteration fails; it then takes about a
+   !> second.
    integer, parameter :: max_dense_elements = 400
 
 contains
@@ -42,12 +43,12 @@ contains
 
    !> Whether `auto_modes` uses Lanczos iteration. Measured with 12 modes, Lanczos takes 0.1 ms for 30 elements and the
    !> dense solver 1 ms; for 400 elements they take 0.7 ms and 0.9 s.
-   pure function uses_lanczos(elements, count) result(faster)
+   pure function uses_lanczos(elements, count) result(is_chosen)
       integer, intent(in) :: elements
       integer, intent(in) :: count
-      logical :: faster
+      logical :: is_chosen
 
-      faster = elements > small_mesh .and. 2*count <= elements
+      is_chosen = elements > small_mesh .and. 2*count <= elements
    end function uses_lanczos
 
 end module auto_solver

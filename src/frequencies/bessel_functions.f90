@@ -22,7 +22,7 @@ module bessel_functions
 
 contains
 
-   !> The function exp(-x) I_n(x).
+   !> The function exp(-x) I_n(x), by the power series if it is short, else by the integral.
    pure function bessel_i_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
@@ -48,7 +48,7 @@ contains
       if (n < 2) then
          value = bessel_k_integral(n, x)
       else
-         value = recurrence(n, x, bessel_k_integral(0, x), bessel_k_integral(1, x))
+         value = bessel_k_recurrence(n, x, bessel_k_integral(0, x), bessel_k_integral(1, x))
       end if
    end function bessel_k_scaled
 
@@ -137,11 +137,12 @@ contains
       value = value*step
    end function bessel_k_integral
 
-   !> K_n(x) from K_0(x) and K_1(x) by forward recurrence.
-   pure function recurrence(n, x, zeroth, first) result(value)
+   !> K_n(x) from K_0(x) and K_1(x) by forward recurrence; all three may be scaled by the same factor.
+   pure function bessel_k_recurrence(n, x, zeroth, first) result(value)
       !> Order, >= 1
       integer, intent(in) :: n
       real(wp), intent(in) :: x
+      !> K_0(x) and K_1(x)
       real(wp), intent(in) :: zeroth
       real(wp), intent(in) :: first
       real(wp) :: value
@@ -156,7 +157,7 @@ contains
          previous = value
          value = next
       end do
-   end function recurrence
+   end function bessel_k_recurrence
 
    !> exp(-x) I_n(x) = 1/pi int_0^pi exp(x (cos t - 1)) cos(n t) dt (DLMF 10.32.3) by the trapezoidal
    !> rule, which converges exponentially: the integrand is periodic.

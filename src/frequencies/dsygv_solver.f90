@@ -1,7 +1,7 @@
 !> Frequencies by LAPACK's DSYGV on dense copies of (K, M), the eigenproblem of Irie, Yamada and Asano (1977).
 !>
-!> The smallest eigenvalues of K are wanted, and the assembly of K has cancellation, so that refining the mesh loses
-!> digits. The solver `natural_solver` has the full accuracy of a mesh.
+!> The lowest modes depend on the smallest eigenvalues of K, which the cancellation in its assembly changes by more the
+!> finer the mesh is. The solver `natural_solver` does not lose these digits.
 module dsygv_solver
    use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
@@ -110,7 +110,7 @@ contains
       if (size(selected) < matrix%order) dense = dense(selected, selected)
    end function rows_and_columns
 
-   !> Whether the first eigenvalue has a few correct digits. With supports or a pinned root the error is estimated by
+   !> Whether the first eigenvalue is accurate to `max_error`. With supports or a pinned root the error is estimated by
    !> the rounding of the largest eigenvalue; otherwise the eigenvalue is compared with `lowest_lambda`.
    pure function is_accurate(model, eigenvalue) result(answer)
       type(beam_model_t), intent(in) :: model

@@ -8,7 +8,7 @@
 !> lambda/s are large and J and Y would lose their phase; for a heavy tip mass the first root is small and the
 !> determinant has a cancellation like lambda^-4; and near a full wedge Y and K cancel at the tip. I and K have no
 !> phase, so the library computes them in double precision unless one of the latter two cancellations matters. The error
-!> of every root is at most 3e-16 for 0 <= s < 1 and masses up to 1e9.
+!> of every root is relative and at most 3e-16 for 0 <= s < 1 and masses up to 1e9.
 module exact_frequencies
    use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, pi_quad, qp
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
@@ -19,13 +19,13 @@ module exact_frequencies
 
    !> Minimum taper; with a smaller taper the beam is uniform in double precision.
    real(wp), parameter :: min_taper = 1.0e-17_wp
-   !> Values of lambda and of the argument below which I and K are computed in quadruple precision.
+   !> Values of lambda and of the argument of I and K below which these functions are computed in quadruple precision.
    real(qp), parameter :: small_lambda = 1.5_qp
    real(qp), parameter :: small_argument = 2.0_qp
-   !> Number of search steps per asymptotic distance of two roots.
+   !> Number of search steps per asymptotic distance of neighbouring roots.
    integer, parameter :: steps_per_root = 6
 
-   !> The beam whose boundary conditions give the determinant.
+   !> Parameters of the characteristic equation, determinant = 0.
    type :: characteristic_t
       !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
       real(wp) :: taper = 0.0_wp
@@ -91,7 +91,8 @@ contains
                'exact frequencies: the roots with free and with held tip do not interlace')
             return
          end if
-         ! For a vanishing or very heavy mass the root is an end of the bracket.
+         ! for a vanishing or very heavy mass the root is an end of the bracket, which is therefore widened by more than
+         ! the errors of its ends
          call find_root(characteristic_t(taper, tip_mass_ratio, .false.), lower*(1.0_qp - 1.0e-14_qp), &
             free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
          if (allocated(error)) return
@@ -132,7 +133,7 @@ contains
             call find_root(problem, left, right, roots(found), error)
             if (allocated(error)) return
             if (found > 1) then
-               ! If the steps had skipped a pair of roots, the gap would be three distances.
+               ! if the steps had skipped a pair of roots, these two roots would be three distances apart
                if (roots(found) - roots(found - 1) > 2.0_qp*distance) then
                   call fail(error, status_run_failed, 'exact frequencies: the distance of two roots is out of order')
                   return
@@ -269,7 +270,8 @@ contains
       do n = 1, 3
          tip(:, n) = four_functions(n, x_tip, in_quad)
       end do
-      ! Each column has one scale factor: the larger of its two exponentials for I, the smaller of its arguments for K.
+      ! The scaled I and K of root and tip are brought to a common factor of each column: exp(-max(x_root, x_tip)) for
+      ! I, exp(min(x_root, x_tip)) for K.
       scale_root = exp(x_root - max(x_root, x_tip))
       scale_tip = exp(x_tip - max(x_root, x_tip))
       clamp(3, :) = clamp(3, :)*scale_root
@@ -283,7 +285,8 @@ contains
       if (problem%constrained_tip) then
          matrix(4, :) = tip(:, 1)
       else
-         ! 8 s^3 z1^3 = lambda^3 (h_tip/hbar)^(3/2), with the sign of s; divided by lambda^3
+         ! coefficient of the shear force, 8 s^3 z^3 at the tip, divided by lambda^3: (h_tip/hbar)^(3/2) with the sign
+         ! of s
          shear = sign((1.0_qp - taper)*sqrt(1.0_qp - taper), taper)
          matrix(4, :) = shear*tip(:, 2)*[1.0_qp, 1.0_qp, 1.0_qp, -1.0_qp] &
             - real(problem%tip_mass_ratio, qp)*lambda*tip(:, 1)

@@ -4,9 +4,9 @@
 !> cancellation.
 !>
 !> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
-!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore left to
-!> another iteration, which is orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have
-!> been orthogonalised in the mass product in ascending order.
+!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore computed
+!> by a further iteration, orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have been
+!> orthogonalised in the mass product in ascending order.
 !>
 !> Each mode must pass a residual test, and no mode may be missed: mode i has i - 1 sign changes along the beam, if its
 !> sign is reversed at each rigid support (Gantmacher and Krein, Oscillation Matrices). If a coarse mesh or other
@@ -37,8 +37,9 @@ module lanczos_solver
    !> Relative distance below the highest mode found at which modes are counted. The distance exceeds rounding, and a
    !> missed mode within this distance would have practically the same frequency.
    real(wp), parameter :: count_margin = 1.0e-9_wp
-   !> Maximum number of elements for which the dense solver takes minutes at most.
-   integer, parameter :: max_dense_elements = 2048
+   !> Maximum number of elements for which the dense solver takes minutes at most; a message recommends this solver only
+   !> for such meshes.
+   integer, parameter :: max_recommended_elements = 2048
 
 contains
 
@@ -91,7 +92,7 @@ contains
       character(:), allocatable :: words
 
       words = '; '
-      if (model%mesh%elements <= max_dense_elements) words = "; solver = 'natural' finds all; or "
+      if (model%mesh%elements <= max_recommended_elements) words = "; solver = 'natural' finds all; or "
       words = words//'ask for fewer (count), or '
       associate (length => model%mesh%length)
          if (maxval(length) > (1.0_wp + count_margin)*minval(length)) then
@@ -122,7 +123,7 @@ contains
       allocate (vectors(beam%order, count), deflection(beam%rows, count))
       found = 0
       do while (found < count)
-         call find_more(beam, found, vectors, error)
+         call find_further_modes(beam, found, vectors, error)
          if (allocated(error)) return
          call refine(beam, vectors(:, :found), deflection(:, :found), error)
          if (allocated(error)) return
@@ -150,7 +151,7 @@ contains
    end function lambda_of
 
    !> Find further modes by Lanczos steps on B^T B orthogonal to the vectors found.
-   subroutine find_more(beam, found, vectors, error)
+   subroutine find_further_modes(beam, found, vectors, error)
       type(supported_beam_t), intent(in) :: beam
       !> Number of vectors found; larger on return
       integer, intent(inout) :: found
@@ -161,8 +162,8 @@ contains
 
       real(wp), allocatable :: basis(:, :), deflection(:), diagonal(:), off_diagonal(:), eigenvectors(:, :)
       real(wp) :: previous
-      integer :: limit, next_test, order, column, ready, step, wanted
-      logical :: finished, all_ready
+      integer :: limit, next_test, order, column, converged, step, wanted
+      logical :: finished, is_complete
 
       order = size(vectors, 1)
       wanted = size(vectors, 2) - found
@@ -176,7 +177,7 @@ contains
       call start_vector(beam, deflection, basis(:, :found + 1))
 
       previous = 0.0_wp
-      ready = 0
+      converged = 0
       next_test = min(2*wanted, max_first_test)
       do step = 1, limit
          column = found + step
@@ -187,24 +188,24 @@ contains
             previous = off_diagonal(step)
             finished = step == limit .or. off_diagonal(step) <= epsilon(1.0_wp)*maxval(diagonal(:step))
             if (step == next_test .or. finished) then
-               call test_convergence(diagonal(:step), off_diagonal(:step), eigenvectors(:step, :), ready, all_ready, &
-                  error)
+               call test_convergence(diagonal(:step), off_diagonal(:step), eigenvectors(:step, :), converged, &
+                  is_complete, error)
                if (allocated(error)) return
-               if (all_ready .or. finished) exit
+               if (is_complete .or. finished) exit
                next_test = step + max(4, step/16)
             end if
          end associate
       end do
-      if (ready == 0) then
+      if (converged == 0) then
          call fail(error, status_run_failed, 'Lanczos: of '//to_text(size(vectors, 2))//' modes '// &
             to_text(found)//' converge: the others are lost in rounding')
          return
       end if
       step = column - found
-      call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:column), order, eigenvectors, limit, &
-         0.0_wp, vectors(:, found + 1:found + ready), order)
-      found = found + ready
-   end subroutine find_more
+      call dgemm('N', 'N', order, converged, step, 1.0_wp, basis(:, found + 1:column), order, eigenvectors, limit, &
+         0.0_wp, vectors(:, found + 1:found + converged), order)
+      found = found + converged
+   end subroutine find_further_modes
 
    !> Subtract from w its components along the columns of Q. The components along the last two columns are by far the
    !> largest; if they are subtracted first, one pass over all columns leaves only rounding errors.
@@ -261,7 +262,7 @@ contains
 
    !> Number of the largest eigenvalues of the tridiagonal matrix that have converged. The residual of a Ritz vector is
    !> the last off-diagonal entry times the last entry of the eigenvector of the tridiagonal matrix.
-   subroutine test_convergence(diagonal, off_diagonal, eigenvectors, ready, finished, error)
+   subroutine test_convergence(diagonal, off_diagonal, eigenvectors, converged, finished, error)
       !> Diagonal, [m]
       real(wp), intent(in) :: diagonal(:)
       !> Off-diagonal, whose last entry belongs to the next step, [m]
@@ -269,7 +270,7 @@ contains
       !> Eigenvectors of the tridiagonal matrix for its largest eigenvalues, descending, [m, wanted]
       real(wp), intent(inout) :: eigenvectors(:, :)
       !> Number of converged eigenvalues, counted from the largest without a gap
-      integer, intent(out) :: ready
+      integer, intent(out) :: converged
       !> Whether all eigenvalues have converged or the next one is too small to be resolved
       logical, intent(out) :: finished
       !> Set if DSTEVD fails
@@ -280,7 +281,7 @@ contains
       integer :: info, m, column
 
       m = size(diagonal)
-      ready = 0
+      converged = 0
       finished = .false.
       allocate (value, source=diagonal)
       allocate (off_copy, source=off_diagonal)
@@ -290,13 +291,13 @@ contains
          call fail(error, status_run_failed, lapack_message('DSTEVD', info, m))
          return
       end if
-      do while (ready < min(size(eigenvectors, 2), m))
-         column = m - ready
+      do while (converged < min(size(eigenvectors, 2), m))
+         column = m - converged
          finished = value(column) < resolution*value(m)
          if (finished) return
          if (.not. abs(off_diagonal(m)*all_vectors(m, column)) <= convergence*value(column)) return
-         ready = ready + 1
-         eigenvectors(:, ready) = all_vectors(:, column)
+         converged = converged + 1
+         eigenvectors(:, converged) = all_vectors(:, column)
       end do
       finished = .true.
    end subroutine test_convergence

@@ -1,10 +1,10 @@
 !> The number of modes of a mesh below a frequency, by Sylvester's law of inertia: the number of negative pivots of K -
 !> sigma M.
 !>
-!> In double precision a factorised K of n elements has no correct digit if n^4 is 10^16, because the rounding error of
-!> an entry acts like a spring to the ground. K is therefore assembled and factorised in quadruple precision. The
-!> rotational stiffness terms of each element are accurate in double precision; the other terms follow from them by
-!> equilibrium in quadruple precision.
+!> In double precision a factorised K of n = 10^4 elements has no correct digit, because the rounding error of an entry
+!> acts like a spring to the ground; its effect grows with n^4. K is therefore assembled and factorised in quadruple
+!> precision. The rotational stiffness terms of each element are accurate in double precision; the other terms follow
+!> from them by equilibrium in quadruple precision.
 module mode_count
    use beam_element, only: element_stiffness
    use beam_model, only: beam_model_t, element_dofs
@@ -103,6 +103,7 @@ contains
       real(qp), intent(inout) :: values(:)
       integer, intent(out) :: negative
 
+      !> Minimum magnitude of a pivot relative to its entry before elimination
       real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
       real(qp) :: pivot, min_pivot
       integer :: column, first, k, offset, row, row_offset

@@ -20,12 +20,13 @@ module natural_coordinates
    implicit none (type, external)
    private
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
-   public :: flexibility_matrix, nodal_flexibility, coordinates_of_shape, coordinates_of_forces, row_shape
+   public :: flexibility_matrix, nodal_flexibility, coordinates_of_shape, coordinates_of_forces
+   public :: rows_of_unit_displacement
 
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
    real(wp), parameter :: one_third = 1.0_wp/3.0_wp
 
-   !> A beam in its element curvatures, with what the products with B, N and their transposes need.
+   !> A beam in its element curvatures.
    type :: natural_beam_t
       !> Number of elements n
       integer :: elements = 0
@@ -45,8 +46,7 @@ module natural_coordinates
       real(wp), allocatable :: length(:)
       !> Positions x of the nodes and their distances to the tip, [0:n]
       real(wp), allocatable :: position(:), tip_distance(:)
-      !> Entries 11, 12, 22 of L^-T of each element, with the stiffness S = L L^T. L^-T converts coordinates to
-      !> curvatures. [3, n]
+      !> Entries 11, 12, 22 of L^-T of each element, which converts coordinates to curvatures, [3, n]
       real(wp), allocatable :: inverse(:, :)
       !> Last row of B of each element, [0:n]; element i has rows last_row(i - 1) + 1 ... last_row(i)
       integer, allocatable :: last_row(:)
@@ -54,7 +54,7 @@ module natural_coordinates
       real(wp), allocatable :: point(:)
       !> sqrt(w rho A) at the quadrature points, [last_row(n)]
       real(wp), allocatable :: sqrt_mass(:)
-      !> sqrt(mu); if positive, the tip mass has a row of B
+      !> sqrt(mu), with the tip mass mu in rho Abar L; if positive, the tip mass has a row of B
       real(wp) :: sqrt_tip_mass = 0.0_wp
       !> Number of rows of the beam and the tip mass, which are weighted displacements along the beam
       integer :: beam_rows = 0
@@ -197,7 +197,7 @@ contains
       if (natural%sqrt_tip_mass > 0.0_wp) deflection(natural%beam_rows) = natural%sqrt_tip_mass*displacement
    end subroutine deflect
 
-   !> Store displacement and rotation of a node at its degrees of freedom.
+   !> Store displacement and rotation of a node or of the root at the positions of its degrees of freedom.
    pure subroutine store_node(dofs, displacement, rotation, nodal)
       !> Degrees of freedom of displacement and rotation; 0: constrained
       integer, intent(in) :: dofs(2)
@@ -416,9 +416,9 @@ contains
       end do
    end function coordinates_of_shape
 
-   !> The rows of B for a unit displacement of one node with all other degrees of freedom at rest, without the rows of
-   !> tip mass and point masses, which are 0, [rows].
-   pure function row_shape(natural, node) result(shape)
+   !> B times the coordinates of a unit displacement of one node, with all other degrees of freedom zero, [rows]. The
+   !> rows of tip mass and point masses are set to 0.
+   pure function rows_of_unit_displacement(natural, node) result(shape)
       !> The beam in its element curvatures
       type(natural_beam_t), intent(in) :: natural
       integer, intent(in) :: node
@@ -431,9 +431,10 @@ contains
       do element = node, min(node + 1, natural%elements)
          do row = natural%last_row(element - 1) + 1, natural%last_row(element)
             values = hermite_shape(natural%point(row), natural%length(element))
+            ! the node is the right end of its element (third function) and the left end of the next (first function)
             shape(row) = natural%sqrt_mass(row)*values(merge(3, 1, element == node))
          end do
       end do
-   end function row_shape
+   end function rows_of_unit_displacement
 
 end module natural_coordinates

@@ -12,7 +12,7 @@ module natural_solver
    use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
    use natural_coordinates, only: coordinates_of_shape, flexibility_matrix, make_natural_beam, natural_beam_t, &
-      nodal_flexibility, row_shape
+      nodal_flexibility, rows_of_unit_displacement
    use pinned_coordinates, only: pinned_flexibility, rigid_rotation, remove_rotation
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
@@ -24,8 +24,8 @@ contains
    !> The first lambda_i of the mesh, ascending, and the mode shapes if requested.
    !>
    !> A massless node at the stop adds no mode, because the motion of this node alone has strain energy but no kinetic
-   !> energy. This motion is orthogonal in K to all modes and is removed as in `natural_pinned_modes`. Only coordinates
-   !> of two elements differ from zero in it, so no accuracy is lost.
+   !> energy. This motion is orthogonal in K to all modes and is removed as in `natural_pinned_modes`. Only the
+   !> coordinates of the two adjacent elements take part in the reflection, so no accuracy is lost.
    subroutine natural_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most the number of modes of the mesh
@@ -41,13 +41,13 @@ contains
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), unit(:), vectors(:, :)
       ! number of modes with strain energy, and of rigid-body modes
-      integer :: strained, rigid
+      integer :: bending, rigid
 
       call make_natural_beam(model, natural)
       call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
       rigid = merge(1, 0, has_rigid_mode(model) .and. count > 0)
-      strained = count - rigid
+      bending = count - rigid
       if (has_rigid_mode(model)) then
          call pinned_flexibility(natural, flexibility, nodal)
       else
@@ -59,16 +59,16 @@ contains
       if (model%has_massless_node) then
          allocate (unit(natural%dofs), source=0.0_wp)
          unit(2*model%mesh%struck_node - 1) = 1.0_wp
-         call drop_axis(coordinates_of_shape(natural, unit), flexibility, nodal)
+         call omit_direction(coordinates_of_shape(natural, unit), flexibility, nodal)
       end if
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda(count), source=0.0_wp)
-      lambda(rigid + 1:) = 1.0_wp/sqrt(singular(:strained))
+      lambda(rigid + 1:) = 1.0_wp/sqrt(singular(:bending))
       if (.not. present(modes)) return
       allocate (modes(natural%dofs, count))
       if (rigid > 0) call rigid_rotation(natural, flexibility(:, 1), modes(:, 1))
-      call shapes_from_vectors(model%mass, nodal, singular(:strained), vectors(:, :strained), modes, error)
+      call shapes_from_vectors(model%mass, nodal, singular(:bending), vectors(:, :bending), modes, error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
@@ -76,7 +76,7 @@ contains
    !> The first lambda_i and mode shapes of the beam with the constraint y = 0 at the stop. The root must not be pinned.
    !>
    !> The constraint is c.q = 0 on the curvature coordinates, with c_j the displacement at the stop under coordinate j.
-   !> A Householder reflection turns c into one coordinate axis, which is left out. The reflection combines columns of
+   !> A Householder reflection turns c into one coordinate axis, which is omitted. The reflection combines columns of
    !> different size, so on strongly graded meshes the high modes have fewer correct digits than those of the
    !> unconstrained beam. The slope of the tip is positive if the stop is at the tip, else its displacement.
    subroutine natural_pinned_modes(model, count, lambda, modes, error)
@@ -99,7 +99,7 @@ contains
       if (allocated(error)) return
       allocate (flexibility, source=flexibility_matrix(natural))
       allocate (nodal, source=nodal_flexibility(natural))
-      call drop_axis(nodal(model%stop_dof, :), flexibility, nodal)
+      call omit_direction(nodal(model%stop_dof, :), flexibility, nodal)
       nodal(model%stop_dof, :) = 0.0_wp
 
       call right_singular_vectors(flexibility, .true., singular, vectors, error)
@@ -112,8 +112,8 @@ contains
       call fix_mode_signs(sign_dof, modes)
    end subroutine natural_pinned_modes
 
-   !> Change the rows of B so that the displacement of the node at the stop is replaced by its continuation
-   !> (`redistributed_mass`).
+   !> Replace the displacement of the node at the stop in B by its continuation, which is interpolated from neighbouring
+   !> nodes (`redistributed_mass`).
    pure subroutine continue_displacement(model, natural, nodal, flexibility)
       type(beam_model_t), intent(in) :: model
       !> The beam in its element curvatures
@@ -132,15 +132,15 @@ contains
             if (continuation%dof(i) > 0) change = change + continuation%weight(i)*nodal(continuation%dof(i), :)
          end do
       end associate
-      shape = row_shape(natural, model%mesh%struck_node)
+      shape = rows_of_unit_displacement(natural, model%mesh%struck_node)
       do i = 1, size(change)
          flexibility(:, i) = flexibility(:, i) + shape*change(i)
       end do
    end subroutine continue_displacement
 
-   !> Reflect the coordinates so that a given direction becomes a coordinate axis, and leave this coordinate out.
-   pure subroutine drop_axis(direction, flexibility, nodal)
-      !> Direction that is left out
+   !> Reflect the coordinates so that a given direction becomes a coordinate axis, and omit this coordinate.
+   pure subroutine omit_direction(direction, flexibility, nodal)
+      !> Direction that is omitted, in the coordinates
       real(wp), intent(in) :: direction(:)
       !> Matrices with a column for each coordinate; one column fewer on return
       real(wp), allocatable, intent(inout) :: flexibility(:, :)
@@ -153,17 +153,17 @@ contains
       axis = direction
       axis(pivot) = axis(pivot) + sign(norm2(axis), axis(pivot))
       axis = axis/norm2(axis)
-      call reflect_and_drop(flexibility, axis, pivot)
-      call reflect_and_drop(nodal, axis, pivot)
-   end subroutine drop_axis
+      call reflect_and_omit(flexibility, axis, pivot)
+      call reflect_and_omit(nodal, axis, pivot)
+   end subroutine omit_direction
 
    !> Replace a matrix by matrix (I - 2 a a^T) without its column `pivot`.
-   pure subroutine reflect_and_drop(matrix, axis, pivot)
+   pure subroutine reflect_and_omit(matrix, axis, pivot)
       !> Matrix, one column fewer on return
       real(wp), allocatable, intent(inout) :: matrix(:, :)
       !> Unit vector a
       real(wp), intent(in) :: axis(:)
-      !> Column that is left out
+      !> Column that is omitted
       integer, intent(in) :: pivot
 
       real(wp), allocatable :: reduced(:, :)
@@ -179,7 +179,7 @@ contains
          reduced(:, new_column) = matrix(:, column) - projection*axis(column)
       end do
       call move_alloc(reduced, matrix)
-   end subroutine reflect_and_drop
+   end subroutine reflect_and_omit
 
    !> Singular values, descending, and right singular vectors of a matrix with at least as many rows as columns.
    subroutine right_singular_vectors(matrix, with_vectors, singular, vectors, error)
@@ -220,6 +220,7 @@ contains
          call fail(error, status_run_failed, lapack_message('DGEJSV', info, columns))
          return
       end if
+      ! DGEJSV scales the singular values to avoid overflow
       singular = singular*(work(1)/work(2))
       if (.not. all(singular > 0.0_wp)) then
          call fail(error, status_run_failed, 'the mesh is too uneven: some of its modes vanish in double precision')
@@ -234,9 +235,9 @@ contains
       type(skyline_t), intent(in) :: mass
       !> N: y and dy/dx of the nodes under each coordinate, [order of M, columns]
       real(wp), intent(in) :: nodal(:, :)
-      !> Singular values of the modes with strain energy, [strained]
+      !> Singular values of the modes with strain energy, [bending]
       real(wp), intent(in) :: singular(:)
-      !> Right singular vectors, [columns, strained]
+      !> Right singular vectors, [columns, bending]
       real(wp), intent(in) :: vectors(:, :)
       !> Mode shapes of unit modal mass as columns, [order of M, count]. If there is one shape more than vectors, the
       !> first is a given rigid-body mode
@@ -245,16 +246,16 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: inertia_force(:, :), modal_mass(:, :)
-      integer :: strained, columns, count, first, info, mode, order
+      integer :: bending, columns, count, first, info, mode, order
 
       order = size(nodal, 1)
       columns = size(nodal, 2)
       count = size(modes, 2)
-      strained = size(singular)
-      first = count - strained + 1
+      bending = size(singular)
+      first = count - bending + 1
       if (count == 0) return
       allocate (inertia_force(order, count), modal_mass(count, count))
-      if (strained > 0) call dgemm('N', 'N', order, strained, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, &
+      if (bending > 0) call dgemm('N', 'N', order, bending, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, &
          modes(:, first:), order)
       do mode = 1, count
          if (mode >= first) modes(:, mode) = modes(:, mode)/singular(mode - first + 1)

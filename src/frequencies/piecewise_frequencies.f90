@@ -13,14 +13,15 @@ module piecewise_frequencies
    private
    public :: segments_of, piecewise_lambda
 
-   !> A uniform segment, E Ibar = rho Abar = L = 1.
+   !> A uniform segment: length in L, area in Abar, second moment of area in Ibar; E Ibar = rho Abar = L = 1.
    type :: uniform_segment_t
       real(wp) :: length = 0.0_wp
       real(wp) :: area = 1.0_wp
       real(wp) :: inertia = 1.0_wp
    end type uniform_segment_t
 
-   !> Inertia, spring stiffness and constraint of displacement and slope at a joint between segments or at an end.
+   !> A joint between segments, or an end of the beam: inertia (mass, rotary inertia), spring stiffness and constraint
+   !> of [displacement, slope].
    type :: joint_t
       real(wp) :: inertia(2) = 0.0_wp
       real(wp) :: stiffness(2) = 0.0_wp
@@ -238,13 +239,12 @@ contains
       integer, intent(out) :: clamped_roots
 
       real(qp), parameter :: small = 2.0_qp
-      ! t: k^4 in the series for small k, else sin k
-      real(qp) :: c, d, decay, square, t
+      ! cos k, sin k, the denominator D, exp(-k) and its square
+      real(qp) :: c, sine, d, decay, square
       integer :: half_waves
 
       if (k < small) then
          clamped_roots = 0
-         t = k**4
          d = series(-4.0_qp, 4)
          s = [0.5_qp*series(-4.0_qp, 1), 0.5_qp*series(-4.0_qp, 2), 0.5_qp*series(1.0_qp, 1), &
             0.5_qp*series(1.0_qp, 2), series(-4.0_qp, 3), 0.5_qp*series(1.0_qp, 3)]/d
@@ -254,11 +254,11 @@ contains
       decay = exp(-k)
       square = decay**2
       c = cos(k)
-      t = sin(k)
+      sine = sin(k)
       d = 2.0_qp*decay - c*(1.0_qp + square)
-      s = [k**3*(c*(1.0_qp - square) + t*(1.0_qp + square)), k**2*t*(1.0_qp - square), &
-         k**3*(2.0_qp*decay*t + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
-         k*(t*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*t)]/d
+      s = [k**3*(c*(1.0_qp - square) + sine*(1.0_qp + square)), k**2*sine*(1.0_qp - square), &
+         k**3*(2.0_qp*decay*sine + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
+         k*(sine*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*sine)]/d
       ! D has one root between j pi and (j + 1) pi for each j >= 1; the sign of D shows whether k exceeds this root
       half_waves = int(k/pi_quad)
       clamped_roots = half_waves
@@ -266,7 +266,7 @@ contains
 
    contains
 
-      !> The series sum of g^n t^n/(4 n + p)!
+      !> Sum of (g k^4)^n/(4 n + p)! over n >= 0, without the cancellation of the closed forms at small k
       pure function series(g, p) result(total)
          real(qp), intent(in) :: g
          integer, intent(in) :: p
@@ -278,7 +278,7 @@ contains
          term = 1.0_qp/gamma(real(p + 1, qp))
          total = term
          do n = 1, 14
-            term = term*g*t/(real(4*n + p, qp)*real(4*n + p - 1, qp)*real(4*n + p - 2, qp)*real(4*n + p - 3, qp))
+            term = term*g*k**4/(real(4*n + p, qp)*real(4*n + p - 1, qp)*real(4*n + p - 2, qp)*real(4*n + p - 3, qp))
             total = total + term
          end do
       end function series

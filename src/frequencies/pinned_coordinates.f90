@@ -7,8 +7,8 @@
 !> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
 !> makes the deflection orthogonal in the mass product to the rotation. Projecting the rotation out loses digits if the
 !> deflection is nearly a rotation itself, as that of a bend near a clamped root is. Each bend is therefore computed,
-!> without cancellation, in that of three forms whose deflection is smallest: with the root, the part beyond the
-!> element, or the tip at rest.
+!> without cancellation, in three forms, of which the one with the smallest deflection is used: with the root, the part
+!> beyond the element, or the tip at rest.
 module pinned_coordinates
    use kinds, only: wp
    use natural_coordinates, only: natural_beam_t
@@ -28,14 +28,14 @@ module pinned_coordinates
       !> Curvature at the left and at the right node of the element, times the length of the element
       real(wp) :: left = 0.0_wp
       real(wp) :: right = 0.0_wp
-      !> Form of the deflection, one of the constants above
+      !> Form of the deflection, one of the `_at_rest` constants
       integer :: at_rest = root_at_rest
       !> Rotation of the root in this form
       real(wp) :: root_rotation = 0.0_wp
       !> Rotation of the outer part beyond the element relative to the root
       real(wp) :: rotation = 0.0_wp
-      !> First moment of the curvature: that rotation times the position of the centre of the bend, where the tangents
-      !> on both sides of the bend meet. Positions are fractions of the length of the beam.
+      !> First moment of the curvature about the root: `rotation` times the position x/L at which the tangents on both
+      !> sides of the bend intersect
       real(wp) :: moment = 0.0_wp
    end type bend_t
 
@@ -58,7 +58,7 @@ contains
          min_norm = huge(1.0_wp)
          do form = root_at_rest, tip_at_rest
             bend = bend_of(natural, j, form)
-            call rows_of(natural, bend, column)
+            call deflection_of(natural, bend, column)
             if (norm2(column) >= min_norm) cycle
             min_norm = norm2(column)
             flexibility(:, j) = column
@@ -101,7 +101,7 @@ contains
 
       rotation_alone%root_rotation = 1.0_wp
       rotation_alone%rotation = 1.0_wp
-      call rows_of(natural, rotation_alone, direction)
+      call deflection_of(natural, rotation_alone, direction)
       call nodal_motion_of(natural, rotation_alone, motion)
       length = norm2(direction)
       direction = direction/length
@@ -112,7 +112,7 @@ contains
    pure function bend_of(natural, coordinate, form) result(bend)
       type(natural_beam_t), intent(in) :: natural
       integer, intent(in) :: coordinate
-      !> Part of the beam that is at rest, one of the constants above
+      !> Part of the beam that is at rest, one of the `_at_rest` constants
       integer, intent(in) :: form
       type(bend_t) :: bend
 
@@ -164,8 +164,8 @@ contains
       if (bend%at_rest == tip_at_rest) rotation = bend%moment
    end function outer_rotation
 
-   !> The column of B of a bend.
-   pure subroutine rows_of(natural, bend, column)
+   !> The deflection of a bend as a column of B.
+   pure subroutine deflection_of(natural, bend, column)
       type(natural_beam_t), intent(in) :: natural
       type(bend_t), intent(in) :: bend
       !> Column of B, [rows]
@@ -199,7 +199,7 @@ contains
          row = natural%beam_rows + 2*i - 1
          column(row:row + 1) = natural%sqrt_point_mass(:, i)*nodal(dof:dof + 1)
       end do
-   end subroutine rows_of
+   end subroutine deflection_of
 
    !> y and dy/dx of the nodes, and the rotation of the root, of a bend.
    pure subroutine nodal_motion_of(natural, bend, nodal)

@@ -93,6 +93,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), dimension(size(vectors, 2), size(vectors, 2)) :: mass, unit
+      ! the workspace suffices for blocks of 32 columns
       real(wp) :: value(size(vectors, 2)), work(34*size(vectors, 2) + 1)
       integer :: count, i, info
 

@@ -16,7 +16,7 @@ module support_coordinates
    use beam_model, only: beam_model_t, has_rigid_mode
    use kinds, only: wp
    use natural_coordinates, only: coordinates_of_forces, coordinates_of_shape, deflect, deflect_transposed, &
-      make_natural_beam, natural_beam_t, nodal_displacements, row_shape
+      make_natural_beam, natural_beam_t, nodal_displacements, rows_of_unit_displacement
    use pinned_coordinates, only: rigid_rotation
    implicit none (type, external)
    private
@@ -39,7 +39,7 @@ module support_coordinates
    type :: supported_beam_t
       !> Number of coordinates: those of `natural`, then one for each spring along the beam
       integer :: order = 0
-      !> Number of coordinate directions that are not excluded
+      !> Dimension of the space that the excluded directions leave
       integer :: free = 0
       !> Number of rows of B, and of degrees of freedom
       integer :: rows = 0
@@ -108,7 +108,7 @@ contains
             if (continuation%dof(i) > 0) forces(continuation%dof(i)) = continuation%weight(i)
          end do
       end associate
-      beam%motion_rows(:, 1) = row_shape(beam%natural, model%mesh%struck_node)
+      beam%motion_rows(:, 1) = rows_of_unit_displacement(beam%natural, model%mesh%struck_node)
       beam%weight(:beam%natural%order, 1) = coordinates_of_forces(beam%natural, forces)
    end subroutine continue_displacement
 
@@ -120,21 +120,23 @@ contains
       !> Support that determines the amount; 0: there is none
       integer, intent(out) :: support
 
-      real(wp) :: direction(beam%rows), sqrt_compliance, min_compliance, motion(beam%dofs), weight(beam%order)
+      ! flexibility of a support against the rotation, of order 1 for a rigid support at the tip, and its minimum
+      real(wp) :: flexibility, min_flexibility
+      real(wp) :: direction(beam%rows), motion(beam%dofs), weight(beam%order)
       integer :: i
 
       call rigid_rotation(beam%natural, direction, motion)
       support = 0
-      min_compliance = huge(1.0_wp)
+      min_flexibility = huge(1.0_wp)
       do i = 1, size(model%supports)
          associate (supported => model%supports(i))
             if (.not. abs(motion(supported%dof)) > 0.0_wp) cycle
-            sqrt_compliance = 1.0_wp
-            if (supported%stiffness > 0.0_wp) sqrt_compliance = 1.0_wp + 1.0_wp/sqrt(supported%stiffness)
-            sqrt_compliance = sqrt_compliance/abs(motion(supported%dof))
+            flexibility = 1.0_wp
+            if (supported%stiffness > 0.0_wp) flexibility = 1.0_wp + 1.0_wp/sqrt(supported%stiffness)
+            flexibility = flexibility/abs(motion(supported%dof))
          end associate
-         if (sqrt_compliance >= min_compliance) cycle
-         min_compliance = sqrt_compliance
+         if (flexibility >= min_flexibility) cycle
+         min_flexibility = flexibility
          support = i
       end do
       associate (last => size(beam%weight, 2))
