@@ -1,6 +1,6 @@
 !> Measures how the run time divides between the parts of a run, and how time and memory grow with the mesh, the length
-!> of the run, the number of events and the number of modes. Growth is a curve with the fitted exponent of a power law.
-!> A task (`task_t`) is the computation that is timed; tasks with the same scene differ in kind and settings.
+!> of the run, the number of events and the number of modes. Each growth curve gets the fitted exponent of a power law.
+!> A task (`task_t`) is the computation that is timed.
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
@@ -35,7 +35,7 @@ contains
       ! the default output: all histories, no energies
       type(output_settings_t) :: histories
       type(task_t) :: task
-      ! times of a run without histories and with them, s
+      ! times of a run that records only events, and of one that records histories, s
       real(wp) :: events_only, with_histories
 
       call prepare_task(scene, scene%mesh%elements, task, error)
@@ -90,15 +90,15 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       allocate (study%curves(0))
-      call grow_with_events(study%motion, study%curves)
-      if (allocated(scene%precision%scaling_durations)) call grow_with_duration(scene, study%curves, error)
+      call add_growth_with_events(study%runs, study%curves)
+      if (allocated(scene%precision%scaling_durations)) call add_growth_with_duration(scene, study%curves, error)
       if (allocated(error)) return
-      if (allocated(scene%precision%scaling_elements)) call grow_with_elements(scene, study%curves, error)
+      if (allocated(scene%precision%scaling_elements)) call add_growth_with_elements(scene, study%curves, error)
    end subroutine measure_growth
 
-   !> Time of a run against its number of events, from the runs with different hop tolerances (heights below which a
-   !> flight is not counted).
-   pure subroutine grow_with_events(entries, curves)
+   !> Time of a run against its number of events, from the runs with different hop tolerances (heights of a flight below
+   !> which the contact counts as closed).
+   pure subroutine add_growth_with_events(entries, curves)
       type(motion_entry_t), intent(in) :: entries(:)
       !> List to which the curve is added
       type(curve_t), allocatable, intent(inout) :: curves(:)
@@ -108,18 +108,18 @@ contains
       wanted = entries%varied == varied_hop .and. entries%failure == '' .and. entries%event_count > 0
       if (count(wanted) < 2) return
       call add_curve(curves, 'exact motion', 'events', 's', pack(real(entries%event_count, wp), wanted), &
-         pack(entries%motion%median, wanted))
-   end subroutine grow_with_events
+         pack(entries%motion_time%median, wanted))
+   end subroutine add_growth_with_events
 
    !> Time of a run against its length.
-   subroutine grow_with_duration(scene, curves, error)
+   subroutine add_growth_with_duration(scene, curves, error)
       type(scene_t), intent(in) :: scene
       !> List to which the curves are added
       type(curve_t), allocatable, intent(inout) :: curves(:)
       !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      integer, parameter :: contenders(2) = [integrator_exact, integrator_average]
+      integer, parameter :: integrators(2) = [integrator_exact, integrator_average]
       character(*), parameter :: names(2) = [character(name_length) :: 'exact motion', 'newmark, d tau = 0.01']
       type(task_t) :: task
       type(timing_t) :: timing
@@ -131,8 +131,8 @@ contains
          call prepare_task(scene, scene%mesh%elements, task, error, with_modes=.true.)
          if (allocated(error)) return
          do k = 1, 2
-            task%action = merge(task_motion, task_run, contenders(k) == integrator_exact)
-            task%settings = settings_for(contenders(k), scene%precision, sample_step)
+            task%action = merge(task_motion, task_run, integrators(k) == integrator_exact)
+            task%settings = settings_for(integrators(k), scene%precision, sample_step)
             do i = 1, size(durations)
                task%settings%duration = durations(i)
                call measure_time(task, scene%precision, timing, error)
@@ -144,10 +144,10 @@ contains
             if (k == 1) call add_curve(curves, 'exact motion, modal sums', 'duration', '1', durations, evaluations)
          end do
       end associate
-   end subroutine grow_with_duration
+   end subroutine add_growth_with_duration
 
    !> Time and memory against the number of elements, and time of a sample against the number of modes.
-   subroutine grow_with_elements(scene, curves, error)
+   subroutine add_growth_with_elements(scene, curves, error)
       type(scene_t), intent(in) :: scene
       !> List to which the curves are added
       type(curve_t), allocatable, intent(inout) :: curves(:)
@@ -173,7 +173,7 @@ contains
          before = peak_memory()
          call prepare_task(scene, elements(i), task, error)
          if (allocated(error)) return
-         task%count = scene%precision%scaling_modes
+         task%mode_count = scene%precision%scaling_modes
          call seconds_of(scene%precision, task, task_few_modes, few_modes(i), error)
          if (allocated(error)) return
          memory(i) = max(peak_memory() - before, 0.0_wp)
@@ -223,7 +223,7 @@ contains
          motion_task%output = no_output()
       end subroutine add_motion
 
-   end subroutine grow_with_elements
+   end subroutine add_growth_with_elements
 
    !> Median time of a task, s.
    subroutine seconds_of(requested, task, action, median, error)
@@ -282,7 +282,7 @@ contains
 
       integer, parameter :: min_points = 3
       real(wp), allocatable :: x(:), y(:)
-      ! the point takes part in the fit
+      ! whether the point takes part in the fit
       logical :: used(size(abscissa))
       integer :: i, points
 

@@ -1,6 +1,6 @@
-!> Finds the fastest run within each error bound, separately for each scheme. A scheme is a method of computing motion
-!> together with a mass matrix; an entry is here a run with one set of settings, its `contender` is the method; errors
-!> are differences from the motion that has converged in the mesh.
+!> Finds the fastest run within each error bound, separately for each scheme. A scheme is a method of integration with a
+!> mass matrix; an entry is a run with one set of settings; errors are differences from the motion that has converged in
+!> the mesh.
 module fastest_schemes
    use kinds, only: wp
    use precision_types, only: motion_entry_t, varied_mesh
@@ -15,7 +15,7 @@ module fastest_schemes
 
 contains
 
-   !> Indices of entries, one entry of each scheme: the first that varies the mesh.
+   !> Indices of the first entry of each scheme, among the entries that vary the mesh.
    pure function schemes_of(entries) result(schemes)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Indices into `entries`, [schemes]
@@ -36,7 +36,7 @@ contains
       type(motion_entry_t), intent(in) :: entry
       character(40) :: name
 
-      name = trim(integrator_names(entry%contender))//', '//mass_names(entry%mass)
+      name = trim(integrator_names(entry%integrator))//', '//mass_names(entry%mass)
    end function scheme_name
 
    !> Index of the fastest entry of a scheme whose error is within a bound; 0: there is none. An entry does not qualify
@@ -55,42 +55,41 @@ contains
 
       is_of_scheme = is_same_scheme(entries, scheme) .and. entries%varied == varied_mesh .and. entries%failure == ''
       exceeds_bound = is_of_scheme .and. entries%errors%history > bound
-      number = minloc(entries%whole%median, dim=1, mask=is_of_scheme .and. [(.not. any(exceeds_bound .and. &
+      number = minloc(entries%run_time%median, dim=1, mask=is_of_scheme .and. [(.not. any(exceeds_bound .and. &
          entries%elements >= entries(i)%elements .and. entries%step <= entries(i)%step), i=1, size(entries))])
    end function fastest_of
 
    !> Contributions to the error of a run by Newmark's method, as maximum differences of eta, [3]: error of the time
    !> step (against exact motion on the same mesh), error of the mesh (of exact motion on this mesh), and both together.
    !> Negative: not known.
-   pure function error_contributions(entries, number) result(parts)
+   pure function error_contributions(entries, number) result(contribution)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Index of an entry that varies the step
       integer, intent(in) :: number
-      real(wp) :: parts(3)
+      real(wp) :: contribution(3)
 
       integer :: i
 
-      parts = -1.0_wp
+      contribution = -1.0_wp
       associate (stepped => entries(number))
-         if (stepped%failure == '') parts(1) = stepped%errors%history
+         if (stepped%failure == '') contribution(1) = stepped%errors%history
          do i = 1, size(entries)
             if (entries(i)%varied /= varied_mesh .or. entries(i)%elements /= stepped%elements .or. &
                entries(i)%mass /= stepped%mass .or. entries(i)%failure /= '') cycle
-            if (entries(i)%contender == integrator_exact) parts(2) = entries(i)%errors%history
-            if (entries(i)%contender == stepped%contender .and. .not. abs(entries(i)%step - stepped%step) > 0.0_wp) then
-               parts(3) = entries(i)%errors%history
-            end if
+            if (entries(i)%integrator == integrator_exact) contribution(2) = entries(i)%errors%history
+            if (entries(i)%integrator /= stepped%integrator) cycle
+            if (.not. abs(entries(i)%step - stepped%step) > 0.0_wp) contribution(3) = entries(i)%errors%history
          end do
       end associate
    end function error_contributions
 
-   !> Do two entries belong to the same scheme?
+   !> Whether two entries belong to the same scheme.
    elemental function is_same_scheme(one, other) result(answer)
       type(motion_entry_t), intent(in) :: one
       type(motion_entry_t), intent(in) :: other
       logical :: answer
 
-      answer = one%contender == other%contender .and. one%mass == other%mass
+      answer = one%integrator == other%integrator .and. one%mass == other%mass
    end function is_same_scheme
 
 end module fastest_schemes

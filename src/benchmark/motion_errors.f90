@@ -1,4 +1,4 @@
-!> Quantities by which two runs of one scene are compared, and the differences of two runs in these quantities.
+!> Compares two runs of one scene: instant and velocity of the first impact, displacements, energy and contact impulse.
 module motion_errors
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -22,17 +22,17 @@ module motion_errors
       real(wp) :: impact_velocity = 0.0_wp
       !> Energy of beam and stops at the horizon, in `energy_unit`
       real(wp) :: energy = 0.0_wp
-      !> Impulse of the contact force up to the horizon; 0 without a balance of impulses
+      !> Impulse of the contact force up to the horizon; 0: not compared
       real(wp) :: impulse = 0.0_wp
       !> Displacement eta at stop and tip at the samples up to the horizon, [samples, 2]
       real(wp), allocatable :: history(:, :)
    end type run_results_t
 
-   !> Quantities of a beam that is released from its only stop, without loads, that the balance of impulses requires;
-   !> unallocated components: there is no balance.
+   !> Quantities from which the impulse of the contact force follows, for a beam without loads that is released from its
+   !> only stop; unallocated components: the scene is of another kind, and impulses are not compared.
    type :: impulse_balance_t
-      !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and s at
-      !> the stop
+      !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and the
+      !> displacement s at the stop
       real(wp), allocatable :: mass(:)
       real(wp), allocatable :: damping(:)
       real(wp) :: flexibility = 0.0_wp
@@ -42,7 +42,7 @@ module motion_errors
 
    !> Differences between two runs.
    type :: motion_errors_t
-      !> Difference of the instant, tau, and relative difference of the velocity, of the first impact
+      !> Difference of the instant of the first impact, tau, and relative difference of its velocity
       real(wp) :: impact_tau = 0.0_wp
       real(wp) :: impact_velocity = 0.0_wp
       !> Maximum difference of eta of stop and tip
@@ -52,7 +52,7 @@ module motion_errors
       !> Relative difference of the contact impulse
       real(wp) :: impulse = 0.0_wp
       !> Maximum error of the energy balance of the first run, in `energy_unit`
-      real(wp) :: ledger = 0.0_wp
+      real(wp) :: energy_balance = 0.0_wp
    end type motion_errors_t
 
 contains
@@ -79,7 +79,7 @@ contains
       horizon = grid*real(floor(horizon/grid*(1.0_wp + 8.0_wp*epsilon(1.0_wp))), wp)
    end function horizon_of
 
-   !> Does the run begin with the release of the beam from its only stop, below the beam, and has it no loads?
+   !> Whether the run begins with the release of the beam from its only stop, below the beam, and has no loads.
    pure function is_released_from_one_stop(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -99,8 +99,9 @@ contains
       !> Use every n-th sample, of which the horizon must be one; default 1
       integer, intent(in), optional :: every
 
-      ! `last`: index of the last sample up to the horizon
-      integer :: i, last, stride
+      ! index of the last sample up to the horizon, and stride of the samples
+      integer :: last, stride
+      integer :: i
 
       stride = 1
       if (present(every)) stride = every

@@ -1,8 +1,8 @@
-!> Run time and error of motion for every method and every setting. An entry is here one run with one set of settings.
-!> The reference is exact motion with all modes and the strictest hop tolerance (the height in eta below which a flight
-!> is a hop, too low to count); Newmark's method, extrapolated to a vanishing step, checks the reference. If the scene
-!> requests errors against the beam (`against_beam`), runs on several meshes are compared with a run on twice as many
-!> elements as the finest of these meshes: this run then represents the beam itself.
+!> Run time and error of motion for every method and every setting. An entry is one run with one set of settings. The
+!> reference is exact motion with all modes and the strictest hop tolerance (the height of a flight in eta below which
+!> the contact counts as closed); Newmark's method, extrapolated to a vanishing step, checks the reference. Runs on
+!> other meshes are compared with a run on twice as many elements as the finest of these meshes. If the scene requests
+!> errors against the beam (`against_beam`), this run represents the continuous beam.
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
@@ -26,8 +26,9 @@ module motion_precision
    !> Interval of the samples at which exact runs are compared, tau.
    real(wp), parameter :: comparison_step = 0.01_wp
    !> Hop tolerance of the reference.
-   real(wp), parameter :: tightest_hop = 1.0e-14_wp
-   !> Order of the error in the length of the elements if the mass that is hit does not contain a part of an element.
+   real(wp), parameter :: strictest_hop_tolerance = 1.0e-14_wp
+   !> Order of the error in the length of the elements if the effective mass in an impact contains no mass of elements,
+   !> as with the redistributed mass matrix.
    integer, parameter :: convergence_order = 4
    !> Ratio of the number of elements of the reference for meshes to the maximum number of elements compared.
    integer, parameter :: refinement = 2
@@ -48,12 +49,12 @@ contains
       integer :: i
 
       settings = run_settings_of(scene)
-      call list_entries(scene, study%motion)
+      call list_entries(scene, study%runs)
       call make_reference(scene, scene%mesh%elements, scene%mesh%mass, reference, error)
       if (allocated(error)) return
       study%horizon = horizon_of(settings, reference%response, scene%precision%duration, grid_of(scene))
-      if (any(study%motion%varied == varied_mesh)) then
-         associate (elements => refinement*maxval(study%motion%elements))
+      if (any(study%runs%varied == varied_mesh)) then
+         associate (elements => refinement*maxval(study%runs%elements))
             call make_reference(scene, elements, merge(mass_auto, scene%mesh%mass, scene%precision%against_beam), &
                finest, error)
          end associate
@@ -70,11 +71,11 @@ contains
       call check_reference(scene, study%horizon, reference, study%check)
       if (scene%precision%against_beam) call check_beam(scene, study%horizon, finest, study%beam, error)
       if (allocated(error)) return
-      do i = 1, size(study%motion)
-         if (study%motion(i)%varied == varied_mesh) then
-            call measure_entry(scene, study%horizon, finest, study%motion(i))
+      do i = 1, size(study%runs)
+         if (study%runs(i)%varied == varied_mesh) then
+            call measure_entry(scene, study%horizon, finest, study%runs(i))
          else
-            call measure_entry(scene, study%horizon, reference, study%motion(i))
+            call measure_entry(scene, study%horizon, reference, study%runs(i))
          end if
       end do
    end subroutine compare_motion
@@ -101,7 +102,7 @@ contains
       allocate (entries(0))
       associate (requested => scene%precision)
          do i = 1, size(requested%methods)
-            entry = motion_entry_t(contender=requested%methods(i), varied=varied_step, step=comparison_step, &
+            entry = motion_entry_t(integrator=requested%methods(i), varied=varied_step, step=comparison_step, &
                hop_tolerance=defaults%hop_tolerance, mode_tolerance=strict_mode_tolerance, &
                elements=scene%mesh%elements, mass=scene%mesh%mass)
             if (requested%methods(i) /= integrator_exact) then
@@ -117,7 +118,7 @@ contains
                entry%hop_tolerance = requested%hop_tolerances(k)
                entries = [entries, entry]
             end do
-            entry%hop_tolerance = tightest_hop
+            entry%hop_tolerance = strictest_hop_tolerance
             if (allocated(requested%mode_tolerances)) then
                entry%varied = varied_modes
                do k = 1, size(requested%mode_tolerances)
@@ -139,7 +140,7 @@ contains
       end associate
    end subroutine list_entries
 
-   !> Add the settings of an entry with every mesh of the scene.
+   !> Add entries with the settings of a given entry, one for every mesh of the scene.
    pure subroutine add_mesh_entries(requested, entry, entries)
       type(precision_settings_t), intent(in) :: requested
       type(motion_entry_t), intent(in) :: entry
@@ -167,7 +168,7 @@ contains
       type(task_t), intent(out) :: task
       !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Store the shapes at the start and at this instant, tau
+      !> Instant tau at which the shape is stored, besides the start; absent: no shapes
       real(wp), intent(in), optional :: horizon
 
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
@@ -177,12 +178,13 @@ contains
       task%output%measures = .true.
       if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
       task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
-      task%settings%hop_tolerance = tightest_hop
+      task%settings%hop_tolerance = strictest_hop_tolerance
       task%settings%keep_all_modes = .true.
       call task%run(error)
    end subroutine make_reference
 
-   !> Compare the reference with Newmark's method, extrapolated to a vanishing step; events are located to rounding.
+   !> Compare the reference with Newmark's method, extrapolated to a vanishing step, whose events are located to within
+   !> rounding.
    subroutine check_reference(scene, horizon, reference, check)
       type(scene_t), intent(in) :: scene
       !> End of the comparison, tau
@@ -242,9 +244,9 @@ contains
       !> Set if the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! compared quantities of the run for the beam, of the run on half as many elements, and of the runs with the other
-      ! mass matrix on half as many and on as many elements
-      type(run_results_t) :: results, half, other(2)
+      ! compared quantities of the run for the beam, of the run on half as many elements, of the runs with the other
+      ! mass matrix on half as many and on as many elements, and of the extrapolation of the latter two
+      type(run_results_t) :: results, half, other(2), other_limit
       type(failure_t), allocatable :: other_error
       ! the mass matrix that the run for the beam does not use
       integer :: other_mass, i
@@ -256,20 +258,20 @@ contains
       call find_reference_results(finest, comparison_step, horizon, results, error)
       if (.not. allocated(error)) call compute(beam%elements/refinement, beam%mass, half, error)
       if (allocated(error)) return
-      beam%half = difference_of(half, results)
-      beam%uncertainty = beam%half%history/real(refinement**convergence_order - 1, wp)
+      beam%half_mesh_difference = difference_of(half, results)
+      beam%uncertainty = beam%half_mesh_difference%history/real(refinement**convergence_order - 1, wp)
       do i = 1, 2
          if (.not. allocated(other_error)) call compute(beam%elements*i/refinement, other_mass, other(i), other_error)
       end do
       if (allocated(other_error)) then
-         beam%other_failure = other_error%message
+         beam%other_mass_failure = other_error%message
          return
       end if
-      ! with the consistent matrix the mass that is hit contains a part of an element: an error of first order, which
-      ! extrapolation removes; `half` now holds the quantities with the other mass matrix
-      if (finest%model%is_redistributed) call extrapolate(other(1), other(2), half, order=1)
-      if (.not. finest%model%is_redistributed) half = other(2)
-      beam%other = difference_of(half, results)
+      ! with the consistent matrix the effective mass in an impact contains a part of the mass of an element, an error
+      ! of first order, which extrapolation removes
+      if (finest%model%is_redistributed) call extrapolate(other(1), other(2), other_limit, order=1)
+      if (.not. finest%model%is_redistributed) other_limit = other(2)
+      beam%other_mass_difference = difference_of(other_limit, results)
 
    contains
 
@@ -355,8 +357,8 @@ contains
       end if
       task%action = task_run
       task%output = reference%output
-      task%settings = settings_for(entry%contender, scene%precision, entry%step)
-      if (entry%contender == integrator_exact) then
+      task%settings = settings_for(entry%integrator, scene%precision, entry%step)
+      if (entry%integrator == integrator_exact) then
          task%settings%hop_tolerance = entry%hop_tolerance
          task%settings%mode_tolerance = entry%mode_tolerance
       end if
@@ -372,15 +374,15 @@ contains
       if (.not. allocated(error)) then
          call results_of(task%response, horizon, balance, results, max(every(1), 1))
          entry%errors = difference_of(results, exact)
-         entry%errors%ledger = balance_error(task%response)/energy_unit(task%response)
+         entry%errors%energy_balance = balance_error(task%response)/energy_unit(task%response)
          task%output = no_output()
-         call measure_time(task, scene%precision, entry%whole, error)
+         call measure_time(task, scene%precision, entry%run_time, error)
       end if
-      ! steps on the matrices of the mesh need no modes, so there is no other time
-      entry%motion = entry%whole
+      ! Newmark's steps on the matrices of the mesh need no modes, so both times are the same
+      entry%motion_time = entry%run_time
       if (.not. allocated(error) .and. moves_in_modes(task%settings)) then
          task%action = task_motion
-         call measure_time(task, scene%precision, entry%motion, error)
+         call measure_time(task, scene%precision, entry%motion_time, error)
       end if
       entry%event_count = task%response%event_count
       entry%retained_modes = task%response%mode_check%retained

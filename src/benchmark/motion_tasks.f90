@@ -18,11 +18,11 @@ module motion_tasks
    public :: task_t, task_assembly, task_modes, task_run, task_motion, task_few_modes, task_solver
    public :: prepare_task, settings_for, no_output, full_output
 
-   !> Task: assemble the beam.
+   !> Kinds of tasks: assemble the beam.
    integer, parameter :: task_assembly = 1
    !> Compute all modes of the beam.
    integer, parameter :: task_modes = 2
-   !> Compute a whole run of the assembled beam.
+   !> Compute the modes and a run of the assembled beam.
    integer, parameter :: task_run = 3
    !> Compute a run with modes that are already known.
    integer, parameter :: task_motion = 4
@@ -44,7 +44,7 @@ module motion_tasks
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
       !> Number of modes to compute, and frequency solver, one of the `solver_` constants
-      integer :: count = 0
+      integer :: mode_count = 0
       integer :: solver = 0
       !> Results: response of a run, and lambda of the modes
       type(response_t) :: response
@@ -102,9 +102,9 @@ contains
          case (task_few_modes)
             call motion_model_of(scene, self%elements, self%ratio, self%model, error)
             if (allocated(error)) return
-            call lanczos_modes(self%model, min(self%count, self%elements), self%lambda, error, modes)
+            call lanczos_modes(self%model, min(self%mode_count, self%elements), self%lambda, error, modes)
          case (task_solver)
-            call solve_modes(self%model, self%solver, self%count, self%lambda, error)
+            call solve_modes(self%model, self%solver, self%mode_count, self%lambda, error)
          case default
             call run_motion(self%model, run_of_task(self), self%response, error)
          end select
@@ -123,9 +123,9 @@ contains
 
    !> Settings of a run by one of the compared methods. Newmark's tolerances are those of the paper at the paper's step
    !> of 0.01 and are proportional to the square of the step, as the error of the method is.
-   pure function settings_for(contender, precision, step) result(settings)
+   pure function settings_for(integrator, precision, step) result(settings)
       !> Method, one of the `integrator_` constants
-      integer, intent(in) :: contender
+      integer, intent(in) :: integrator
       !> Settings of the study
       type(precision_settings_t), intent(in) :: precision
       !> Newmark's step, or the interval of the samples of exact motion, tau
@@ -140,13 +140,13 @@ contains
       settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
       settings%mode_count = precision%mode_count
-      if (contender == integrator_exact) return
+      if (integrator == integrator_exact) return
       settings%method = method_newmark
       settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2
       settings%release_tolerance = settings%release_tolerance*(step/paper_step)**2
       settings%substep = .true.
       ! average acceleration, linear acceleration, or central differences
-      select case (contender)
+      select case (integrator)
       case (integrator_average)
          settings%newmark_beta = 0.25_wp
       case (integrator_linear)

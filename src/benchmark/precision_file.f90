@@ -1,4 +1,5 @@
-!> Writes the results file of a precision study (run time against error of all methods).
+!> Writes the results file of a precision study (run time against error of all methods). Users read older words than
+!> the source: a group "way_1" holds a scheme, a dataset "ledger" the error of the energy balance.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use failures, only: failure_t
@@ -40,7 +41,7 @@ contains
       call group%attribute('compiler_options', options_of_compiler())
       call group%attribute('build', kind_of_build())
       call group%attribute('clock_resolution', clock_resolution())
-      if (allocated(study%motion)) call write_motion(group%group('motion'), study)
+      if (allocated(study%runs)) call write_motion(group%group('motion'), study)
       if (allocated(study%beam)) call write_beam(group%group('beam'), study)
       if (allocated(study%parts)) call write_parts(group%group('parts'), study)
       if (allocated(study%curves)) call write_curves(group%group('growth'), study)
@@ -58,10 +59,10 @@ contains
       type(hdf5_group_t) :: check
       integer :: i
 
-      associate (entries => study%motion)
+      associate (entries => study%runs)
          call group%attribute('horizon', study%horizon)
          call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
-         call group%add('method', integrator_names(entries%contender), 'none', 'method of integration', along=along)
+         call group%add('method', integrator_names(entries%integrator), 'none', 'method of integration', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
             along=along)
          call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', &
@@ -72,14 +73,16 @@ contains
             'eta by which leaving out modes may change the motion', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
          call group%add('mass', mass_names(entries%mass), 'none', 'mass matrix', along=along)
-         call group%add('seconds', entries%whole%median, 's', &
+         call group%add('seconds', entries%run_time%median, 's', &
             'whole run from the assembled beam, events only: median', along=along)
-         call group%add('seconds_lower_quartile', entries%whole%lower_quartile, 's', 'its lower quartile', along=along)
-         call group%add('seconds_upper_quartile', entries%whole%upper_quartile, 's', 'its upper quartile', along=along)
-         call group%add('timings', entries%whole%timings, '1', 'number of timings', along=along)
-         call group%add('runs_each', entries%whole%runs_each, '1', 'runs within each timing', along=along)
-         call group%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', &
+         call group%add('seconds_lower_quartile', entries%run_time%lower_quartile, 's', 'its lower quartile', &
             along=along)
+         call group%add('seconds_upper_quartile', entries%run_time%upper_quartile, 's', 'its upper quartile', &
+            along=along)
+         call group%add('timings', entries%run_time%timings, '1', 'number of timings', along=along)
+         call group%add('runs_each', entries%run_time%runs_each, '1', 'runs within each timing', along=along)
+         call group%add('seconds_motion', entries%motion_time%median, 's', &
+            'the same in modes found beforehand: median', along=along)
          call group%add('events', entries%event_count, '1', 'number of events', along=along)
          call group%add('modes_kept', entries%retained_modes, '1', 'modes kept', along=along)
          call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', &
@@ -110,15 +113,15 @@ contains
       real(wp), allocatable :: parts(:, :)
       integer :: i, k
 
-      associate (beam => study%beam, entries => study%motion, schemes => schemes_of(study%motion))
+      associate (beam => study%beam, entries => study%runs, schemes => schemes_of(study%runs))
          call group%attribute('elements', real(beam%elements, wp))
          call group%attribute('mass', mass_names(beam%mass))
          call group%attribute('uncertainty', beam%uncertainty)
-         call group%attribute('no_other_mass', beam%other_failure)
+         call group%attribute('no_other_mass', beam%other_mass_failure)
          call group%add('pair', [1, 2], '1', &
             '1: the run for the beam and the same on half the elements; 2: and one with the other mass matrix', &
             is_scale=.true.)
-         call write_errors(group, 'difference', [beam%half, beam%other], 'pair')
+         call write_errors(group, 'difference', [beam%half_mesh_difference, beam%other_mass_difference], 'pair')
          do k = 1, size(schemes)
             child = group%group('way_'//to_text(k))
             call child%attribute('name', scheme_name(entries(schemes(k))))
@@ -155,7 +158,7 @@ contains
       call group%add(prefix//'_energy', errors%energy, '1', 'energy at the horizon, in that at the start', along=along)
       call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', &
          along=along)
-      call group%add(prefix//'_ledger', errors%ledger, '1', &
+      call group%add(prefix//'_ledger', errors%energy_balance, '1', &
          'maximum error of the energy balance over the energy at the start', along=along)
    end subroutine write_errors
 

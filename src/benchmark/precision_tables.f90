@@ -22,7 +22,7 @@ contains
 
       write (unit, '(a)') scene%name//': '//scene%title
       write (unit, '(2x, a)') processor_name()//', '//compiler_name()//', '//kind_of_build()
-      if (allocated(study%motion)) call print_motion(unit, study)
+      if (allocated(study%runs)) call print_motion(unit, study)
       if (allocated(study%beam)) call print_beam(unit, study)
       if (allocated(study%parts)) call print_parts(unit, study)
       if (allocated(study%curves)) call print_curves(unit, study)
@@ -41,21 +41,21 @@ contains
 
       write (unit, '(/, 2x, a22, a16, 7a10, a11, a)') adjustl('method                '), 'varied', 'value', 'tau_1', &
          'v_1', 'history', 'energy', 'impulse', 'ledger', 'seconds', '  quartiles'
-      do i = 1, size(study%motion)
-         associate (entry => study%motion(i), errors => study%motion(i)%errors)
-            if (allocated(study%beam) .and. entry%varied == varied_mesh .and. entry%contender /= integrator_exact) cycle
+      do i = 1, size(study%runs)
+         associate (entry => study%runs(i), errors => study%runs(i)%errors)
+            if (allocated(study%beam) .and. entry%varied == varied_mesh .and. &
+               entry%integrator /= integrator_exact) cycle
             if (entry%failure /= '') then
-               write (unit, '(2x, a22, a16, es10.1, 2x, a)') integrator_names(entry%contender), &
+               write (unit, '(2x, a22, a16, es10.1, 2x, a)') integrator_names(entry%integrator), &
                   varied_names(entry%varied), value_of(entry), trim(entry%failure)
                cycle
             end if
-            name = integrator_names(entry%contender)(:len(name))
+            name = integrator_names(entry%integrator)(:len(name))
             if (allocated(study%beam) .and. entry%varied == varied_mesh) name = scheme_name(entry)
             write (unit, numbers) name(:22), adjustr(varied_names(entry%varied)(:16)), &
-               value_of(entry), &
-               errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, &
-               errors%ledger, &
-               entry%whole%median, '  '//short(entry%whole%lower_quartile)//' ... '//short(entry%whole%upper_quartile)
+               value_of(entry), errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, &
+               errors%impulse, errors%energy_balance, entry%run_time%median, &
+               '  '//short(entry%run_time%lower_quartile)//' ... '//short(entry%run_time%upper_quartile)
          end associate
       end do
       write (unit, '(2x, a, f0.3)') 'differences from exact motion, all modes, hop tolerance 1e-14, up to tau = ', &
@@ -87,7 +87,7 @@ contains
 
       integer :: i, k
 
-      associate (entries => study%motion, beam => study%beam, schemes => schemes_of(study%motion))
+      associate (entries => study%runs, beam => study%beam, schemes => schemes_of(study%runs))
          write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
             study%horizon, ': ms, elements, step'
          ! one column for each scheme, by the first entry of the scheme
@@ -97,18 +97,18 @@ contains
                (cell(fastest_of(entries, entries(schemes(k)), error_bounds(i))), k=1, size(schemes))
          end do
          write (unit, '(2x, a, i0, a, es8.1)') 'the beam: exact, '//trim(mass_names(beam%mass))//', ', beam%elements, &
-            ' elements; on half of them eta differs by', beam%half%history
+            ' elements; on half of them eta differs by', beam%half_mesh_difference%history
          write (unit, '(2x, a, es8.1)') 'of the fourth order, it is known to', beam%uncertainty
-         if (beam%other_failure /= '') then
-            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%other_failure)
+         if (beam%other_mass_failure /= '') then
+            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%other_mass_failure)
          else
             write (unit, '(2x, a, es8.1)') 'with the other mass matrix, extrapolated where of first order, by', &
-               beam%other%history
+               beam%other_mass_difference%history
          end if
          write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', "the step's", "the mesh's", 'both'
          do i = 1, size(entries)
             if (entries(i)%varied == varied_step) write (unit, '(2x, a22, 4es12.1)') &
-               integrator_names(entries(i)%contender), entries(i)%step, error_contributions(entries, i)
+               integrator_names(entries(i)%integrator), entries(i)%step, error_contributions(entries, i)
          end do
       end associate
 
@@ -121,9 +121,9 @@ contains
 
          text = '-'
          if (number > 0) then
-            associate (entry => study%motion(number))
-               write (text, '(es8.2, i6)') 1.0e3_wp*entry%whole%median, entry%elements
-               if (entry%contender /= integrator_exact) write (text(15:), '(es9.1)') entry%step
+            associate (entry => study%runs(number))
+               write (text, '(es8.2, i6)') 1.0e3_wp*entry%run_time%median, entry%elements
+               if (entry%integrator /= integrator_exact) write (text(15:), '(es9.1)') entry%step
             end associate
          end if
          text = adjustr(text)

@@ -1,5 +1,4 @@
-!> Results of a precision study (run time against error of all methods). An entry is here one run with one set of
-!> settings; a contender is one of the methods that are compared.
+!> Results of a precision study (run time against error of all methods). An entry is one run with one set of settings.
 module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t
@@ -24,8 +23,9 @@ module precision_types
 
    !> Run time and error of motion for one method with one set of settings.
    type :: motion_entry_t
-      !> Method, one of the `integrator_` constants, and setting that is varied, one of the `varied_` constants
-      integer :: contender = 0
+      !> Method of integration, one of the `integrator_` constants, and setting that is varied, one of the `varied_`
+      !> constants
+      integer :: integrator = 0
       integer :: varied = 0
       !> Newmark's step or the interval of the compared samples of exact motion, tau; tolerances of exact motion; number
       !> of elements
@@ -35,10 +35,10 @@ module precision_types
       integer :: elements = 0
       !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
-      !> Time of a whole run of the assembled beam with events only, and time without the computation of modes, which
-      !> several runs of one beam can share
-      type(timing_t) :: whole
-      type(timing_t) :: motion
+      !> Time of a run of the assembled beam that records only events, and this time without the computation of modes,
+      !> which several runs of one beam can share
+      type(timing_t) :: run_time
+      type(timing_t) :: motion_time
       !> Errors against the reference
       type(motion_errors_t) :: errors
       integer :: event_count = 0
@@ -98,24 +98,24 @@ module precision_types
       !> Time of the same task without the skip and with the skip
       type(timing_t) :: without
       type(timing_t) :: with
-      !> Maximum difference of the results with and without the skip (negative: there are none to compare), and the
-      !> quantity compared
+      !> Maximum difference of the results with and without the skip (negative: no results are compared), and the
+      !> quantity that is compared
       real(wp) :: difference = -1.0_wp
       character(name_length) :: compared = ''
    end type saving_t
 
-   !> Run that represents the beam itself, because its mesh is finer than all meshes compared, and its differences from
-   !> other runs.
+   !> Run that represents the continuous beam, because its mesh is finer than all meshes compared, and its differences
+   !> from other runs.
    type :: beam_run_t
       integer :: elements = 0
       !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
       !> Differences from the run on half as many elements, and from the run with the other mass matrix, which is
       !> extrapolated if its error is of first order
-      type(motion_errors_t) :: half
-      type(motion_errors_t) :: other
+      type(motion_errors_t) :: half_mesh_difference
+      type(motion_errors_t) :: other_mass_difference
       !> Reason why the run with the other mass matrix failed; empty: the run succeeded
-      character(failure_length) :: other_failure = ''
+      character(failure_length) :: other_mass_failure = ''
       !> Estimated error of eta of this run, from the difference on half as many elements and an error of fourth order
       real(wp) :: uncertainty = 0.0_wp
    end type beam_run_t
@@ -123,7 +123,7 @@ module precision_types
    !> All results of a study. Lists that the scene does not request are unallocated.
    type :: precision_t
       !> Runs, and the check of the reference with which they are compared
-      type(motion_entry_t), allocatable :: motion(:)
+      type(motion_entry_t), allocatable :: runs(:)
       type(check_t) :: check
       !> Run that represents the beam; unallocated: not requested
       type(beam_run_t), allocatable :: beam

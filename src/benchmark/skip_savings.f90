@@ -1,6 +1,6 @@
 !> Measures the time saved by skips. A skip is the omission of a computation that a scene does not need. The same task
-!> is executed without and with each skip, and the results are compared. Variables `without` are the task that computes
-!> everything, variables `with` the task with the skip.
+!> is executed without and with each skip, and the results are compared. A variable `without` is the task that computes
+!> everything, a variable `with` the task with the skip.
 module skip_savings
    use command_line, only: argument_t
    use compliant_stop, only: impedance_t, compliant_stop_t
@@ -46,7 +46,7 @@ module skip_savings
 
    !> A task that may include other actions than those of `task_t`.
    type, extends(task_t) :: skip_task_t
-      !> Sequence of actions, one of the constants above
+      !> Sequence of actions, `task_only` to `file_to_file`
       integer :: sequence = task_only
       !> Folder of the results
       character(:), allocatable :: folder
@@ -56,7 +56,7 @@ module skip_savings
 
    !> Measured savings.
    type :: measured_savings_t
-      !> Task of the scene's run, with assembled beam and modes
+      !> Task of the scene's run, with assembled beam and modes, from which the compared tasks are copied
       type(skip_task_t) :: base
       type(saving_t), allocatable :: savings(:)
       !> Set if a task fails; after a failure nothing more is measured

@@ -54,7 +54,7 @@ contains
                   task%action = task_solver
                   task%solver = asked%solver(j)
                   ! a mesh has two degrees of freedom, and so two modes, for each element
-                  task%count = min(count, 2*entry%elements)
+                  task%mode_count = min(count, 2*entry%elements)
                   call measure_time(task, scene%precision, entry%timing, solver_error)
                   if (.not. allocated(solver_error)) call find_errors(task%lambda, exact, entry)
                end associate
@@ -106,7 +106,7 @@ contains
 
    contains
 
-      !> Does an entry belong to the solver and the ratio, with a known error?
+      !> Whether an entry belongs to the solver and the ratio and has a known error.
       pure function matches(entry) result(belongs)
          type(solver_entry_t), intent(in) :: entry
          logical :: belongs
