@@ -9,7 +9,7 @@ module memory_needs
    use value_rules, only: max_numbers
    implicit none (type, external)
    private
-   public :: memory_need_t, check_need, add_need, add_modes, add_samples, in_words, overhead, bytes_of_number
+   public :: memory_need_t, check_need, add_need, add_modes, add_samples, number_in_words, overhead, bytes_of_number
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Bytes of libraries and small arrays.
@@ -121,16 +121,17 @@ contains
       type(memory_need_t), intent(inout) :: need
 
       if (samples > max_numbers) then
-         call refuse_need(need, group//' has '//in_words(samples)//' samples in a run, more than '// &
-            in_words(max_numbers), advice)
+         call refuse_need(need, group//' has '//number_in_words(samples)//' samples in a run, more than '// &
+            number_in_words(max_numbers), advice)
       else
-         call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//in_words(samples)//' samples', &
+         call add_need(need, real(numbers, wp)*bytes_of_number*samples, &
+            'runs of '//number_in_words(samples)//' samples', &
             advice)
       end if
    end subroutine add_samples
 
    !> A number in words, rounded if it is large.
-   pure function in_words(number) result(words)
+   pure function number_in_words(number) result(words)
       real(wp), intent(in) :: number
       character(:), allocatable :: words
 
@@ -143,6 +144,6 @@ contains
          write (digits, '(es8.1)') number
          words = trim(adjustl(digits))
       end if
-   end function in_words
+   end function number_in_words
 
 end module memory_needs

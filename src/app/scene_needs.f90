@@ -8,7 +8,7 @@ module scene_needs
    use load_settings, only: is_in_mode
    use measure_list, only: measure_count
    use measure_selection, only: chosen_measures
-   use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, in_words
+   use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, number_in_words
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
    use run_settings, only: method_exact, moves_in_modes, run_settings_t
@@ -18,7 +18,7 @@ module scene_needs
    use sweep_plan, only: cases_of_chunk, section_values
    use sweep_settings, only: is_swept, parameter_index, values_given
    use sweep_spectra, only: spectrum_size
-   use sweep_study, only: cases_of, chains_of, threads_for, values_of
+   use sweep_study, only: case_count_of, chain_count_of, threads_for, value_count_of
    implicit none (type, external)
    private
    public :: memory_need_of_scene
@@ -36,12 +36,12 @@ contains
       integer :: workers
 
       if (scene%wants_sweep) then
-         workers = threads_for(threads, chains_of(scene%sweep))
+         workers = threads_for(threads, chain_count_of(scene%sweep))
          call add_sweep(scene, workers, need)
          call add_tables(scene, workers, need)
-         if (scene%wants_uncertainty) call add_need(need, bytes_of_number*cases_of(scene%sweep)* &
+         if (scene%wants_uncertainty) call add_need(need, bytes_of_number*case_count_of(scene%sweep)* &
             real(2 + size(chosen_measures(scene, scene%uncertainty%measures)), wp), 'the measures of ' &
-            //in_words(cases_of(scene%sweep))//' cases', 'give &uncertainty fewer measures')
+            //number_in_words(case_count_of(scene%sweep))//' cases', 'give &uncertainty fewer measures')
       else
          if (scene%wants_frequencies) call add_frequencies(scene, need)
          if (scene%wants_response) call add_response(scene, need)
@@ -75,7 +75,7 @@ contains
          end do
       end if
       call add_need(need, bytes_of_number*points*(per_scene + per_run*real(runs, wp)), 'tables of ' &
-         //in_words(points)//' points', 'give &force and &base shorter tables')
+         //number_in_words(points)//' points', 'give &force and &base shorter tables')
    end subroutine add_tables
 
    !> Add the largest column of a table of frequencies.
@@ -173,13 +173,13 @@ contains
          if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
-            //in_words(runs*samples)//' samples', &
+            //number_in_words(runs*samples)//' samples', &
             'give &response a longer step, or &output fewer histories')
          shapes = 0.0_wp
          if (allocated(output%shape_times)) shapes = real(size(output%shape_times), wp)
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
-            'the whole beam at '//in_words(shapes)//' instants', 'give &output a longer shape_step')
+            'the whole beam at '//number_in_words(shapes)//' instants', 'give &output a longer shape_step')
          call add_sections(scene, copies*runs, numbers_of_section(scene), need)
       end associate
    end subroutine add_response
@@ -213,7 +213,8 @@ contains
          recorded = real(requested%keep, wp)
          if (.not. requested%sets_duration .and. requested%period > 0.0_wp) recorded = max(0.0_wp, min(recorded, &
             scene%response%duration/requested%period - real(requested%skip, wp)))
-         call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), 'the sections of '//in_words(recorded) &
+         call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), &
+            'the sections of '//number_in_words(recorded) &
             //' periods', 'give &poincare a smaller keep')
       end associate
    end subroutine add_sections
@@ -318,7 +319,7 @@ contains
       end do
       ! one parameter at a time also has a random permutation
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
-         //in_words(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
+         //number_in_words(case_count_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(parameter_index('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
       call add_beam(scene, elements_of(scene, elements), workers, need)
@@ -329,13 +330,13 @@ contains
             'the samples of a case', 'give &response a longer step')
       end if
       rows = real(min(max(scene%sweep%chunk_cases, 0), huge(1)), wp)
-      rows = min(max(rows, max_chunk_cases), cases_of(scene%sweep))*real(workers + 3, wp)
+      rows = min(max(rows, max_chunk_cases), case_count_of(scene%sweep))*real(workers + 3, wp)
       call add_need(need, bytes_of_number*rows*real(measure_count + axes, wp), 'the rows of parts', &
          'give &sweep fewer part_cases')
       if (.not. (scene%wants_poincare .or. scene%wants_spectrum)) return
       chain = 0
-      if (scene%sweep%carry > 0) chain = values_of(scene%sweep, scene%sweep%carry)
-      rows = real(cases_of_chunk(scene, int(min(cases_of(scene%sweep), real(huge(1), wp))), chain), wp)
+      if (scene%sweep%carry > 0) chain = value_count_of(scene%sweep, scene%sweep%carry)
+      rows = real(cases_of_chunk(scene, int(min(case_count_of(scene%sweep), real(huge(1), wp))), chain), wp)
       call add_sections(scene, rows*real(workers + 3, wp), section_values, need)
       call add_need(need, bytes_of_number*rows*real(workers + 3, wp)*real(spectrum_size(scene), wp), &
          'the spectra of parts', 'give &spectrum fewer points')

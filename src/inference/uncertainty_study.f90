@@ -17,7 +17,7 @@ module uncertainty_study
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: first_of_chunk, make_plan, plan_t
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
-   use sweep_study, only: in_words, plan_run_t, run_plan, threads_for
+   use sweep_study, only: workers_in_words, plan_run_t, run_plan, threads_for
    use sweep_tables, only: print_sweep
    use uncertain_values, only: distribute
    use uncertainty_results, only: print_uncertainty, uncertainty_t
@@ -41,15 +41,15 @@ contains
       type(refined_t) :: refined
       type(uncertainty_t), allocatable :: uncertainty
       real(wp), allocatable :: values(:, :)
-      integer :: trouble
+      integer :: failure_status
 
       call plan_sample(scene, plan, error)
-      trouble = 0
-      if (allocated(error)) trouble = error%status
+      failure_status = 0
+      if (allocated(error)) failure_status = error%status
       ! if one process cannot read the fit, all processes end
-      trouble = max_of_ranks(trouble)
-      if (trouble > 0) then
-         call fail(error, trouble, '')
+      failure_status = max_of_ranks(failure_status)
+      if (failure_status > 0) then
+         call fail(error, failure_status, '')
          return
       end if
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
@@ -65,7 +65,7 @@ contains
       call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
-         in_words(run%workers, ranks_in_words()))
+         workers_in_words(run%workers, ranks_in_words()))
       call print_uncertainty(job%unit, units_in(scene), uncertainty)
    end subroutine run_uncertainty
 
@@ -78,15 +78,15 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       character(kind=c_char), allocatable :: bytes(:)
-      integer :: k, room
+      integer :: k, byte_count
 
       call make_plan(scene, plan)
       call distribute(scene, plan, error)
       if (allocated(error)) return
       ! the plan depends on the values, because the scene gives only the name of the results file of a fit
       plan%remark = 'sample, checksum'
-      room = plan%cases*(storage_size(1.0_wp)/8)
-      allocate (bytes(room))
+      byte_count = plan%cases*(storage_size(1.0_wp)/8)
+      allocate (bytes(byte_count))
       do k = 1, size(plan%axes)
          bytes(:) = transfer(plan%axes(k)%values, bytes)
          plan%remark = plan%remark//' '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
@@ -132,18 +132,18 @@ contains
       !> In: measures; out: statistics
       type(uncertainty_t), intent(inout) :: uncertainty
 
-      integer, allocatable :: there(:)
+      integer, allocatable :: known(:)
       integer :: i
 
-      allocate (there, source=[(i, i=1, size(uncertainty%measures))])
+      allocate (known, source=[(i, i=1, size(uncertainty%measures))])
       if (.not. allocated(scene%uncertainty%measures)) then
-         there = pack(there, [(count(.not. ieee_is_nan(values(:, i))) > 1, i=1, size(there))])
+         known = pack(known, [(count(.not. ieee_is_nan(values(:, i))) > 1, i=1, size(known))])
       end if
-      uncertainty%measures = uncertainty%measures(there)
+      uncertainty%measures = uncertainty%measures(known)
       uncertainty%probabilities = scene%uncertainty%quantiles
-      allocate (uncertainty%samples(size(there)))
-      do i = 1, size(there)
-         call find_sample_statistics(values(:, there(i)), uncertainty%probabilities, scene%uncertainty%classes, &
+      allocate (uncertainty%samples(size(known)))
+      do i = 1, size(known)
+         call find_sample_statistics(values(:, known(i)), uncertainty%probabilities, scene%uncertainty%classes, &
             uncertainty%samples(i))
       end do
    end subroutine find_statistics

@@ -48,8 +48,8 @@ contains
       distance = 1.0_wp
       points = settings%points
       if (length > 0.0_wp) then
-         distance = settings%distance_of(length)
-         points = nint(settings%count_of(length))
+         distance = settings%frequency_spacing(length)
+         points = nint(settings%frequency_count(length))
       end if
       allocate (result%frequency, source=[(settings%range(1) + distance*real(i, wp), i=0, points - 1)])
       if (settings%points > 1) result%frequency(points) = settings%range(2)
@@ -60,7 +60,7 @@ contains
          result%power(:, :) = ieee_value(1.0_wp, ieee_quiet_nan)
          return
       end if
-      result%length = settings%segment_of(length)
+      result%length = settings%segment_length(length)
       result%window = result%length
       result%window_square = result%length
       windows%half = result%length

@@ -1,11 +1,11 @@
 !> A scene, the contents of one input file, in words: its beam, mesh, stops, supports and motion.
 module scene_words
-   use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
    use load_settings, only: start_release
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, value_in_units
+   use root_and_mass_settings, only: mass_settings_t, root_pinned, root_settings_t
    use run_settings, only: body_settings_t, impulse_names, law_names, law_restitution, law_spring_damper, &
       method_names, &
       method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
@@ -255,7 +255,8 @@ contains
       words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)
    end function mass_in_words
 
-   !> Number of elements, ratio of their lengths, and why there are so many if the mesh was found.
+   !> Number of elements, ratio of their lengths, and the tolerance for which the mesh was found, if the program chose
+   !> it.
    pure function mesh_of_scene(scene, node_position) result(words)
       type(scene_t), intent(in) :: scene
       !> Positions x/L of the nodes, [0:n]; absent if no motion is computed
@@ -298,7 +299,7 @@ contains
       if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
    end function stops_in_scene
 
-   !> Number of the stop from which the beam is released, if there are several stops; 0: there is a single stop.
+   !> Number of the stop from which the beam is released, if there is more than one stop; 0: there is a single stop.
    pure function released_stop(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number

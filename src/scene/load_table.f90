@@ -75,7 +75,7 @@ contains
       integer :: first, last, k
       logical :: is_legal
 
-      ! two numbers are read; a third word, or only one, is an error
+      ! a line must have exactly two words, which are numbers
       last = 0
       do k = 1, 3
          first = verify(row(last + 1:), separators)

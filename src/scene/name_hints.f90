@@ -2,7 +2,7 @@
 !> under which a name may be given.
 module name_hints
    use name_table, only: table_t
-   use name_types, only: name_room
+   use name_types, only: max_name_length
    use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
    use program_identity, only: program_name
@@ -169,7 +169,7 @@ contains
       logical, intent(in), optional :: from_elsewhere
       character(:), allocatable :: phrase
 
-      character(name_room) :: group
+      character(max_name_length) :: group
       integer :: comma, i
 
       associate (needs => table%entries(place)%name%needs)

@@ -7,7 +7,8 @@
 !> file, the echo in results files, the reference (--names), sweeps and cases use the table alone.
 module name_table
    use kinds, only: wp
-   use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &
+   use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
+      max_name_length, &
       name_t
    use number_text, only: to_text
    use value_rules, only: range_t
@@ -33,23 +34,23 @@ module name_table
       !> The scene receives only values that have changed
       logical, private :: copies_changes_only = .false.
       !> The only name whose value the scene receives, and the number of its group; an empty name: all names
-      character(name_room), private :: only = ''
+      character(max_name_length), private :: only = ''
       integer, private :: only_in = 1
       !> Indices of the open group and of the current entry; a listing advances both
       integer, private :: open_group = 0
       integer, private :: current = 0
-      !> The names of the group that was opened last must be listed; if not, a listing may omit them
-      logical :: is_open = .true.
+      !> The names of the open group must be listed; if not, the listing omits them and the table skips their entries
+      logical :: lists_names = .true.
       !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
       !> file
-      character(name_room), allocatable, private :: groups_given(:)
+      character(max_name_length), allocatable, private :: groups_given(:)
    contains
       procedure :: expect_groups
-      procedure :: give_values
-      procedure :: take_values
-      procedure :: give_one
+      procedure :: begin_copy_to_scene
+      procedure :: begin_copy_from_scene
+      procedure :: begin_copy_of_one
       procedure :: change
-      procedure :: give_changes
+      procedure :: begin_copy_of_changes
       procedure :: groups_to_list
       procedure :: open
       procedure :: open_numbered
@@ -77,7 +78,7 @@ contains
    end subroutine expect_groups
 
    !> Prepare the table for another listing of the same names, which copies the values of the table into the scene.
-   subroutine give_values(table)
+   subroutine begin_copy_to_scene(table)
       class(table_t), intent(inout) :: table
 
       table%adds_entries = .false.
@@ -86,33 +87,33 @@ contains
       table%copies_changes_only = .false.
       table%open_group = 0
       table%current = 0
-   end subroutine give_values
+   end subroutine begin_copy_to_scene
 
    !> Prepare the table for another listing of the same names, which copies the values of the scene into the table.
-   subroutine take_values(table)
+   subroutine begin_copy_from_scene(table)
       class(table_t), intent(inout) :: table
 
-      call table%give_values()
+      call table%begin_copy_to_scene()
       table%copies_from_scene = .true.
       table%copies_to_scene = .false.
-   end subroutine take_values
+   end subroutine begin_copy_from_scene
 
    !> Prepare an empty table for a listing that copies `value` into the scene, to one name only; other entries are not
    !> stored.
-   subroutine give_one(table, occurrence, name, value)
+   subroutine begin_copy_of_one(table, occurrence, name, value)
       class(table_t), intent(inout) :: table
       !> Number of the group among several of one name
       integer, intent(in) :: occurrence
       character(*), intent(in) :: name
       real(wp), intent(in) :: value
 
-      call table%give_values()
+      call table%begin_copy_to_scene()
       table%only = name
       table%only_in = occurrence
       allocate (table%groups(1), table%entries(1))
       table%entries%value = value
       table%entries(1)%list = [value]
-   end subroutine give_one
+   end subroutine begin_copy_of_one
 
    !> Change the value of an entry.
    subroutine change(table, place, value)
@@ -135,17 +136,17 @@ contains
 
    !> Prepare the table for another listing of the names of one group, which copies the changed values into the scene,
    !> even if the scene does not have the group.
-   subroutine give_changes(table, group)
+   subroutine begin_copy_of_changes(table, group)
       class(table_t), intent(inout) :: table
       !> Index of the group; for several groups of one name, the index of the first
       integer, intent(in) :: group
 
-      call table%give_values()
+      call table%begin_copy_to_scene()
       table%copies_changes_only = .true.
       table%open_group = group - 1
       table%current = table%groups(group)%first_entry - 1
       table%groups(group)%is_changed = .false.
-   end subroutine give_changes
+   end subroutine begin_copy_of_changes
 
    !> Number of groups of a name that must be listed: at least one, so that the names of the group are in the table.
    pure function groups_to_list(table, group, in_scene) result(number)
@@ -165,8 +166,8 @@ contains
       end if
    end function groups_to_list
 
-   !> Open a group: names that are bound next belong to this group. If `is_open` is then .false., the names need not be
-   !> listed, and the table skips their entries.
+   !> Open a group: names that are bound next belong to this group. If `lists_names` is then .false., the names of the
+   !> group are not to be listed.
    subroutine open(table, group, is_wanted)
       class(table_t), intent(inout) :: table
       type(group_t), intent(in) :: group
@@ -175,10 +176,10 @@ contains
 
       type(group_t), allocatable :: more(:)
 
-      table%is_open = .true.
-      ! `give_one`: the table has no groups, and only names of one group are copied
+      table%lists_names = .true.
+      ! `begin_copy_of_one`: the table has no groups, and only names of one group are copied
       if (table%only /= '') then
-         table%is_open = group%occurrence == table%only_in
+         table%lists_names = group%occurrence == table%only_in
          return
       end if
       table%open_group = table%open_group + 1
@@ -201,8 +202,8 @@ contains
          if (.not. present(is_wanted)) return
          if (table%copies_from_scene) opened%is_wanted = is_wanted
          if (table%copies_to_scene) is_wanted = opened%is_wanted
-         table%is_open = is_wanted .or. table%adds_entries
-         if (.not. table%is_open) table%current = opened%last_entry
+         table%lists_names = is_wanted .or. table%adds_entries
+         if (.not. table%lists_names) table%current = opened%last_entry
       end associate
    end subroutine open
 
@@ -339,7 +340,7 @@ contains
 
       type(entry_t), allocatable :: more(:)
 
-      ! `give_one`: the only entry of the table has the value for one name
+      ! `begin_copy_of_one`: the only entry of the table has the value for one name
       if (table%only /= '') then
          table%current = 1
          table%copies_to_scene = name%name == table%only
@@ -402,7 +403,7 @@ contains
       place = 0
    end function find
 
-   !> Does the file give this name?
+   !> Whether the file gives this name.
    pure function has(table, group, name, occurrence)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
@@ -414,7 +415,7 @@ contains
       has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
    end function has
 
-   !> Does the file give this name, or a quantity in units instead of it?
+   !> Whether the file gives this name, or a quantity in units instead of it.
    pure function has_either(table, group, name, occurrence) result(has)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
@@ -442,7 +443,7 @@ contains
       number = table%entries(table%find(table%find_group(group, occurrence), name))%value
    end function number
 
-   !> May a name be given, because the condition of its entry is met?
+   !> Whether the condition of an entry is met, so that its name may be given.
    pure function applies(table, place)
       class(table_t), intent(in) :: table
       !> Index of the entry
@@ -476,7 +477,7 @@ contains
       end associate
    end function applies
 
-   !> Is a word in a list of words that are separated by blanks?
+   !> Whether a list of words, separated by blanks, contains a word.
    pure function is_among(word, words)
       character(*), intent(in) :: word
       character(*), intent(in) :: words

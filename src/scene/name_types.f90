@@ -7,7 +7,7 @@ module name_types
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: entry_t, group_t, name_t, condition_t, sweep_t, name_room
+   public :: entry_t, group_t, name_t, condition_t, sweep_t, max_name_length
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
    !> Kinds of values; a value of `kind_word` is one of several allowed words
@@ -18,24 +18,24 @@ module name_types
    integer, parameter :: kind_word = 5
 
    !> Maximum lengths of texts: names, phrases and meanings
-   integer, parameter :: name_room = 48
-   integer, parameter :: phrase_room = 64
-   integer, parameter :: meaning_room = 180
+   integer, parameter :: max_name_length = 48
+   integer, parameter :: max_phrase_length = 64
+   integer, parameter :: max_meaning_length = 180
 
    !> Condition under which a name may be given; with empty components there is no condition.
    type :: condition_t
       !> Group of `name` and `without`; empty: the group of the name that has the condition. If only `group` is given,
       !> the scene must have this group
-      character(name_room) :: group = ''
+      character(max_name_length) :: group = ''
       !> Number of the group among several groups of that name
       integer :: occurrence = 1
       !> The value of this name must be one of `words`, separated by blanks; if its value is logical, it must be .true.
-      character(name_room) :: name = ''
-      character(phrase_room) :: words = ''
+      character(max_name_length) :: name = ''
+      character(max_phrase_length) :: words = ''
       !> Names separated by blanks, none of which the file may give
-      character(phrase_room) :: without = ''
+      character(max_phrase_length) :: without = ''
       !> The condition in words, if "name = 'word'" or "&group" does not express it
-      character(phrase_room) :: phrase = ''
+      character(max_phrase_length) :: phrase = ''
    end type condition_t
 
    !> Use of a name as a parameter of sweeps; constructors give `order` without its keyword.
@@ -52,52 +52,52 @@ module name_types
       logical :: may_change_in_motion = .false.
       !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
       !> the name
-      character(name_room) :: name = ''
-      character(meaning_room) :: meaning = ''
+      character(max_name_length) :: name = ''
+      character(max_meaning_length) :: meaning = ''
    end type sweep_t
 
    !> Description of a name; the component to which the name is bound determines its type.
    type :: name_t
       !> Name in lower case
-      character(name_room) :: name = ''
+      character(max_name_length) :: name = ''
       !> Meaning of the value, with its unit
-      character(meaning_room) :: meaning = ''
+      character(max_meaning_length) :: meaning = ''
       !> Range of each number, or of the length of a text
       type(range_t) :: range = range_t(-huge(1.0_wp), huge(1.0_wp))
       !> Condition under which the name applies
       type(condition_t) :: needs = condition_t()
       !> Another name of the group for the same quantity. A file may give only one of both; the results file always has
       !> the other name
-      character(name_room) :: instead_of = ''
+      character(max_name_length) :: instead_of = ''
       !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of` receives the
       !> dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
-      character(name_room) :: quantity = ''
+      character(max_name_length) :: quantity = ''
       !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
-      character(name_room) :: relative_to = ''
+      character(max_name_length) :: relative_to = ''
       !> The value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.
       !> Default value in words, if the default is not a constant
-      character(phrase_room) :: default = ''
+      character(max_phrase_length) :: default = ''
       !> The name has no effect unless the file gives it
       logical :: is_optional = .false.
       !> Two words of a list that must each be its only word, such as 'all' and 'none'
-      character(name_room) :: alone(2) = ''
+      character(max_name_length) :: alone(2) = ''
       !> Name in the group whose value chooses a parameter, such as `parameter` of &cases; the range is that of this
       !> parameter
-      character(name_room) :: range_of = ''
+      character(max_name_length) :: range_of = ''
       type(sweep_t) :: sweep = sweep_t()
    end type name_t
 
    !> A group, or one of several groups of one name.
    type :: group_t
-      character(name_room) :: name = ''
+      character(max_name_length) :: name = ''
       !> Programs that accept the group, a sum of `program_` constants
       integer :: programs = program_motion
       !> A file may have several groups of this name
       logical :: repeats = .false.
       !> Number among the groups of this name, and label with the number
       integer :: occurrence = 1
-      character(name_room) :: label = ''
+      character(max_name_length) :: label = ''
       !> The scene has the group
       logical :: is_wanted = .true.
       !> Indices of its first and last entry in the table

@@ -318,18 +318,19 @@ contains
       position = 0
    end function find_item
 
-   !> Is a part of a text equal to a name? The lengths are compared first, which is fast for long texts.
-   pure function is_called(text, first, last, name) result(is)
+   !> Whether a part of a text equals a name, without regard to case. The lengths are compared first, which is fast for
+   !> long texts.
+   pure function is_called(text, first, last, name) result(equal)
       character(*), intent(in) :: text
       !> First and last character of the part
       integer, intent(in) :: first
       integer, intent(in) :: last
       !> The name in lower case; trailing blanks are ignored
       character(*), intent(in) :: name
-      logical :: is
+      logical :: equal
 
-      is = last - first + 1 == len_trim(name)
-      if (is) is = lower_case(text(first:last)) == name
+      equal = last - first + 1 == len_trim(name)
+      if (equal) equal = lower_case(text(first:last)) == name
    end function is_called
 
    !> Name of a group in lower case.
@@ -410,7 +411,8 @@ contains
       end associate
    end function value_count
 
-   !> Words about an item with several values that takes one: their number, or that 0,5 has a decimal comma.
+   !> End of the message about an item that has more values than the one that it takes: the number of values, or, for
+   !> two values such as 0,5, that a decimal point must replace the comma.
    pure function further_values(namelist, item) result(words)
       type(namelist_t), intent(in) :: namelist
       integer, intent(in) :: item

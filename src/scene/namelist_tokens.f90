@@ -83,20 +83,20 @@ contains
          cursor%kind = token_slash
       case ('&')
          cursor%kind = token_group
-         call take_group_name(text, cursor, problem)
+         call read_group_name(text, cursor, problem)
       case ("'", '"')
          cursor%kind = token_value
-         call take_quoted(text, cursor, problem)
+         call read_quoted(text, cursor, problem)
       case default
          cursor%kind = token_value
-         call take_word(text, cursor, problem)
+         call read_word(text, cursor, problem)
       end select
       cursor%value%start = cursor%first
       cursor%value%finish = cursor%next - 1
    end subroutine advance
 
    !> Read the name of a group after its &.
-   subroutine take_group_name(text, cursor, problem)
+   subroutine read_group_name(text, cursor, problem)
       character(*), intent(in) :: text
       !> In: behind the &
       type(cursor_t), intent(inout) :: cursor
@@ -115,10 +115,10 @@ contains
          problem = excerpt(text(cursor%first:last))//': a blank must follow the name of a group'
       end if
       cursor%next = last + 1
-   end subroutine take_group_name
+   end subroutine read_group_name
 
    !> Read a text in quotes, which must end in its line; a doubled quote stands for one quote.
-   subroutine take_quoted(text, cursor, problem)
+   subroutine read_quoted(text, cursor, problem)
       character(*), intent(in) :: text
       !> In: behind the opening quote
       type(cursor_t), intent(inout) :: cursor
@@ -142,10 +142,10 @@ contains
       else if (scan(text(cursor%next:cursor%next), blanks//',/!=') == 0) then
          problem = excerpt(text(cursor%first:))//': a blank or comma must follow the closing quote'
       end if
-   end subroutine take_quoted
+   end subroutine read_quoted
 
    !> Read a word, or a repeat count r* and the repeated value.
-   subroutine take_word(text, cursor, problem)
+   subroutine read_word(text, cursor, problem)
       character(*), intent(in) :: text
       !> In: behind the first letter
       type(cursor_t), intent(inout) :: cursor
@@ -174,12 +174,12 @@ contains
          cursor%value%first = star + 1
       else if (scan(text(cursor%next:cursor%next), '''"') == 1) then
          cursor%next = cursor%next + 1
-         call take_quoted(text, cursor, problem)
+         call read_quoted(text, cursor, problem)
       else
          problem = excerpt(text(cursor%first:last))//': an empty value (nothing is repeated)'
       end if
       cursor%value%repeat = count
-   end subroutine take_word
+   end subroutine read_word
 
    !> Skip blanks, ends of lines and comments.
    pure subroutine skip_blanks(text, next, line, starts_line)
@@ -206,7 +206,7 @@ contains
       end do
    end subroutine skip_blanks
 
-   !> Is the next token an = sign?
+   !> Whether the next token is an = sign.
    pure function next_is_equals(text, next) result(answer)
       character(*), intent(in) :: text
       !> Position at which the search begins
@@ -237,7 +237,7 @@ contains
       last = merge(len(text), first + length - 2, length == 0)
    end function word_last
 
-   !> Is a text a name: a letter, then letters, digits and underscores?
+   !> Whether a text is a name: a letter, then letters, digits and underscores.
    pure function is_name(text) result(is_legal)
       character(*), intent(in) :: text
       logical :: is_legal

@@ -13,11 +13,11 @@ module scene_groups
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_beam, only: list_beam
-   use scene_body, only: list_masses, list_root
+   use scene_bodies, only: list_bodies
    use scene_inference, only: inference_names, list_inference
    use scene_loads, only: list_bases, list_forces
-   use scene_moving_bodies, only: list_bodies
    use scene_requests, only: list_request, request_names
+   use scene_root_and_masses, only: list_masses, list_root
    use scene_section, only: list_section
    use scene_start, only: list_start
    use scene_stops, only: list_stops, list_supports
@@ -29,7 +29,7 @@ module scene_groups
    use warning_list, only: warning_names
    implicit none (type, external)
    private
-   public :: list_scene, list_group, give_changes
+   public :: list_scene, list_group, copy_changes_to_scene
 
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
@@ -48,7 +48,8 @@ module scene_groups
       request_names, &
       'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
 
-   ! Conditions that several names have in common: damping, method, refinement, groups that the scene must have
+   ! Conditions that several names have in common: Rayleigh damping, Newmark's method, refinement in &best, groups that
+   ! the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
@@ -86,7 +87,7 @@ contains
    end subroutine list_scene
 
    !> Copy the values that have changed in the table into the scene.
-   subroutine give_changes(table, scene)
+   subroutine copy_changes_to_scene(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
 
@@ -94,10 +95,10 @@ contains
 
       do i = 1, table%group_count
          if (.not. table%groups(i)%is_changed) cycle
-         call table%give_changes(i)
+         call table%begin_copy_of_changes(i)
          call list_group(trim(table%groups(i)%name), table, scene)
       end do
-   end subroutine give_changes
+   end subroutine copy_changes_to_scene
 
    !> List the names of one group in the table, and bind them to the components of the scene.
    subroutine list_group(group, table, scene)
@@ -106,7 +107,7 @@ contains
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
 
-      !> Results are stored besides measures
+      ! whether results besides measures are stored
       logical :: is_stored
 
       select case (group)
@@ -138,36 +139,36 @@ contains
          call list_bases(table, scene)
       case ('start')
          call table%open(group_t('start'), scene%has_start)
-         if (table%is_open) call list_start(table, scene%start)
+         if (table%lists_names) call list_start(table, scene%start)
       case ('response')
          call table%open(group_t('response'), scene%wants_response)
-         if (table%is_open) call list_response(table, scene%response)
+         if (table%lists_names) call list_response(table, scene%response)
       case ('stress')
          call list_stress(table, scene)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
-         if (table%is_open) call list_frequencies(table, scene%frequencies)
+         if (table%lists_names) call list_frequencies(table, scene%frequencies)
       case ('precision')
          call table%open(group_t('precision', program_benchmark), scene%wants_precision)
-         if (table%is_open) call list_precision(table, scene%precision)
+         if (table%lists_names) call list_precision(table, scene%precision)
       case ('sweep')
          call table%open(group_t('sweep'), scene%wants_sweep)
-         if (table%is_open) call list_sweep(table, scene%sweep)
+         if (table%lists_names) call list_sweep(table, scene%sweep)
       case ('best')
          call table%open(group_t('best'), scene%wants_best)
-         if (table%is_open) call list_best(table, scene%best)
+         if (table%lists_names) call list_best(table, scene%best)
       case ('cases')
          call list_cases(table, scene%wants_cases, scene%cases)
       case ('sensitivity', 'fit', 'uncertainty')
          call list_inference(group, table, scene)
       case ('statements')
          call table%open(group_t('statements', program_paper), scene%wants_statements)
-         if (table%is_open) call list_statements(table, scene%statements)
+         if (table%lists_names) call list_statements(table, scene%statements)
       case ('output')
          ! the results of a sweep are its rows of measures alone
          is_stored = .not. (scene%wants_sweep .or. scene%wants_sensitivity)
          call table%open(group_t('output'), is_stored)
-         if (table%is_open) call list_output(table, scene%output, scene%output_units)
+         if (table%lists_names) call list_output(table, scene%output, scene%output_units)
       case default
          call list_request(group, table, scene)
       end select
@@ -307,7 +308,7 @@ contains
       type(scene_t), intent(inout) :: scene
 
       call table%open(group_t('stress'), scene%wants_stress)
-      if (.not. table%is_open) return
+      if (.not. table%lists_names) return
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
          //'stress at the outer fibre are asked for', point_range, default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
@@ -417,7 +418,7 @@ contains
       integer :: k, chosen
 
       call table%open(group_t('cases'), is_wanted)
-      if (.not. table%is_open) return
+      if (.not. table%lists_names) return
       call list_parameters(table, places)
       places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
       allocate (names(size(places)))
@@ -434,7 +435,7 @@ contains
          default='none: give some', range_of='parameter'))
    end subroutine list_cases
 
-   !> May &cases vary the entry?
+   !> Whether &cases may vary the entry.
    pure function is_in_cases(table, place)
       class(table_t), intent(in) :: table
       !> Index of the entry

@@ -1,4 +1,5 @@
-!> Names of &sensitivity, &fit and &uncertainty, and the checks and defaults of these groups.
+!> &sensitivity, &fit and &uncertainty: the names of the groups, their checks and defaults, and reading of the signal of
+!> &fit.
 module scene_inference
    use inference_settings, only: fit_settings_t, is_feature, is_of_tip, observed_names, quantity_observed, &
       sensitivity_settings_t, uncertainty_settings_t
@@ -32,7 +33,7 @@ module scene_inference
 
 contains
 
-   !> List the names of one group.
+   !> List the names of one group in the table, and bind them to the components of the scene.
    subroutine list_inference(group, table, scene)
       !> One of `inference_names`
       character(*), intent(in) :: group
@@ -42,23 +43,23 @@ contains
       select case (group)
       case ('sensitivity')
          call table%open(group_t(group), scene%wants_sensitivity)
-         if (table%is_open) call list_sensitivity(table, scene%sensitivity)
+         if (table%lists_names) call list_sensitivity(table, scene%sensitivity)
       case ('fit')
          call table%open(group_t(group), scene%wants_fit)
-         if (table%is_open) call list_fit(table, scene%fit)
+         if (table%lists_names) call list_fit(table, scene%fit)
       case ('uncertainty')
          call table%open(group_t(group), scene%wants_uncertainty)
-         if (table%is_open) call list_uncertainty(table, scene%uncertainty)
+         if (table%lists_names) call list_uncertainty(table, scene%uncertainty)
       end select
    end subroutine list_inference
 
+   !> List the names of &sensitivity in the table, and bind them to the components of the scene.
    subroutine list_sensitivity(table, sensitivity)
       class(table_t), intent(inout) :: table
       type(sensitivity_settings_t), intent(inout) :: sensitivity
 
-      call list_chosen_parameters(table, 'parameters', &
-         'parameters whose influence is asked for, by their names in &sweep', &
-         'none: give one', sensitivity%parameters)
+      call list_chosen_parameters(table, 'parameters', 'parameters whose influence is asked for, by their names in ' &
+         //'&sweep', 'none: give one', sensitivity%parameters)
       call list_chosen_measures(table, sensitivity%measures)
       call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of the ' &
          //'value, or by itself where the value is 0', range_t(1.0e-6_wp, 0.5_wp)))
@@ -66,15 +67,15 @@ contains
          range_t(3, 30)))
    end subroutine list_sensitivity
 
+   !> List the names of &fit in the table, and bind them to the components of the scene.
    subroutine list_fit(table, fit)
       class(table_t), intent(inout) :: table
       type(fit_settings_t), intent(inout) :: fit
 
       type(range_t), parameter :: columns = range_t(1.0_wp, 1000.0_wp)
 
-      call table%bind(fit%data, name_t('data', &
-         'text file of the measured signal, beside the scene: columns of numbers, ' &
-         //'their units in a header', range_t(1, 1000), default='none: give one', is_optional=.true.))
+      call table%bind(fit%data, name_t('data', 'text file of the measured signal, beside the scene: columns of ' &
+         //'numbers, their units in a header', range_t(1, 1000), default='none: give one', is_optional=.true.))
       call table%bind(fit%observed, name_t('of', 'what was measured', default='none: give one', is_optional=.true.), &
          observed_names)
       call table%bind(fit%time_column, name_t('time_column', &
@@ -83,18 +84,15 @@ contains
       call table%bind(fit%noise_column, name_t('noise_column', &
          'column with the standard deviation of the noise of each value, in their unit; 0: none', &
          range_t(0.0_wp, 1000.0_wp)))
-      call table%bind(fit%start, name_t('start', &
-         'instant from which on the signal counts, in time as results have it', &
-         range_t(0.0_wp, 1.0e9_wp)))
+      call table%bind(fit%start, name_t('start', 'instant from which on the signal counts, in time as results ' &
+         //'have it', range_t(0.0_wp, 1.0e9_wp)))
       call list_end(table, fit%end)
-      call table%bind(fit%noise, name_t('noise', &
-         'standard deviation of the noise, in units of results; 0: that of the ' &
-         //'residuals', range_t(0.0_wp, 1.0e20_wp)))
+      call table%bind(fit%noise, name_t('noise', 'standard deviation of the noise, in units of results; 0: that ' &
+         //'of the residuals', range_t(0.0_wp, 1.0e20_wp)))
       call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
       call table%bind(fit%has_scale, name_t('scale', 'find the scale of the signal too'))
-      call table%bind(fit%time_shift, name_t('time_shift', &
-         'find by how much the signal is late, at most this much or as ' &
-         //'early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
+      call table%bind(fit%time_shift, name_t('time_shift', 'find by how much the signal is late, at most this ' &
+         //'much or as early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
       call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
    end subroutine list_fit
 
@@ -113,6 +111,7 @@ contains
       if (last > 0.0_wp) end = last
    end subroutine list_end
 
+   !> List the names of &uncertainty in the table, and bind them to the components of the scene.
    subroutine list_uncertainty(table, uncertainty)
       class(table_t), intent(inout) :: table
       type(uncertainty_settings_t), intent(inout) :: uncertainty
@@ -202,7 +201,8 @@ contains
       if (scene%wants_uncertainty) call resolve_uncertainty(input, scene)
    end subroutine resolve_inference
 
-   !> Replace the greatest force, which a rigid stop does not have, by its mean over the beginning of an episode.
+   !> Replace the maximum contact force, which a rigid stop does not have, by the maximum mean force over the beginning
+   !> of an episode.
    pure subroutine replace_force(measures)
       !> Indices in `measure_table`; unallocated: none
       integer, allocatable, intent(inout) :: measures(:)
@@ -232,7 +232,7 @@ contains
             allocate (sensitivity%values(size(parameters)), sensitivity%minimum(size(parameters)), &
                sensitivity%maximum(size(parameters)))
             do k = 1, size(parameters)
-               call find_value(input, table, parameters(k), scene)
+               call check_parameter(input, table, parameters(k), scene)
                if (input%has_problem()) return
                i = entry_of_parameter(table, parameters(k))
                sensitivity%values(k) = value_of(scene, parameters(k), table, i)
@@ -246,9 +246,9 @@ contains
       end associate
    end subroutine resolve_sensitivity
 
-   !> Check that a parameter applies in the scene and has one value there that is no whole number. Problems are added to
-   !> the input.
-   subroutine find_value(input, table, parameter, scene)
+   !> Check that a parameter applies in the scene and has a single value there, which is not restricted to whole
+   !> numbers. Problems are added to the input.
+   subroutine check_parameter(input, table, parameter, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of the names with their values
       type(table_t), intent(in) :: table
@@ -285,7 +285,7 @@ contains
       if (parameter%quantity == '' .and. .not. input%has_problem()) then
          call refuse_lost_units(input, table, place, "&sensitivity parameters = '"//name//"'")
       end if
-   end subroutine find_value
+   end subroutine check_parameter
 
    !> Value of a parameter in the scene.
    pure function value_of(scene, parameter, table, place) result(value)
@@ -343,13 +343,13 @@ contains
                   'is no parameter that &fit could find')
             end associate
          end do
-         if (.not. input%has_problem()) call fetch_signal(input, scene, count(is_swept(sweep%swept)))
+         if (.not. input%has_problem()) call read_signal_of_fit(input, scene, count(is_swept(sweep%swept)))
       end associate
    end subroutine resolve_fit
 
-   !> Read the signal, convert it to the units of the results and select the part that is fitted. Problems are added to
-   !> the input.
-   subroutine fetch_signal(input, scene, parameters)
+   !> Read the signal, convert_to_results it to the units of the results and select the part that is fitted. Problems
+   !> are added to the input.
+   subroutine read_signal_of_fit(input, scene, parameters)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene
       !> Number of parameters in the sweep
@@ -366,7 +366,7 @@ contains
       if (file(1:1) /= '/') file = folder_of(scene%file)//file
       call read_signal(file, pack([scene%fit%time_column, scene%fit%value_column, scene%fit%noise_column], &
          [.true., .true., scene%fit%noise_column > 0]), signal, problem)
-      if (.not. allocated(problem)) call convert(scene, signal, file, end, problem)
+      if (.not. allocated(problem)) call convert_to_results(scene, signal, file, end, problem)
       if (allocated(problem)) then
          call input%complain(group, 'data', problem)
          return
@@ -399,10 +399,10 @@ contains
          if (maxval(fit%value) - minval(fit%value) <= 0.0_wp) call input%complain(group, 'data', &
             file//': all values are the same')
       end associate
-   end subroutine fetch_signal
+   end subroutine read_signal_of_fit
 
    !> Convert a signal to the units of the results.
-   subroutine convert(scene, signal, file, end, problem)
+   subroutine convert_to_results(scene, signal, file, end, problem)
       type(scene_t), intent(in) :: scene
       type(signal_t), intent(inout) :: signal
       character(*), intent(in) :: file
@@ -446,7 +446,7 @@ contains
          if (allocated(signal%noise)) signal%noise = ratio*signal%noise
       end if
       if (allocated(problem)) problem = file//': '//problem
-   end subroutine convert
+   end subroutine convert_to_results
 
    !> Check &uncertainty; problems are added to the input.
    subroutine resolve_uncertainty(input, scene)

@@ -1,4 +1,4 @@
-!> Reading of a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
+!> Reads a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
 !> problems in a file, only the one that comes first in the text is recorded.
 module scene_input
    use kinds, only: i8, wp
@@ -351,7 +351,7 @@ contains
       end do
    end subroutine report_items
 
-   !> Does the file have this group?
+   !> Whether the file has this group.
    pure function has_group(input, group)
       class(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
@@ -360,7 +360,7 @@ contains
       has_group = find_group(input%namelist, group) > 0
    end function has_group
 
-   !> Does the file have this name in this group?
+   !> Whether the file has this name in this group.
    pure function has(input, group, name, occurrence)
       class(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
@@ -376,21 +376,21 @@ contains
       if (place > 0) has = has .or. find_item(input%namelist, place, name) > 0
    end function has
 
-   !> Was a name added to those that the file gives?
-   pure function is_added(input, group, name, occurrence) result(is)
+   !> Whether a name was added to the names that the file gives.
+   pure function is_added(input, group, name, occurrence) result(answer)
       type(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
-      logical :: is
+      logical :: answer
 
       integer :: which
 
       which = 1
       if (present(occurrence)) which = occurrence
-      is = allocated(input%added)
-      if (is) is = any(input%added == group//' '//to_text(which)//' '//name)
+      answer = allocated(input%added)
+      if (answer) answer = any(input%added == group//' '//to_text(which)//' '//name)
    end function is_added
 
    !> Add a name to those that count as given.
@@ -433,7 +433,7 @@ contains
       call input%report(input%namelist%groups(place)%first, '&'//group//': '//problem)
    end subroutine complain
 
-   !> Has a problem been reported?
+   !> Whether a problem has been reported.
    pure function has_problem(input)
       class(scene_input_t), intent(in) :: input
       logical :: has_problem

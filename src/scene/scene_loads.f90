@@ -44,7 +44,7 @@ contains
       if (allocated(scene%forces)) forces(:) = scene%forces
       do k = 1, number
          call table%open_numbered('force', k, scene%has_forces)
-         if (table%is_open) call list_force(table, forces(k))
+         if (table%lists_names) call list_force(table, forces(k))
       end do
       if (scene%has_forces) call move_alloc(forces, scene%forces)
    end subroutine list_forces
@@ -140,7 +140,7 @@ contains
       if (allocated(scene%bases)) bases(:) = scene%bases
       do k = 1, number
          call table%open_numbered('base', k, scene%has_bases)
-         if (table%is_open) call list_base(table, bases(k))
+         if (table%lists_names) call list_base(table, bases(k))
       end do
       if (scene%has_bases) call move_alloc(bases, scene%bases)
    end subroutine list_bases

@@ -60,7 +60,7 @@ contains
          limits_step(scene%response))
    end subroutine decide_mesh
 
-   !> Does the mesh limit the time step, so that the given step may be too long for another mesh?
+   !> Whether the mesh limits the time step, so that the given step may be too long for another mesh.
    pure function limits_step(response) result(answer)
       type(response_settings_t), intent(in) :: response
       logical :: answer

@@ -1,5 +1,5 @@
-!> Reading of a scene file: its values are checked and made dimensionless. Also messages about a scene that was read,
-!> and changes of its parameters in sweeps and &cases.
+!> Reads a scene file: its values are checked and made dimensionless. The module also makes messages about a scene that
+!> was read, and changes its parameters in sweeps and &cases.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -8,7 +8,7 @@ module scene_reader
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_beam, only: set_taper
-   use scene_groups, only: give_changes, list_group, list_scene
+   use scene_groups, only: copy_changes_to_scene, list_group, list_scene
    use scene_input, only: scene_input_t
    use scene_reference, only: make_echo
    use scene_resolve, only: resolve_scene, resolve_units
@@ -32,7 +32,7 @@ module scene_reader
       !> sets; and indices of the entries in units whose ratios depend on the parameters
       integer, allocatable :: places(:), affected(:)
       !> The unit of displacement D depends on the parameters
-      logical :: moves_displacement = .false.
+      logical :: changes_displacement_unit = .false.
    end type draft_t
 
 contains
@@ -112,7 +112,7 @@ contains
       call draft%input%start(file, namelist, draft%table)
       call list_scene(draft%table, scene)
       call draft%input%read_table(draft%table, program)
-      call draft%table%give_values()
+      call draft%table%begin_copy_to_scene()
       call list_scene(draft%table, scene)
    end subroutine read_draft
 
@@ -176,7 +176,7 @@ contains
 
       type(table_t) :: table
 
-      call table%give_one(parameter%occurrence, trim(parameter%name_in_group), value)
+      call table%begin_copy_of_one(parameter%occurrence, trim(parameter%name_in_group), value)
       call list_group(trim(parameter%group), table, scene)
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
@@ -203,10 +203,10 @@ contains
       end do
       if (resolves_anew) then
          resolved = draft%scene
-         call give_changes(draft%table, resolved)
+         call copy_changes_to_scene(draft%table, resolved)
          call resolve_scene(draft%input, draft%table, program_any, resolved)
       else
-         if (draft%moves_displacement) call find_displacement(draft%input, draft%table, scene)
+         if (draft%changes_displacement_unit) call find_displacement(draft%input, draft%table, scene)
          if (.not. draft%input%has_problem()) call resolve_units(draft%input, draft%table, draft%affected, scene)
       end if
       call draft%input%get_problem(problem)
@@ -230,8 +230,8 @@ contains
       end if
    end subroutine set_by_file
 
-   !> Is the parameter the taper? A change of the taper preserves the mean height, whatever the file gives for the
-   !> section, so it is set directly and not as if the file gave it.
+   !> Whether the parameter is the taper. A change of the taper preserves the mean height, whatever the file gives for
+   !> the section, so it is set directly and not as if the file gave it.
    pure function is_taper(parameter) result(answer)
       type(parameter_t), intent(in) :: parameter
       logical :: answer
@@ -270,10 +270,10 @@ contains
          end do
          all = entries_in_units(table)
          associate (entries => table%entries, places => pack(draft%places, draft%places > 0))
-            draft%moves_displacement = any(needs_displacement(entries(places)))
+            draft%changes_displacement_unit = any(needs_displacement(entries(places)))
             ! ratios can refer to another quantity of the same group
             draft%affected = pack(all, [(any(entries(places)%group == entries(all(k))%group), k=1, size(all))] .or. &
-               (draft%moves_displacement .and. needs_displacement(entries(all))))
+               (draft%changes_displacement_unit .and. needs_displacement(entries(all))))
          end associate
       end associate
    end subroutine read_for_cases

@@ -45,7 +45,7 @@ contains
       logical :: is_echoed(table%entry_count)
       integer :: i, k
 
-      call table%take_values()
+      call table%begin_copy_from_scene()
       call list_scene(table, scene)
       do i = 1, table%entry_count
          associate (entry => table%entries(i))

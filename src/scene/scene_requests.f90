@@ -35,22 +35,22 @@ contains
       select case (group)
       case ('statistics')
          call table%open(group_t(group), scene%wants_statistics)
-         if (table%is_open) call list_statistics(table, scene%statistics)
+         if (table%lists_names) call list_statistics(table, scene%statistics)
       case ('relay')
          call table%open(group_t(group), scene%wants_relay)
-         if (table%is_open) call list_relay(table, scene%relay)
+         if (table%lists_names) call list_relay(table, scene%relay)
       case ('poincare')
          call table%open(group_t(group), scene%wants_poincare)
-         if (table%is_open) call list_poincare(table, scene%poincare)
+         if (table%lists_names) call list_poincare(table, scene%poincare)
       case ('orbit')
          call table%open(group_t(group), scene%wants_orbit)
-         if (table%is_open) call list_orbit(table, scene%orbit)
+         if (table%lists_names) call list_orbit(table, scene%orbit)
       case ('frequency_response')
          call table%open(group_t(group), scene%wants_frequency_response)
-         if (table%is_open) call list_frequency_response(table, scene%frequency_response)
+         if (table%lists_names) call list_frequency_response(table, scene%frequency_response)
       case ('spectrum')
          call table%open(group_t(group), scene%wants_spectrum)
-         if (table%is_open) call list_spectrum(table, scene%spectrum)
+         if (table%lists_names) call list_spectrum(table, scene%spectrum)
       end select
    end subroutine list_request
 
@@ -73,7 +73,7 @@ contains
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
-      !> End of the interval, 0 if it is the end of the run
+      ! end of the evaluated interval; 0: the end of the run
       real(wp) :: last
 
       call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
@@ -327,7 +327,7 @@ contains
       end associate
    end subroutine resolve_orbit
 
-   !> Is the amplitude of a harmonic load zero? The numbers of loads count &force before &base.
+   !> Whether the amplitude of a harmonic load is zero. The numbers of loads count &force before &base.
    pure function is_zero_load(scene, load) result(answer)
       type(scene_t), intent(in) :: scene
       !> Number of the load

@@ -10,14 +10,14 @@ module scene_resolve
    use quantities, only: system_none
    use run_settings, only: method_newmark, moves_in_modes, response_settings_t
    use scene_beam, only: mean_section, resolve_beam
-   use scene_body, only: check_masses, check_root
-   use scene_groups, only: give_changes
+   use scene_bodies, only: check_bodies
+   use scene_groups, only: copy_changes_to_scene
    use scene_inference, only: resolve_inference
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
    use scene_mesh, only: decide_mesh, resolve_mesh, resolve_nodes
-   use scene_moving_bodies, only: check_bodies
    use scene_requests, only: resolve_requests, resolve_statistics
+   use scene_root_and_masses, only: check_masses, check_root
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
    use scene_start, only: choose_start
@@ -135,7 +135,7 @@ contains
       do k = 1, size(places)
          call set_ratio(input, table, places(k), scene%scales)
       end do
-      if (.not. input%has_problem()) call give_changes(table, scene)
+      if (.not. input%has_problem()) call copy_changes_to_scene(table, scene)
    end subroutine resolve_units
 
    !> Check the name of the scene, which is also the name of its results file.
@@ -170,7 +170,7 @@ contains
       end if
    end subroutine check_requests
 
-   !> Can the name of a scene file, without extension, be the unchanged name of its results? Names are not altered,
+   !> Whether the name of a scene file, without extension, can be the name of its results. Names are not altered,
    !> because two different names could become equal.
    pure function can_name_a_file(name) result(answer)
       character(*), intent(in) :: name
@@ -225,8 +225,8 @@ contains
       if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
    end subroutine resolve_motion
 
-   !> Why damping ratios of single modes are not possible with Newmark's method on the mesh of a scene; empty: they are
-   !> possible.
+   !> Reason why damping ratios of single modes are not possible with Newmark's method on the mesh of a scene; empty:
+   !> they are possible.
    pure function problem_with_damping(scene) result(problem)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: problem

@@ -9,29 +9,29 @@ module scene_rules
    public :: check_rules
 
    !> Maximum lengths of texts
-   integer, parameter :: name_room = 32
-   integer, parameter :: list_room = 200
-   integer, parameter :: problem_room = 112
+   integer, parameter :: max_name_length = 32
+   integer, parameter :: max_list_length = 200
+   integer, parameter :: max_problem_length = 112
 
    !> A group, and other groups that it excludes.
    type :: exclusion_t
-      character(name_room) :: group = ''
+      character(max_name_length) :: group = ''
       !> Excluded groups, separated by blanks
-      character(list_room) :: excluded = ''
+      character(max_list_length) :: excluded = ''
       !> Text that is appended to 'does not go with &group'
-      character(problem_room) :: reason = ''
+      character(max_problem_length) :: reason = ''
       !> The groups in `request_names` are excluded too
       logical :: excludes_requests = .false.
    end type exclusion_t
 
    !> A group, or a name of a group, that requires at least one of several others.
    type :: demand_t
-      character(name_room) :: group = ''
+      character(max_name_length) :: group = ''
       !> The name; empty: the demand is that of the group
-      character(name_room) :: name = ''
+      character(max_name_length) :: name = ''
       !> Groups, or names of the same group, of which one is required; separated by blanks
-      character(list_room) :: options = ''
-      character(problem_room) :: problem = ''
+      character(max_list_length) :: options = ''
+      character(max_problem_length) :: problem = ''
    end type demand_t
 
    ! exclusions of groups that are studies of their own; they are checked before the demands, because an excluded group
@@ -142,7 +142,7 @@ contains
       end do
    end subroutine exclude
 
-   !> Is a demand met, or does the file not have the group or name that makes it?
+   !> Whether a demand is met, or the file has not the group or name that makes the demand.
    pure function is_met(table, demand)
       type(table_t), intent(in) :: table
       type(demand_t), intent(in) :: demand

@@ -39,7 +39,7 @@ contains
       type(beam_settings_t), intent(inout) :: beam
 
       call table%open(group_t('section'), beam%has_section)
-      if (.not. table%is_open) return
+      if (.not. table%lists_names) return
       associate (section => beam%section)
          call table%bind(section%shape, name_t('shape', 'what the section is'), shape_names)
          call table%bind(section%profile, name_t('profile', 'dimensions between stations: linear, the same from each ' &
@@ -241,7 +241,7 @@ contains
    end subroutine fit_to_stations
 
    !> Names of the dimensions of a shape, separated by blanks.
-   pure function names_of(shape) result(names)
+   pure function dimension_names_of(shape) result(names)
       integer, intent(in) :: shape
       character(:), allocatable :: names
 
@@ -255,7 +255,7 @@ contains
       case default
          names = 'area inertia'
       end select
-   end function names_of
+   end function dimension_names_of
 
    !> Values expanded from one value to a number of equal values.
    pure function spread_to(values, count) result(spread_values)
@@ -298,7 +298,7 @@ contains
       type(section_settings_t), intent(in) :: section
 
       integer, parameter :: checked_points = 64
-      real(wp) :: curvature(size(section%station), 2), share, width
+      real(wp) :: curvature(size(section%station), 2), fraction, width
       integer :: i, k
 
       curvature(:, 1) = spline_curvature(section%station, section%first, [.false., .false.])
@@ -306,10 +306,11 @@ contains
       do i = 1, size(section%station) - 1
          width = section%station(i + 1) - section%station(i)
          do k = 1, checked_points - 1
-            share = real(k, wp)/real(checked_points, wp)
+            fraction = real(k, wp)/real(checked_points, wp)
             if (value_of(section%first, curvature(:, 1)) > 0.0_wp .and. &
                value_of(section%second, curvature(:, 2)) > 0.0_wp) cycle
-            call input%complain('section', names_of(section%shape), "the spline of profile = 'cubic' falls to 0 " &
+            call input%complain('section', dimension_names_of(section%shape), &
+               "the spline of profile = 'cubic' falls to 0 " &
                //'between the stations '//to_text(section%station(i))//' and '//to_text(section%station(i + 1)))
             return
          end do
@@ -317,14 +318,14 @@ contains
 
    contains
 
-      !> Value of the spline at the fraction `share` of interval i.
+      !> Value of the spline at a fraction of interval i.
       pure function value_of(values, curvatures) result(value)
          !> Values of the dimension and its second derivatives at the stations
          real(wp), intent(in) :: values(:)
          real(wp), intent(in) :: curvatures(:)
          real(wp) :: value
 
-         associate (left_weight => 1.0_wp - share, right_weight => share)
+         associate (left_weight => 1.0_wp - fraction, right_weight => fraction)
             value = left_weight*values(i) + right_weight*values(i + 1) + ((left_weight**3 - left_weight)*curvatures(i) &
                + (right_weight**3 - right_weight)*curvatures(i + 1))*width**2/6.0_wp
          end associate

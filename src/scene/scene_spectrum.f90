@@ -1,4 +1,4 @@
-!> The names of &spectrum, and what goes together in it.
+!> &spectrum: the names of the group, and its checks.
 module scene_spectrum
    use kinds, only: wp
    use name_table, only: table_t
@@ -13,16 +13,20 @@ module scene_spectrum
    private
    public :: list_spectrum, resolve_spectrum
 
+   !> Maximum number of frequencies.
    integer, parameter :: max_points = 1000000
-   !> Frequencies times signals that half a gigabyte holds.
+   !> Maximum of frequencies times signals, whose results take half a gigabyte.
    real(wp), parameter :: max_numbers = 1.0e7_wp
-   !> Frequencies times signals times segments whose transforms take minutes at most, in closed form or from samples.
+   !> Maximum of frequencies times signals times segments, whose transforms take minutes, in closed form or from
+   !> samples.
    real(wp), parameter :: max_transforms = 1.0e8_wp
-   !> Periods of the greatest frequency in what counts of a run: samples would be too many beyond.
+   !> Maximum number of periods of the maximum frequency in the transformed part of a run, because the number of samples
+   !> is proportional to it.
    real(wp), parameter :: max_periods = 1.0e7_wp
 
 contains
 
+   !> List the names of &spectrum in the table, and bind them to the components of the scene.
    subroutine list_spectrum(table, spectrum)
       class(table_t), intent(inout) :: table
       type(spectrum_settings_t), intent(inout) :: spectrum
@@ -65,10 +69,11 @@ contains
          range_t(0.0_wp, 1.0e15_wp)))
    end subroutine list_spectrum
 
-   !> Signals that the scene has, a range, something to transform; problems go into the input.
+   !> Check that the scene has the requested signals, a range of frequencies, and a part of the run to transform.
+   !> Problems are reported to `input`.
    subroutine resolve_spectrum(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its loads and duration resolved
+      !> Scene with resolved loads and duration
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'spectrum', name = 'frequency_ratio_range frequency_range'
@@ -88,11 +93,11 @@ contains
             call input%complain(group, 'contact', 'only goes with a signal of a contact in of')
          else if (spectrum%point > 1 .and. all(signal_table(spectrum%of)%base /= quantity_moment)) then
             call input%complain(group, 'point', 'only goes with moment in of')
-         else if (spectrum%contact > contacts_of(scene)) then
-            call input%complain(group, 'contact', 'must be at most '//to_text(contacts_of(scene)) &
+         else if (spectrum%contact > contact_count(scene)) then
+            call input%complain(group, 'contact', 'must be at most '//to_text(contact_count(scene)) &
                //', the contacts of the scene')
-         else if (spectrum%point > max(points_of(scene), 1)) then
-            call input%complain(group, 'point', 'must be at most '//to_text(points_of(scene)) &
+         else if (spectrum%point > max(stress_point_count(scene), 1)) then
+            call input%complain(group, 'point', 'must be at most '//to_text(stress_point_count(scene)) &
                //', the points of &stress')
          else if (.not. allocated(spectrum%range)) then
             call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
@@ -113,24 +118,24 @@ contains
                //to_text(end)//' (tau)')
          else
             call check_numbers(input, spectrum, end - spectrum%start)
-            ! cases of other lengths have the same frequencies
-            if (scene%wants_sweep) spectrum%resolution = spectrum%distance_of(end - spectrum%start)
+            ! all cases of a sweep get the frequencies of this duration, even if their own durations differ
+            if (scene%wants_sweep) spectrum%resolution = spectrum%frequency_spacing(end - spectrum%start)
          end if
       end associate
    end subroutine resolve_spectrum
 
-   !> Not more frequencies, and no higher ones, than there is room for; problems go into the input.
+   !> Check that number and maximum of the frequencies are within the limits. Problems are reported to `input`.
    subroutine check_numbers(input, spectrum, length)
       type(scene_input_t), intent(inout) :: input
       type(spectrum_settings_t), intent(in) :: spectrum
-      !> What of the run counts, tau
+      !> Length of the transformed part of the run, tau
       real(wp), intent(in) :: length
 
       character(*), parameter :: group = 'spectrum'
       real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: points
 
-      points = spectrum%count_of(length)
+      points = spectrum%frequency_count(length)
       if (points > real(max_points, wp)) then
          call input%complain(group, 'points resolution_ratio resolution frequency_ratio_range frequency_range', &
             'would be '//to_text(points)//' frequencies: at most '//to_text(max_points)//' are computed')
@@ -148,24 +153,25 @@ contains
       end if
    end subroutine check_numbers
 
-   !> Contacts of a scene: one for each side of each stop.
-   pure integer function contacts_of(scene)
+   !> Number of contacts of a scene: one for each side of each stop.
+   pure integer function contact_count(scene)
       type(scene_t), intent(in) :: scene
 
       type(stop_settings_t), allocatable :: stops(:)
 
-      contacts_of = 0
+      contact_count = 0
       if (.not. scene%has_stop) return
       stops = [scene%stop]
       if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
-      contacts_of = size(stops) + count(stops%side == side_both)
-   end function contacts_of
+      contact_count = size(stops) + count(stops%side == side_both)
+   end function contact_count
 
-   pure integer function points_of(scene)
+   !> Number of points of &stress.
+   pure integer function stress_point_count(scene)
       type(scene_t), intent(in) :: scene
 
-      points_of = 0
-      if (allocated(scene%stress%position)) points_of = size(scene%stress%position)
-   end function points_of
+      stress_point_count = 0
+      if (allocated(scene%stress%position)) stress_point_count = size(scene%stress%position)
+   end function stress_point_count
 
 end module scene_spectrum

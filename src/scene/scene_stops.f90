@@ -46,11 +46,11 @@ contains
       number = table%groups_to_list('stop', number)
       if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
       call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
-      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%release_stop)
+      if (table%lists_names) call list_stop(table, 1, number, scene%stop, scene%release_stop)
       do k = 2, number
          call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true., occurrence=k, &
             label='stop_'//to_text(k)))
-         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%release_stop)
+         if (table%lists_names) call list_stop(table, k, number, scene%more_stops(k - 1), scene%release_stop)
       end do
    end subroutine list_stops
 
@@ -158,7 +158,7 @@ contains
       if (allocated(scene%supports)) supports(:) = scene%supports
       do k = 1, number
          call table%open_numbered('support', k, scene%has_supports)
-         if (table%is_open) call list_support(table, supports(k))
+         if (table%lists_names) call list_support(table, supports(k))
       end do
       if (scene%has_supports) call move_alloc(supports, scene%supports)
    end subroutine list_supports

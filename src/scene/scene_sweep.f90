@@ -1,5 +1,5 @@
-!> Checks of &sweep and &cases, also of sweeps with chains, in which a case starts from the final state of the preceding
-!> case.
+!> Checks of &sweep and &cases, including sweeps with chains, sequences of cases of which each starts from the final
+!> state of the preceding one.
 module scene_sweep
    use kinds, only: i8, wp
    use load_periods, only: is_steady
@@ -21,7 +21,7 @@ module scene_sweep
 
    !> Pairs of a ratio and a quantity in units that refers to it: if the ratio is varied, the quantity no longer has the
    !> value in the file.
-   character(*), parameter :: lost(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
+   character(*), parameter :: lost_quantities(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
       'stiffness_ratio', 'damper'], [2, 2])
 
 contains
@@ -324,12 +324,12 @@ contains
             return
          end do
       end associate
-      call check_course(input, scene)
+      call check_chain_loads(input, scene)
    end subroutine check_chains
 
-   !> Check a sweep with chains: cases must last whole periods of loads without end, and no request may run single
-   !> cases.
-   subroutine check_course(input, scene)
+   !> Check a sweep with chains: cases must last whole periods of loads without end, and no request may require separate
+   !> runs of cases.
+   subroutine check_chain_loads(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
@@ -367,9 +367,9 @@ contains
          call input%complain(group, '', 'carry of &sweep takes loads that go on for ever: ' &
             //"kind = 'harmonic' or 'step' without start and end; this is "//group//' '//to_text(k), k)
       end subroutine complain_of
-   end subroutine check_course
+   end subroutine check_chain_loads
 
-   !> Why the value of a parameter cannot change during a motion.
+   !> Reason why the value of a parameter cannot change during a motion.
    pure function reason(parameter) result(words)
       type(parameter_t), intent(in) :: parameter
       character(:), allocatable :: words
@@ -405,7 +405,8 @@ contains
    end subroutine resolve_cases
 
    !> Check that the parameter applies in the scene, and that the file does not give the same quantity in units, because
-   !> that value would be lost. The cases replace a value that the parameter has in its own group, as in a sweep.
+   !> that value would be lost_quantities. The cases replace a value that the parameter has in its own group, as in a
+   !> sweep.
    subroutine check_parameter(input, table, parameter)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -438,7 +439,8 @@ contains
       end if
    end subroutine check_taper
 
-   !> Report each quantity in the file that would be lost because a varied entry determines the same quantity.
+   !> Report each quantity in the file that would be lost_quantities because a varied entry determines the same
+   !> quantity.
    subroutine refuse_lost_units(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -457,8 +459,9 @@ contains
                if (.not. other%is_given) cycle
                is_lost = other%name%instead_of == varied%name%name .or. &
                   (varied%name%quantity /= '' .and. varied%name%instead_of == other%name%name)
-               do k = 1, size(lost, 2)
-                  is_lost = is_lost .or. (lost(1, k) == varied%name%name .and. lost(2, k) == other%name%name)
+               do k = 1, size(lost_quantities, 2)
+                  is_lost = is_lost .or. (lost_quantities(1, k) == varied%name%name .and. lost_quantities(2, &
+                     k) == other%name%name)
                end do
                if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
                   'does not go with '//by, table%groups(other%group)%occurrence)

@@ -10,8 +10,9 @@ module scene_warnings
    use run_settings, only: side_both, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: has_rigid_stops, scene_t
-   use warning_list, only: warning_frequency, warning_height, warning_name, warning_position, warning_start, &
-      warning_stiffness, warning_t, warning_tau, warning_twins
+   use warning_list, only: warning_first_frequency, warning_thick_beam, warning_former_name, warning_position_ratio, &
+      warning_default_start, &
+      warning_youngs_modulus, warning_t, warning_dimensionless_time, warning_identical_stops
    implicit none (type, external)
    private
    public :: add_warning, warn_of_scene, words_of_frequency
@@ -22,7 +23,7 @@ module scene_warnings
    real(wp), parameter :: min_frequency = 0.01_wp, max_frequency = 1.0e7_wp
    !> Range of plausible Young's moduli, Pa: from rubber to diamond.
    real(wp), parameter :: min_modulus = 1.0e5_wp, max_modulus = 2.0e12_wp
-   !> Positions below this share of the length are rare, and lengths in m are often below.
+   !> Minimum position x/L without a warning; a smaller number may be a length in m.
    real(wp), parameter :: min_position = 0.05_wp
 
 contains
@@ -47,7 +48,7 @@ contains
       call warn_of_stops(input, scene, stops)
    end subroutine warn_of_scene
 
-   !> Are the values of a scene in units?
+   !> Whether the values of a scene are in units.
    pure function has_units(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer
@@ -63,16 +64,16 @@ contains
       real(wp) :: frequency, modulus
 
       if (scene%scales%height_ratio > max_height_ratio .and. input%has_group('beam')) call add_warning(scene, &
-         warning_height, 'the height is '//rounded(scene%scales%height_ratio)//' of the length; the ' &
+         warning_thick_beam, 'the height is '//rounded(scene%scales%height_ratio)//' of the length; the ' &
          //'theory neglects shear, which counts from '//rounded(max_height_ratio)//' on')
       if (.not. has_units(scene)) return
       ! MPa in the system of mm, tonnes and s
       modulus = scene%beam%youngs_modulus*merge(1.0e6_wp, 1.0_wp, system_names(scene%unit_system) == 'mm_t_s')
-      if (modulus < min_modulus .or. modulus > max_modulus) call add_warning(scene, warning_stiffness, &
+      if (modulus < min_modulus .or. modulus > max_modulus) call add_warning(scene, warning_youngs_modulus, &
          'youngs_modulus = '//to_text(scene%beam%youngs_modulus)//' is '//rounded(modulus)//' Pa, ' &
          //trim(merge('softer than rubber  ', 'stiffer than diamond', modulus < min_modulus))//'; is it in GPa?')
       frequency = scene%scales%omega1/(2.0_wp*pi)
-      if (frequency < min_frequency .or. frequency > max_frequency) call add_warning(scene, warning_frequency, &
+      if (frequency < min_frequency .or. frequency > max_frequency) call add_warning(scene, warning_first_frequency, &
          words_of_frequency(scene))
    end subroutine warn_of_beam
 
@@ -90,7 +91,7 @@ contains
       end associate
    end function words_of_frequency
 
-   !> Warn of names that measures had before.
+   !> Warn of former names of measures, and of a measure that a rigid stop does not have.
    subroutine warn_of_names(input, scene)
       type(scene_input_t), intent(in) :: input
       type(scene_t), intent(inout) :: scene
@@ -105,10 +106,10 @@ contains
                   if (lower_case(value_text(namelist, k)) == former_names(place)) exit
                end do
                if (lower_case(value_text(namelist, k)) == measure_table(measure_force)%name .and. &
-                  has_rigid_stops(scene)) call add_warning(scene, warning_name, &
+                  has_rigid_stops(scene)) call add_warning(scene, warning_former_name, &
                   'a rigid stop has no greatest_force, because an impact is an impulse: greatest_mean_force is the ' &
                   //'mean over the first 0.1/omega1 of an episode')
-               if (place > 0) call add_warning(scene, warning_name, "the measure '"//trim(former_names(place)) &
+               if (place > 0) call add_warning(scene, warning_former_name, "the measure '"//trim(former_names(place)) &
                   //"' is called '"//trim(measure_table(formerly_named(place))%name)//"' now")
             end do
          end do
@@ -125,7 +126,7 @@ contains
 
       do k = 1, size(stops)
          if (stops(k)%position >= min_position .or. stops(k)%position > scene%scales%length) cycle
-         if (input%has('stop', 'position', k)) call add_warning(scene, warning_position, 'position = ' &
+         if (input%has('stop', 'position', k)) call add_warning(scene, warning_position_ratio, 'position = ' &
             //rounded(stops(k)%position)//' of &stop number '//to_text(k) &
             //' is a share of the length; use position_length for a length')
       end do
@@ -137,7 +138,7 @@ contains
 
    contains
 
-      !> Tell what a name of &response for dimensionless time is in units.
+      !> Warn that a name of &response takes a dimensionless time, and give this time in units.
       subroutine warn_of_tau(name, value)
          character(*), intent(in) :: name
          real(wp), intent(in) :: value
@@ -145,7 +146,7 @@ contains
          type(units_t) :: units
 
          units = units_of(scene%scales, scene%unit_system, .true.)
-         call add_warning(scene, warning_tau, name//' = '//rounded(value)//' is omega1 t, which is ' &
+         call add_warning(scene, warning_dimensionless_time, name//' = '//rounded(value)//' is omega1 t, which is ' &
             //rounded(value*units%factor(quantity_named('time')))//' '//trim(unit_of(quantity_named('time'), units)) &
             //'; '//name//'_time is a time')
       end subroutine warn_of_tau
@@ -161,17 +162,19 @@ contains
       integer :: j, k
 
       if (size(stops) == 0) return
-      ! a sweep may vary what the stops differ in
+      ! the cases of a sweep may have different stops
       do k = merge(size(stops) + 1, 2, scene%wants_sweep .or. scene%wants_cases), size(stops)
          do j = 1, k - 1
-            if (are_identical(stops(j), stops(k))) call add_warning(scene, warning_twins, '&stop number '//to_text(k) &
+            if (are_identical(stops(j), stops(k))) call add_warning(scene, warning_identical_stops, &
+               '&stop number '//to_text(k) &
                //' is identical to &stop number '//to_text(j))
          end do
       end do
       if (scene%start%kind /= start_release .or. scene%has_start) return
       if (any([(input%has('stop', 'initial_height', k) .or. input%has('stop', 'pulled', k), k=1, size(stops))])) return
       if (all(stops%side == stops(1)%side) .and. stops(1)%side /= side_both) return
-      call add_warning(scene, warning_start, "the beam is released from a deflection; &start kind = 'rest' starts it " &
+      call add_warning(scene, warning_default_start, &
+         "the beam is released from a deflection; &start kind = 'rest' starts it " &
          //'at rest between the stops')
    end subroutine warn_of_stops
 
@@ -188,7 +191,7 @@ contains
       scene%warnings = [scene%warnings, warning_t(kind, text)]
    end subroutine add_warning
 
-   !> Do two stops have the same place, side and law?
+   !> Whether two stops have the same position, side and law.
    pure function are_identical(first, second) result(answer)
       type(stop_settings_t), intent(in) :: first
       type(stop_settings_t), intent(in) :: second
@@ -198,7 +201,7 @@ contains
          all(abs(numbers(first) - numbers(second)) <= 0.0_wp)
    end function are_identical
 
-   !> The numbers of a stop.
+   !> Position, preload and parameters of the law of a stop.
    pure function numbers(stop)
       type(stop_settings_t), intent(in) :: stop
       real(wp) :: numbers(6)

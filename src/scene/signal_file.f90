@@ -12,7 +12,7 @@ module signal_file
    private
    public :: signal_t, read_signal, unit_ratio
 
-   integer, parameter :: unit_room = 32
+   integer, parameter :: max_unit_length = 32
    character, parameter :: tab = achar(9)
    !> Maximum number of lines before the first line of numbers.
    integer, parameter :: max_header = 200
@@ -25,8 +25,8 @@ module signal_file
       !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not asked for
       real(wp), allocatable :: noise(:)
       !> Units of times and values as in the file; empty: the file has none
-      character(unit_room) :: time_unit = ''
-      character(unit_room) :: value_unit = ''
+      character(max_unit_length) :: time_unit = ''
+      character(max_unit_length) :: value_unit = ''
    end type signal_t
 
    !> Layout of the lines of a file.
@@ -255,7 +255,7 @@ contains
    !> Take the unit from a cell of the header, if the cell has one.
    pure subroutine take_unit(cell, unit, is_bare)
       character(*), intent(in) :: cell
-      character(unit_room), intent(inout) :: unit
+      character(max_unit_length), intent(inout) :: unit
       !> The cell has a known unit without brackets
       logical, intent(out) :: is_bare
 
@@ -274,12 +274,12 @@ contains
    !> Take the word of a cell as its unit, unless the cell is empty.
    pure subroutine take_word(cell, unit)
       character(*), intent(in) :: cell
-      character(unit_room), intent(inout) :: unit
+      character(max_unit_length), intent(inout) :: unit
 
       if (cell /= '') unit = last_word(cell)
    end subroutine take_word
 
-   !> Does a cell have a text in brackets?
+   !> Whether a cell has a text in brackets.
    pure logical function is_bracketed(cell)
       character(*), intent(in) :: cell
 

@@ -114,23 +114,23 @@ contains
       quantity = trim(table%entries(place)%name%quantity)
       select case (trim(table%groups(group)%name)//' '//trim(table%entries(place)%name%name))
       case ('support stiffness')
-         if (is('motion', support_rotation)) quantity = 'rotational_stiffness'
+         if (has_word('motion', support_rotation)) quantity = 'rotational_stiffness'
       case ('base amplitude')
-         if (is('quantity', base_displacement)) quantity = 'displacement'
+         if (has_word('quantity', base_displacement)) quantity = 'displacement'
       case ('force amplitude')
          if (table%entries(table%find(group, 'stretch'))%is_given) quantity = 'line_load'
       end select
 
    contains
 
-      !> Is the value of a name this word?
-      pure logical function is(name, word)
+      !> Whether the value of a name is this word.
+      pure logical function has_word(name, word)
          character(*), intent(in) :: name
          !> Index of the word
          integer, intent(in) :: word
 
-         is = nint(table%entries(table%find(group, name))%value) == word
-      end function is
+         has_word = nint(table%entries(table%find(group, name))%value) == word
+      end function has_word
 
    end function quantity_of
 

@@ -34,7 +34,7 @@ contains
       end associate
    end function entries_in_units
 
-   !> Does the ratio of an entry in units depend on the unit of displacement D?
+   !> Whether the ratio of an entry in units depends on the unit of displacement D.
    elemental function needs_displacement(entry) result(needs)
       type(entry_t), intent(in) :: entry
       logical :: needs

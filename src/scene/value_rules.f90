@@ -51,7 +51,7 @@ contains
       range%maximum = real(maximum, wp)
    end function range_of_integers
 
-   !> Is the number in the range?
+   !> Whether the number is in the range.
    elemental function contains_value(range, value) result(is_inside)
       type(range_t), intent(in) :: range
       real(wp), intent(in) :: value

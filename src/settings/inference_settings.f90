@@ -9,20 +9,20 @@ module inference_settings
    public :: observed_acceleration_tip, observed_force, observed_impacts, is_of_tip, is_velocity, is_feature, jumps
    public :: quantity_observed
 
-   !> Quantities that a measured signal may have, `of` in &fit.
+   !> Quantities that a measured signal may be, `of` in &fit.
    integer, parameter :: observed_displacement_tip = 1
    integer, parameter :: observed_velocity_tip = 2
    integer, parameter :: observed_displacement_stop = 3
    integer, parameter :: observed_velocity_stop = 4
    integer, parameter :: observed_force = 5
    integer, parameter :: observed_acceleration_tip = 6
-   !> Features of a motion instead of its path, numbered from 1: instants of impacts; peak displacements of rebounds.
+   !> Features of a motion instead of samples, numbered from 1: instants of impacts; peak displacements of rebounds.
    integer, parameter :: observed_impacts = 7
    integer, parameter :: observed_peaks = 8
    character(*), parameter :: observed_names(8) = [character(24) :: 'displacement_tip', 'velocity_tip', &
       'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip', 'impact_times', 'rebound_peaks']
 
-   !> &sensitivity
+   !> Settings of &sensitivity.
    type :: sensitivity_settings_t
       !> Parameters; unallocated: not given
       type(parameter_t), allocatable :: parameters(:)
@@ -32,13 +32,13 @@ module inference_settings
       real(wp), allocatable :: maximum(:)
       !> Indices in `measure_table`; unallocated: all measures that a run of the scene has
       integer, allocatable :: measures(:)
-      !> First step of the differences, as a share of the value
+      !> First step of the finite differences, as a fraction of the value
       real(wp) :: step = 0.02_wp
       !> Number of steps, each half of the preceding one
       integer :: steps = 12
    end type sensitivity_settings_t
 
-   !> &fit
+   !> Settings of &fit.
    type :: fit_settings_t
       !> Path of the file of the signal as in the scene
       character(:), allocatable :: data
@@ -53,12 +53,12 @@ module inference_settings
       !> of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Standard deviation of the noise, in the unit of the results; 0: that of the residuals
+      !> Standard deviation of the noise, in the unit of the results; 0: estimated from the residuals
       real(wp) :: noise = 0.0_wp
-      !> The signal has an unknown offset; the signal has an unknown scale; maximum delay or advance of the signal
-      !> relative to the run, 0: none
+      !> Whether the signal has an unknown offset, and whether it has an unknown scale factor
       logical :: has_offset = .false.
       logical :: has_scale = .false.
+      !> Maximum delay or advance of the signal relative to the run, in the unit of time of the results; 0: none
       real(wp) :: time_shift = 0.0_wp
       !> Maximum number of runs from one start
       integer :: evaluations = 2000
@@ -66,11 +66,11 @@ module inference_settings
       !> [samples]
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
-      !> Standard deviation of the noise of each value, 0: that of the residuals; [samples]
+      !> Standard deviation of the noise of each value, [samples]; 0: estimated from the residuals
       real(wp), allocatable :: noise_of_value(:)
    end type fit_settings_t
 
-   !> &uncertainty
+   !> Settings of &uncertainty.
    type :: uncertainty_settings_t
       !> Parameters of the sweep with a normal distribution (lognormal if the range is logarithmic) that has 95 % of its
       !> values in the range; unallocated: none
@@ -88,25 +88,25 @@ module inference_settings
 
 contains
 
-   !> Does a signal belong to the tip instead of the stop point?
-   elemental function is_of_tip(observed) result(is)
+   !> Whether a signal belongs to the tip instead of the stop point.
+   elemental function is_of_tip(observed) result(answer)
       !> One of the `observed_` constants
       integer, intent(in) :: observed
-      logical :: is
+      logical :: answer
 
-      is = any(observed == [observed_displacement_tip, observed_velocity_tip, observed_acceleration_tip])
+      answer = any(observed == [observed_displacement_tip, observed_velocity_tip, observed_acceleration_tip])
    end function is_of_tip
 
-   !> Does a signal consist of numbered features instead of samples at times?
-   elemental function is_feature(observed) result(is)
+   !> Whether a signal consists of numbered features instead of samples at times.
+   elemental function is_feature(observed) result(answer)
       !> One of the `observed_` constants
       integer, intent(in) :: observed
-      logical :: is
+      logical :: answer
 
-      is = observed == observed_impacts .or. observed == observed_peaks
+      answer = observed == observed_impacts .or. observed == observed_peaks
    end function is_feature
 
-   !> Does a signal jump at impacts?
+   !> Whether a signal is discontinuous at impacts.
    elemental function jumps(observed)
       !> One of the `observed_` constants
       integer, intent(in) :: observed
@@ -115,13 +115,13 @@ contains
       jumps = is_velocity(observed) .or. observed == observed_force .or. observed == observed_acceleration_tip
    end function jumps
 
-   !> Is a signal a velocity?
-   elemental function is_velocity(observed) result(is)
+   !> Whether a signal is a velocity.
+   elemental function is_velocity(observed) result(answer)
       !> One of the `observed_` constants
       integer, intent(in) :: observed
-      logical :: is
+      logical :: answer
 
-      is = observed == observed_velocity_tip .or. observed == observed_velocity_stop
+      answer = observed == observed_velocity_tip .or. observed == observed_velocity_stop
    end function is_velocity
 
    !> The quantity of a signal, as in `quantity_table`.

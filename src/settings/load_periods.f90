@@ -1,4 +1,4 @@
-!> The period of one harmonic load on a beam, or the common period of all its harmonic loads, tau.
+!> Period of one harmonic load on a beam, and common period of all its harmonic loads.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_step, time_course_t
@@ -16,8 +16,8 @@ contains
       integer, intent(in) :: which
       real(wp) :: period
 
-      ! maximum number of periods of the slowest load in a common period, and maximum relative rounding error of
-      ! frequencies whose ratios are meant as ratios of whole numbers, but which users give as decimals
+      ! maximum number of periods of the slowest load in a common period, and maximum relative error of the ratio of two
+      ! frequencies by which decimals in the scene may deviate from a ratio of whole numbers
       integer, parameter :: max_cycles = 64
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
@@ -38,12 +38,12 @@ contains
       end do
    end function period_of
 
-   !> Does a load continue unchanged from tau = 0 without end, either harmonic or constant?
-   elemental function is_steady(course) result(is)
+   !> Whether a load is harmonic or constant from tau = 0 without end.
+   elemental function is_steady(course) result(answer)
       type(time_course_t), intent(in) :: course
-      logical :: is
+      logical :: answer
 
-      is = course%kind <= course_step .and. course%start <= 0.0_wp .and. course%end >= huge(1.0_wp)
+      answer = course%kind <= course_step .and. course%start <= 0.0_wp .and. course%end >= huge(1.0_wp)
    end function is_steady
 
 end module load_periods

@@ -16,7 +16,8 @@ module load_settings
    public :: start_release, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
-   !> Time functions of loads (courses): amplitude sin(frequency tau + phase), from the start to the end
+   !> Kinds of the time function of a load, called its course: amplitude sin(frequency tau + phase), from the start to
+   !> the end
    integer, parameter :: course_harmonic = 1
    !> Constant value amplitude, from the start to the end
    integer, parameter :: course_step = 2
@@ -47,7 +48,7 @@ module load_settings
    integer, parameter :: start_mode = 5
    !> Displacements and velocities of a table, interpolated by cubic splines
    integer, parameter :: start_table = 6
-   !> At tau = 0 the falling base stops: undeformed beam, with the velocity of the fall relative to the base
+   !> The base falls and stops at tau = 0: the beam is undeformed and has the velocity of the fall relative to the base
    integer, parameter :: start_drop = 7
 
    !> Initial velocity fields: uniform, rotation about the root, in the shape of a mode
@@ -55,7 +56,7 @@ module load_settings
    integer, parameter :: field_rotation = 2
    integer, parameter :: field_mode = 3
 
-   !> Names of the constants above in scene files.
+   !> Names of these constants in scene files, such as `course_names(course_step)`.
    character(*), parameter :: course_names(4) = [character(8) :: 'harmonic', 'step', 'pulse', 'table']
    character(*), parameter :: pulse_names(2) = [character(9) :: 'rectangle', 'half_sine']
    character(*), parameter :: base_names(2) = [character(12) :: 'acceleration', 'displacement']
@@ -84,24 +85,24 @@ module load_settings
       real(wp), allocatable :: time(:), value(:)
    end type time_course_t
 
-   !> &force: forces at points, or a line load along a stretch; positive upwards
+   !> Settings of &force: forces at points, or a line load along a part of the beam; positive upwards.
    type :: force_settings_t
       type(time_course_t) :: course
-      !> x/L of the points, each of which carries the whole force; unallocated: a line load acts along `stretch`
+      !> x/L of the points, at each of which the full force acts; unallocated: a line load acts along `stretch`
       real(wp), allocatable :: position(:)
       !> x/L of the ends of a line load
       real(wp) :: stretch(2) = [0.0_wp, 1.0_wp]
    end type force_settings_t
 
-   !> &base: common motion of the clamp, the stops and the supports, positive upwards; the beam is described relative to
-   !> it
+   !> Settings of &base: common motion of the clamp, the stops and the supports, positive upwards. Displacements of the
+   !> beam are relative to the base.
    type :: base_settings_t
       !> `base_acceleration` or `base_displacement`: the quantity that `course` gives
       integer :: quantity = base_acceleration
       type(time_course_t) :: course
    end type base_settings_t
 
-   !> &start: initial conditions, relative to the base
+   !> Settings of &start: initial conditions, relative to the base.
    type :: start_settings_t
       !> One of the `start_` constants
       integer :: kind = start_release
@@ -120,12 +121,12 @@ module load_settings
 
 contains
 
-   !> Are the initial displacements or velocities those of a mode of the beam?
-   pure function is_in_mode(start) result(is)
+   !> Whether the initial displacements or velocities have the shape of a mode of the beam.
+   pure function is_in_mode(start) result(answer)
       type(start_settings_t), intent(in) :: start
-      logical :: is
+      logical :: answer
 
-      is = start%kind == start_mode .or. (start%kind == start_velocity .and. start%field == field_mode)
+      answer = start%kind == start_mode .or. (start%kind == start_velocity .and. start%field == field_mode)
    end function is_in_mode
 
 end module load_settings

@@ -24,8 +24,8 @@ module measure_list
       logical :: is_whole
       !> Label of the line on the console; empty: the measure is not printed
       character(24) :: label = ''
-      !> Text between the label and the number, such as 'at tau =' of instants; empty: the number follows the label. A
-      !> whole number with such a text is an ordinal, of which 0 means none
+      !> Text between the label and the number, such as 'at tau =' before an instant; empty: the number follows the
+      !> label. A whole number with such a text is an ordinal number, of which 0 means none
       character(16) :: lead = ''
       !> Each contact of a run with several contacts has its own value
       logical :: is_of_contact = .false.
@@ -33,10 +33,11 @@ module measure_list
       character(12) :: group = ''
    end type measure_t
 
-   !> Number of stops that have measures of their own
+   !> Maximum number of stops of a scene with separate statistics
    integer, parameter :: measured_stops = 6
    character, parameter :: stop_numbers(measured_stops) = ['1', '2', '3', '4', '5', '6']
-   !> Statistics of each of several stops, both sides together; their names end with the number of the stop
+   !> Statistics of each stop of a scene with more than one, both sides together. The number of the stop follows name
+   !> and meaning
    type(measure_t), parameter :: statistics_of_stop(*) = [ &
       measure_t('contact_share', '', 'share of time in contact at', 'number', .false.), &
       measure_t('mean_force', '', 'mean force, impulses included, at', 'force', .false.), &
@@ -48,7 +49,8 @@ module measure_list
       measure_t('work_rate', '', 'mean power that is dissipated at', 'power', .false.)]
    ! indices of the implied loops below
    integer, private :: i, k
-   ! Texts of these measures in constants of the right length, which gfortran 12 does not make of expressions in a table
+   ! texts of these measures, as constants of the declared length, because gfortran 12 does not convert the length of
+   ! expressions within a table
    character(32), parameter :: stop_names(size(statistics_of_stop), measured_stops) = reshape([character(32) :: &
       ((trim(statistics_of_stop(i)%name)//'_stop_'//stop_numbers(k), i=1, size(statistics_of_stop)), &
       k=1, measured_stops)], shape(stop_names))
@@ -246,21 +248,21 @@ module measure_list
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    integer, parameter :: measure_settling = findloc(measure_table%name, 'settling_time', dim=1)
    integer, parameter :: measure_decay = findloc(measure_table%name, 'spent_time', dim=1)
-   !> Names that measures had before, which scenes may still have, and the measures
+   !> Former names of measures, which scenes may still use, and the indices of these measures
    character(*), parameter :: former_names(5) = [character(32) :: 'first_impact_tau', 'quiet_tau', 'quiet_time', &
       'spent_tau', 'greatest_stress_tau']
    integer, parameter :: formerly_named(5) = [findloc(measure_table%name, 'first_impact_time', dim=1), &
       measure_settling, measure_settling, measure_decay, findloc(measure_table%name, 'greatest_stress_time', dim=1)]
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
-   !> Indices of the greatest force, and of its mean for rigid stops
+   !> Indices of the maximum contact force, and of the maximum mean force of a rigid stop over `force_window`
    integer, parameter :: measure_force = findloc(measure_table%name, 'greatest_force', dim=1)
    integer, parameter :: measure_mean_force = findloc(measure_table%name, 'greatest_mean_force', dim=1)
-   !> Length of the part of an episode over which that mean is taken, tau
+   !> Length of the time from the beginning of an episode over which the mean force is taken, tau
    real(wp), parameter :: force_window = 0.1_wp
    !> Index of the peak of the first rebound; those of the further rebounds follow
    integer, parameter :: first_peak = findloc(measure_table%name, 'peak_1', dim=1)
-   !> Index of the first statistic of a single stop; statistic after statistic, then stop after stop
+   !> Index of the first statistic of stop 1; all statistics of stop 1 are followed by those of stop 2, and so on
    integer, parameter :: first_of_stops = findloc(measure_table%group, 'stop_1', dim=1)
    !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
@@ -274,9 +276,9 @@ contains
       measure_named = findloc(measure_table%name, name, dim=1)
    end function measure_named
 
-   !> What a scene needs for a measure of a group.
+   !> The groups that a scene must have for a measure, as a text for messages.
    pure function demand_of(group) result(words)
-      !> Group of a measure, not empty
+      !> Component `group` of the measure, not empty
       character(*), intent(in) :: group
       character(:), allocatable :: words
 

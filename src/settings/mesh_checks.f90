@@ -1,17 +1,17 @@
-!> Comparison of a mesh with a finer one, from which a mesh was found.
+!> Result of the search for a mesh: the mesh, and its comparison with a finer one.
 module mesh_checks
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: mesh_check_t
 
-   !> The mesh of a run and, if it was found, its comparison with the next finer one.
+   !> The mesh of a run and, if the program chose it, its comparison with the next finer mesh.
    type :: mesh_check_t
       !> Number of elements
       integer :: elements = 0
       !> Length of an element over that of the next element towards the tip
       real(wp) :: ratio = 1.0_wp
-      !> The inertia of the stop's node is redistributed to its neighbours
+      !> The inertia of the node at the stop is redistributed to neighbouring nodes
       logical :: is_redistributed = .false.
       !> The inertia is not redistributed, although redistribution would be more accurate
       logical :: should_redistribute = .false.
@@ -21,8 +21,8 @@ module mesh_checks
       real(wp) :: tolerance = 0.0_wp
       !> Tolerance and difference are relative: to the maximum displacement, and to the instant of the first impact
       logical :: is_relative = .false.
-      !> End of the comparison, tau, and maximum difference in eta of stop and tip, or in tau of first impact or
-      !> settling
+      !> End of the comparison, tau, and maximum difference: of eta at stop and tip, and of the instants tau of first
+      !> impact and settling
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
       !> The difference is within the tolerance, so the mesh is accepted

@@ -18,7 +18,7 @@ module orbit_settings
       integer :: periods = 0
       !> Periods of the load that are computed before the search
       integer :: skip = 100
-      !> Maximum distance between the states at start and end of the period, relative to the size of the states, and
+      !> Maximum distance between the states at start and end of the period, relative to the norm of the states, and
       !> maximum number of Newton steps
       real(wp) :: tolerance = 1.0e-10_wp
       integer :: max_steps = 30
@@ -29,7 +29,7 @@ module orbit_settings
       !> Minimum and maximum of the varied amplitude or frequency over its value in the scene
       real(wp) :: min_ratio = 0.5_wp
       real(wp) :: max_ratio = 2.0_wp
-      !> First and maximum step along a branch, as fractions of the range of the varied value and of the size of the
+      !> First and maximum step along a branch, as fractions of the range of the varied value and of the norm of the
       !> states; and maximum number of points of a branch in either direction
       real(wp) :: step = 0.005_wp
       real(wp) :: max_step = 0.02_wp

@@ -14,8 +14,8 @@ module quantities
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
    integer, parameter :: system_none = size(system_names)
 
-   ! Scales (components of `scales_t`, or products of them); the unit of each quantity is a product of powers of one to
-   ! three scales
+   ! scales (components of `scales_t`, or products of them); the dimensionless unit of each quantity is a product of
+   ! powers of one to three scales
    integer, parameter :: none = 1
    integer, parameter :: length = 2
    integer, parameter :: omega1 = 3
@@ -153,15 +153,15 @@ contains
       end associate
    end function ratio_of
 
-   !> Does the dimensionless value of a quantity depend on the unit of displacement?
-   pure function is_of_displacement(quantity) result(is)
+   !> Whether the dimensionless value of a quantity depends on the unit of displacement D.
+   pure function is_of_displacement(quantity) result(answer)
       !> Index of the quantity in the table
       integer, intent(in) :: quantity
-      logical :: is
+      logical :: answer
 
       integer, parameter :: scales_of_displacement(6) = [displacement, velocity, slope, force, load, moment]
 
-      is = any(scales_of_displacement == quantity_table(quantity)%first) .or. &
+      answer = any(scales_of_displacement == quantity_table(quantity)%first) .or. &
          any(scales_of_displacement == quantity_table(quantity)%second)
    end function is_of_displacement
 
@@ -187,7 +187,7 @@ contains
 
    !> Value of a scale in the units of the scene; 0: not known.
    pure function scale_of(which, scales) result(scale)
-      !> One of the scales above, such as `length`
+      !> One of the constants of scales, `none` to `moment`
       integer, intent(in) :: which
       type(scales_t), intent(in) :: scales
       real(wp) :: scale
@@ -240,8 +240,8 @@ contains
       unit = trim(quantity_table(quantity)%unit(units%system))
    end function unit_of
 
-   !> The name of a dataset or a column, with or without units: the words tau, eta and omega of a name become time,
-   !> displacement and frequency.
+   !> The name of a dataset or a column in results with units: tau, eta and omega within the dimensionless name become
+   !> time, displacement and frequency.
    pure function name_in_results(name) result(named)
       !> Name; underscores join its words
       character(*), intent(in) :: name

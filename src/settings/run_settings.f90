@@ -48,7 +48,7 @@ module run_settings
    !> Newmark's method; the step is halved at an event.
    integer, parameter :: method_newmark = 2
 
-   !> Names of the constants above in scene files.
+   !> Names of these constants in scene files, such as `side_names(side_above)`.
    character(*), parameter :: law_names(3) = [character(name_length) :: 'restitution', 'three_element', &
       'spring_damper']
    character(*), parameter :: side_names(3) = [character(name_length) :: 'below', 'above', 'both']
@@ -78,16 +78,16 @@ module run_settings
       !> Damping c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the
       !> spring
       real(wp) :: damper_ratio = 0.3_wp
-      !> Number of the &body to which the contact belongs; 0: a fixed stop, met by the beam
+      !> Number of the &body to which the contact belongs; 0: the stop is fixed to the base
       integer :: body = 0
-      !> The contact is that of the body with its fixed floor or ceiling; the beam does not take part
+      !> The contact is between the body and its fixed floor or ceiling, instead of between body and beam
       logical :: is_of_base = .false.
    end type stop_settings_t
 
-   !> Settings of a &body, a rigid body that moves along the deflection of the beam, dimensionless. Its coordinate z is
-   !> zero where its distance from the undeformed beam is `clearance`.
+   !> Settings of a &body, a rigid body that moves in the direction of the deflection, dimensionless. Its displacement z
+   !> relative to the base, positive upwards, is zero where its distance from the undeformed beam is `clearance`.
    type :: body_settings_t
-      !> Position x / L at which the body meets the beam
+      !> Position x / L of the contact between body and beam
       real(wp) :: position = 1.0_wp
       !> Mass m / (rho Abar L)
       real(wp) :: mass_ratio = 0.0_wp
@@ -95,21 +95,23 @@ module run_settings
       integer :: side = side_below
       !> Distance of the undeformed beam from the body at z = 0, on each side, in D
       real(wp) :: clearance = 0.0_wp
-      !> Spring k / (3 E Ibar / L^3) between body and base; 0: none
+      !> Stiffness k / (3 E Ibar / L^3) of the spring between body and base; 0: none
       real(wp) :: spring_ratio = 0.0_wp
-      !> Damper between body and base: c / (2 sqrt(k m)), or c omega1 / (3 E Ibar / L^3)
+      !> Damper between body and base: c / (2 sqrt(k m)), or c omega1 / (3 E Ibar / L^3); at least one of
+      !> both values is 0
       real(wp) :: damping_ratio = 0.0_wp
       real(wp) :: base_damper_ratio = 0.0_wp
-      !> z / D at which the spring has no force
+      !> z / D at which the spring between body and base has no force
       real(wp) :: rest = 0.0_wp
-      !> Velocity z' at the start, in D omega1
+      !> Initial velocity dz/dt / (D omega1)
       real(wp) :: start_velocity = 0.0_wp
       !> Distance of the body from the beam at the start, in a cavity from its lower wall, in D; < 0: not given
       real(wp) :: start_gap = -1.0_wp
       !> Distances of a fixed floor below z = 0, and of a fixed ceiling above z = 0, in D; < 0: none
       real(wp) :: floor = -1.0_wp
       real(wp) :: ceiling = -1.0_wp
-      !> Laws of the contacts with the beam, and with floor and ceiling; only their law and its parameters are used
+      !> Law and parameters of the contacts with the beam, and of those with floor and ceiling; other components are not
+      !> used
       type(stop_settings_t) :: contact
       type(stop_settings_t) :: base_contact
    end type body_settings_t
@@ -146,15 +148,15 @@ module run_settings
       !> `exact`: maximum change of the displacements of stops and tip due to modal truncation, in eta; huge: not given,
       !> only `accuracy` limits the change
       real(wp) :: mode_tolerance = huge(1.0_wp)
-      !> `exact`: use all modes, whatever they contribute
+      !> `exact`: use all modes of the mesh
       logical :: keep_all_modes = .false.
       !> `exact`: number of the lowest modes that are used; 0: as many as `accuracy` requires
       integer :: mode_count = 0
-      !> Newmark: the degrees of freedom are modes, chosen as for `exact`, also if `mode_count` is 0
+      !> Newmark: integrate in modes, chosen as for `exact`, even if `mode_count` is 0
       logical :: steps_modes = .false.
    end type response_settings_t
 
-   !> &output: contents of the results file besides the events
+   !> Settings of &output: contents of the results file besides the events.
    type :: output_settings_t
       !> Which of the histories in `history_table` are recorded at the sample times
       logical :: history(history_count) = history_table%is_default
@@ -166,13 +168,13 @@ module run_settings
       integer :: mode_shapes = 0
       !> Store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Compute the measures (scalar results of the run), among them the peaks of at most `max_peaks` rebounds; runs
-      !> and sweeps set both components, scene files cannot
+      !> Compute the measures (scalar results of the run), among them the peaks of at most `max_peaks` rebounds; the
+      !> program sets both components, scene files cannot
       logical :: measures = .false.
       integer :: max_peaks = huge(1)
    end type output_settings_t
 
-   !> &stress: points at which the bending moment and the stress at the outer fibre are computed
+   !> Settings of &stress: points at which the bending moment and the stress at the outer fibre are computed.
    type :: stress_settings_t
       !> x/L of the points
       real(wp), allocatable :: position(:)
@@ -180,13 +182,14 @@ module run_settings
       logical :: history = .true.
       !> Exponent m of the S-N curve, number of cycles times range**m = constant; 0: cycles are not counted
       real(wp) :: fatigue_slope = 0.0_wp
-      !> Stress in E D/L by which the stress must reverse at a turning point that counts; 0: 1 % of its range
+      !> Minimum change of stress between turning points that cycle counting uses, in E D/L; 0: 1 % of the range of
+      !> stress
       real(wp) :: fatigue_threshold = 0.0_wp
       !> Number of classes of the histogram of cycles
       integer :: fatigue_classes = 20
       !> Number of turning points of the stress at a place after which cycles are not counted
       integer :: fatigue_limit = 1000000
-      !> Stress that the material bears, in the units of the scene; 0: not given
+      !> Strength of the material, a stress in the units of the scene; 0: not given
       real(wp) :: strength = 0.0_wp
    end type stress_settings_t
 
@@ -195,7 +198,7 @@ module run_settings
       !> Interval of the run that is evaluated, tau; an end of `huge` means the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Number of blocks of equal length, from whose differences error bars follow
+      !> Number of blocks of equal length, from whose means the statistical errors follow
       integer :: blocks = 10
       !> Two contacts belong to one impact if at most this time, tau, separates the end of the first from the start of
       !> the second
@@ -204,20 +207,20 @@ module run_settings
       real(wp) :: threshold = 0.0_wp
       !> Number of classes of the histogram of impacts
       integer :: classes = 20
-      !> Statistics of accelerations
+      !> Compute statistics of accelerations too
       logical :: acceleration = .false.
    end type statistics_settings_t
 
-   !> &relay: how a contact closes
+   !> Settings of &relay: measures of the bouncing of a contact that closes.
    type :: relay_settings_t
-      !> Contact force Pbar of which the instant is sought from which on the contact force stays at least as large; 0:
-      !> none is given
+      !> Contact force Pbar of the measure `force_lasts`, the instant from which on the contact force is at least as
+      !> large; 0: not given
       real(wp) :: lasting_force = 0.0_wp
       !> Openings that are shorter do not count as bounces, tau
       real(wp) :: shortest_opening = 0.0_wp
    end type relay_settings_t
 
-   !> &poincare: Poincare sections, states of the motion at one fixed phase of each period of the load
+   !> Settings of &poincare: Poincare sections, states of the motion at a fixed phase of each period of the load.
    type :: poincare_settings_t
       !> Phase of the Poincare sections, as a fraction of the period, from tau = 0
       real(wp) :: phase = 0.0_wp
@@ -251,7 +254,7 @@ module run_settings
       real(wp) :: height_ratio = 0.075_wp
       !> Stops besides `stop`; unallocated: none
       type(stop_settings_t), allocatable :: more_stops(:)
-      !> Bodies that move on their own, whose contacts are stops too; unallocated: none
+      !> Moving bodies; their contacts are among the stops. Unallocated: none
       type(body_settings_t), allocatable :: bodies(:)
       !> Number of the stop from which the beam is released; `stop` is number 1
       integer :: release_stop = 1
@@ -271,11 +274,11 @@ module run_settings
       type(stress_settings_t), allocatable :: stress
       !> Unallocated: no statistics are computed
       type(statistics_settings_t), allocatable :: statistics
-      !> Unallocated: it is not measured how contacts close
+      !> Unallocated: the bouncing of contacts is not measured
       type(relay_settings_t), allocatable :: relay
       !> Unallocated: no Poincare sections are recorded
       type(poincare_settings_t), allocatable :: poincare
-      !> Unallocated: no spectra are asked for
+      !> Unallocated: no spectra are computed
       type(spectrum_settings_t), allocatable :: spectrum
    end type run_settings_t
 
@@ -293,7 +296,8 @@ contains
       samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
    end function count_samples
 
-   !> Does the run move in modes of the beam? Newmark's steps do so if the settings ask for modes.
+   !> Whether the run is computed in modes of the beam: exact motion, and Newmark's method if the settings ask for
+   !> modes.
    pure function moves_in_modes(response) result(answer)
       type(response_settings_t), intent(in) :: response
       logical :: answer

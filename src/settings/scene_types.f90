@@ -5,12 +5,12 @@
 !> Dimensionless scales as in `run_settings`: lengths along the beam in L, displacements in D, times tau = omega1 t. A
 !> bar marks the mean section: Abar, Ibar, hbar are its area, second moment of area and height.
 module scene_types
-   use body_settings, only: mass_settings_t, root_settings_t
    use inference_settings, only: fit_settings_t, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
+   use root_and_mass_settings, only: mass_settings_t, root_settings_t
    use run_settings, only: body_settings_t, law_restitution, name_length, output_settings_t, poincare_settings_t, &
       relay_settings_t, response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
@@ -40,12 +40,11 @@ module scene_types
    !> Section of &section.
    integer, parameter :: shape_section = 4
 
-   !> Solvers of the eigenvalue problem. LAPACK DSYGV on the stiffness and mass matrices (K, M), the solver of the
-   !> paper.
+   !> Solvers of the eigenvalue problem. LAPACK's DSYGV on the stiffness and mass matrices, the solver of the paper.
    integer, parameter :: solver_dsygv = 1
-   !> Element curvatures as coordinates: singular values of the mass-weighted flexibility.
+   !> Singular values of the mass-weighted flexibility in element curvatures.
    integer, parameter :: solver_natural = 2
-   !> Lanczos iteration on K^-1 M by the O(n) flexibility recursion.
+   !> Lanczos iteration in element curvatures, for few modes.
    integer, parameter :: solver_lanczos = 3
    !> `natural` or `lanczos`, whichever is faster.
    integer, parameter :: solver_auto = 4
@@ -79,7 +78,7 @@ module scene_types
    integer, parameter :: integrator_linear = 3
    integer, parameter :: integrator_explicit = 4
 
-   !> Names of the constants above in scene files, such as `solver_names(solver_dsygv)`.
+   !> Names of these constants in scene files, such as `solver_names(solver_dsygv)`.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: mass_names(3) = [character(name_length) :: 'consistent', 'redistributed', 'auto']
    character(*), parameter :: support_motion_names(2) = [character(name_length) :: 'displacement', 'rotation']
@@ -88,7 +87,7 @@ module scene_types
    character(*), parameter :: output_unit_names(2) = [character(name_length) :: 'scene', 'dimensionless']
    character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
 
-   !> &beam, in the user's units.
+   !> Settings of &beam, in the user's units.
    type :: beam_settings_t
       !> Length L
       real(wp) :: length = 1.0_wp
@@ -133,13 +132,13 @@ module scene_types
       real(wp) :: tolerance = 0.0_wp
       !> The scene gives no mesh, so that the mesh is found before the runs
       logical :: is_sought = .false.
-      !> Comparison from which the mesh of a scene without one was found; `found%compared` = 0: the mesh is given
+      !> Result of the search for the mesh, if the scene gives none; `found%compared` = 0: the mesh is given
       type(mesh_check_t) :: found
-      !> The runs for which it was found, in words; empty: the run of the scene
+      !> The runs for which the mesh was found, in words; empty: the run of the scene
       character(80) :: found_for = ''
       !> Estimate the errors of measures from two finer meshes
       logical :: estimate = .false.
-      !> The scene says nothing about estimates: a single run makes one if it takes hardly any time
+      !> The scene does not set `estimate`: a single run then makes the estimate if its cost is small
       logical :: estimates_if_cheap = .false.
    end type mesh_settings_t
 
@@ -166,8 +165,8 @@ module scene_types
       real(wp) :: height_ratio = 0.0_wp
    end type start_group_t
 
-   !> &frequencies: a table of the frequency parameters lambda_i = sqrt(omega_i / omega1) lambda1, one column for each
-   !> solver on each mesh
+   !> Settings of &frequencies: a table of the frequency parameters lambda_i = sqrt(omega_i / omega1) lambda1, one
+   !> column for each solver on each mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
@@ -180,8 +179,8 @@ module scene_types
       integer :: reference = reference_exact
    end type frequency_settings_t
 
-   !> &frequency_response: steady response of the beam with open contacts to its harmonic loads over a range of
-   !> frequencies
+   !> Settings of &frequency_response: steady response of the beam with open contacts to its harmonic loads over a range
+   !> of frequencies
    type :: frequency_response_settings_t
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
@@ -190,7 +189,7 @@ module scene_types
       logical :: is_logarithmic = .false.
    end type frequency_response_settings_t
 
-   !> &precision: benchmark of run time against error, for motions and for eigenvalue solvers
+   !> Settings of &precision: run time against error, of motions and of eigenvalue solvers.
    type :: precision_settings_t
       !> Length of the runs, tau
       real(wp) :: duration = 20.0_wp
@@ -198,8 +197,8 @@ module scene_types
       integer, allocatable :: methods(:)
       !> Newmark's steps, d tau
       real(wp), allocatable :: steps(:)
-      !> Number of the lowest modes in which all methods move; 0: exact motion in the modes that its tolerances ask for,
-      !> Newmark's steps on the matrices of the mesh
+      !> Number of the lowest modes in which all methods compute the motion; 0: exact motion in the modes that its
+      !> tolerances require, Newmark's steps on the matrices of the mesh
       integer :: mode_count = 0
       !> For the exact method: values of `hop_tolerance` and of `mode_tolerance` of &response, and numbers of elements;
       !> each of the three is varied separately
@@ -220,7 +219,7 @@ module scene_types
       real(wp) :: shortest_timing = 0.02_wp
    end type precision_settings_t
 
-   !> &statements: check of the statements about impacts in the paper (Irie, Yamada, Asano 1977)
+   !> Settings of &statements: check of the statements in the paper (Irie, Yamada, Asano 1977)
    type :: statements_settings_t
       !> Numbers of elements of equal length: of the mesh of the paper, and of a mesh whose discretisation error is
       !> negligible
@@ -248,7 +247,8 @@ module scene_types
       real(wp) :: displacement = 0.0_wp
    end type scales_t
 
-   !> One name of a scene and its resolved value: a number, a list of numbers, or words.
+   !> One name of a scene with its value after all defaults: a number, a list of numbers, or words. Results files repeat
+   !> (echo) these values.
    type :: echo_t
       !> Group and name in scene files, such as 'stop' and 'preload'
       character(:), allocatable :: group
@@ -379,7 +379,7 @@ module scene_types
 
 contains
 
-   !> Does the scene have stops, all of them rigid?
+   !> Whether the scene has stops, all of them rigid.
    pure function has_rigid_stops(scene) result(answer)
       class(scene_t), intent(in) :: scene
       logical :: answer
@@ -388,10 +388,10 @@ contains
       if (answer .and. allocated(scene%more_stops)) answer = all(scene%more_stops%law == law_restitution)
    end function has_rigid_stops
 
-   !> Does the scene have the group that a measure or an analysis requires?
+   !> Whether the scene has the groups that a measure or an analysis requires.
    elemental function has_group(scene, group) result(has)
       class(scene_t), intent(in) :: scene
-      !> Name of the group; empty, or any group that is not listed here: the result is true
+      !> Component `group` of a measure, or name of a group; the result is true if it is empty or not listed here
       character(*), intent(in) :: group
       logical :: has
 

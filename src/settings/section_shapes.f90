@@ -29,7 +29,7 @@ module section_shapes
    character(*), parameter :: shape_names(4) = [character(name_length) :: 'rectangle', 'round', 'tube', 'general']
    character(*), parameter :: profile_names(3) = [character(name_length) :: 'linear', 'stepped', 'cubic']
 
-   !> &section, in the user's units
+   !> Settings of &section, in the user's units.
    type :: section_settings_t
       !> One of the `shape_` and of the `profile_` constants
       integer :: shape = shape_rectangle
@@ -107,7 +107,7 @@ contains
       if (shape == shape_general) fibre = 0.0_wp
    end function fibre_of_shape
 
-   !> Is the section constant along the beam, that is, has each dimension a single value?
+   !> Whether the section is constant along the beam, that is, each dimension has a single value.
    pure function is_uniform(section) result(uniform)
       type(section_settings_t), intent(in) :: section
       logical :: uniform

@@ -20,7 +20,8 @@ module spectrum_settings
       !> Names, in `quantity_table`, of its quantity and of the quantity of its power spectral density
       character(24) :: quantity = ''
       character(24) :: density = ''
-      !> One of the `quantity_` constants, and number of its derivatives by time
+      !> Quantity of which the signal is a derivative by time, one of the `quantity_` constants, and order of the
+      !> derivative
       integer :: base = quantity_displacement
       integer :: derivatives = 0
       !> The signal belongs to a contact instead of the tip
@@ -55,17 +56,17 @@ module spectrum_settings
    integer, parameter :: window_rectangle = 2
    character(*), parameter :: window_names(2) = [character(9) :: 'hann', 'rectangle']
 
-   !> &spectrum
+   !> Settings of &spectrum.
    type :: spectrum_settings_t
       !> Indices of the signals in `signal_table`; unallocated: displacement of the tip
       integer, allocatable :: of(:)
       !> Number of the contact of the signals; 0: the release contact, for forces the sum over all contacts
       integer :: contact = 0
-      !> Index of the point of &stress of moments
+      !> Index of the point of &stress at which bending moments are taken
       integer :: point = 1
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
-      !> Number of frequencies, and their distance over omega1; both 0: the distance is half the resolution of a segment
+      !> Number of frequencies, and their spacing over omega1; both 0: the spacing is half the resolution of a segment
       integer :: points = 0
       real(wp) :: resolution = 0.0_wp
       !> Number of segments
@@ -75,46 +76,48 @@ module spectrum_settings
       !> Start and end of the part of the run that is transformed, tau; huge: the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Maximum number of integrals in closed form, terms times frequencies times signals; what comes after is sampled
+      !> Maximum number of integrals in closed form (terms times frequencies times signals); the rest of the motion is
+      !> sampled
       real(wp) :: closed_form_limit = 2.0e10_wp
    contains
-      procedure :: count_of
-      procedure :: distance_of
-      procedure :: segment_of
+      procedure :: frequency_count
+      procedure :: frequency_spacing
+      procedure :: segment_length
    end type spectrum_settings_t
 
 contains
 
-   !> Number of frequencies of a spectrum: the number in the scene, or the number that follows from their distance.
-   pure function count_of(settings, length) result(number)
+   !> Number of frequencies of a spectrum: the number in the scene, or the number that follows from their spacing.
+   pure function frequency_count(settings, length) result(number)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
       real(wp) :: number
 
       number = real(settings%points, wp)
-      if (settings%points == 0) number = aint((settings%range(2) - settings%range(1))/settings%distance_of(length) &
+      if (settings%points == 0) number = aint((settings%range(2) - &
+         settings%range(1))/settings%frequency_spacing(length) &
          *(1.0_wp + 1.0e-12_wp)) + 1.0_wp
-   end function count_of
+   end function frequency_count
 
-   !> Distance of the frequencies over omega1: by default half the resolution of a segment, 2 pi over its length.
-   pure function distance_of(settings, length) result(distance)
+   !> Spacing of the frequencies over omega1: by default half the resolution of a segment, 2 pi over its length.
+   pure function frequency_spacing(settings, length) result(spacing)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
-      real(wp) :: distance
+      real(wp) :: spacing
 
       if (settings%points > 1) then
-         distance = (settings%range(2) - settings%range(1))/real(settings%points - 1, wp)
+         spacing = (settings%range(2) - settings%range(1))/real(settings%points - 1, wp)
       else if (settings%resolution > 0.0_wp) then
-         distance = settings%resolution
+         spacing = settings%resolution
       else
-         distance = pi/settings%segment_of(length)
+         spacing = pi/settings%segment_length(length)
       end if
-   end function distance_of
+   end function frequency_spacing
 
    !> Length of a segment, tau; segments of Hann windows overlap by half.
-   pure function segment_of(settings, length) result(segment)
+   pure function segment_length(settings, length) result(segment)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
@@ -122,6 +125,6 @@ contains
 
       segment = length/real(settings%segments, wp)
       if (settings%window == window_hann) segment = 2.0_wp*length/real(settings%segments + 1, wp)
-   end function segment_of
+   end function segment_length
 
 end module spectrum_settings

@@ -1,4 +1,4 @@
-!> Checks of stops and supports at one point of the beam: combinations that are mechanically impossible are refused.
+!> Refuses combinations of stops and supports at one point of the beam that are mechanically impossible.
 module stop_pairs
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -12,7 +12,7 @@ module stop_pairs
 
 contains
 
-   !> Are two positions equal within rounding?
+   !> Whether two positions are equal within rounding.
    elemental function are_at_one_point(one, other) result(answer)
       !> x / L
       real(wp), intent(in) :: one
@@ -22,7 +22,7 @@ contains
       answer = abs(one - other) <= 4.0_wp*epsilon(1.0_wp)
    end function are_at_one_point
 
-   !> Why two stops cannot be at one point; empty: they can.
+   !> Reason why two stops cannot be at one point, as a text for messages; empty: they can.
    pure function conflict_of_stops(one, other) result(conflict)
       type(stop_settings_t), intent(in) :: one
       type(stop_settings_t), intent(in) :: other
@@ -82,7 +82,7 @@ contains
       end do
    end subroutine check_nodes_of_stops
 
-   !> Why a stop cannot be at the point of a support; empty: it can.
+   !> Reason why a stop cannot be at the point of a support, as a text for messages; empty: it can.
    pure function conflict_with_support(support) result(conflict)
       type(support_settings_t), intent(in) :: support
       character(:), allocatable :: conflict
@@ -93,7 +93,7 @@ contains
       end if
    end function conflict_with_support
 
-   !> Why two supports cannot be at one point; empty: they can.
+   !> Reason why two supports cannot be at one point, as a text for messages; empty: they can.
    pure function conflict_of_supports(one, other) result(conflict)
       type(support_settings_t), intent(in) :: one
       type(support_settings_t), intent(in) :: other

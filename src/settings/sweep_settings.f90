@@ -11,20 +11,21 @@ module sweep_settings
    public :: goal_maximum, goal_names
 
    ! maximum lengths of texts
-   integer, parameter :: name_room = 48
-   integer, parameter :: meaning_room = 180
+   integer, parameter :: max_name_length = 48
+   integer, parameter :: max_meaning_length = 180
 
    !> A number that a sweep or &cases may vary.
    type :: parameter_t
       !> Name and meaning in &sweep and &cases
-      character(name_room) :: name = ''
-      character(meaning_room) :: meaning = ''
+      character(max_name_length) :: name = ''
+      character(max_meaning_length) :: meaning = ''
       !> Group of the parameter, the number of this group among several groups of one name, and the name of the
       !> parameter in the group
-      character(name_room) :: group = ''
+      character(max_name_length) :: group = ''
       integer :: occurrence = 1
-      character(name_room) :: name_in_group = ''
-      !> Number of the parameter in `sweep_t`, which selects its own sequence of random numbers
+      character(max_name_length) :: name_in_group = ''
+      !> Number of the parameter among all that may be swept (`sweep_t` of its entry), which selects its own sequence of
+      !> random numbers
       integer :: order = 0
       !> A change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
@@ -33,22 +34,22 @@ module sweep_settings
       !> The values are whole numbers
       logical :: is_whole = .false.
       !> Quantity of values in the units of the scene, a name in `quantity_table`; empty: a dimensionless value
-      character(name_room) :: quantity = ''
+      character(max_name_length) :: quantity = ''
    end type parameter_t
 
-   !> All combinations of the values.
+   !> Designs of a sweep. Grid: all combinations of the values.
    integer, parameter :: design_grid = 1
-   !> The first values of all lists are the first case, the second values the second case, and so on.
+   !> Case i has the i-th value of each list.
    integer, parameter :: design_paired = 2
    !> A given number of random cases: each range is divided into this number of strata, with one case in each.
    integer, parameter :: design_latin_hypercube = 3
-   character(*), parameter :: design_names(3) = [character(name_room) :: 'grid', 'paired', 'latin_hypercube']
+   character(*), parameter :: design_names(3) = [character(max_name_length) :: 'grid', 'paired', 'latin_hypercube']
 
    !> The best case has the minimum or the maximum of the measure.
    integer, parameter :: goal_minimum = 1
    integer, parameter :: goal_maximum = 2
    ! words of scene files for the minimum and the maximum
-   character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
+   character(*), parameter :: goal_names(2) = [character(max_name_length) :: 'least', 'most']
 
    !> A parameter of a sweep and its values: `list`, `range` or `log_range`; if none of them is allocated, the parameter
    !> is not varied.
@@ -101,7 +102,7 @@ module sweep_settings
       real(wp) :: precision = 1.0e-4_wp
    end type best_settings_t
 
-   !> &cases: runs of one scene for several values of one parameter, with their histories
+   !> Settings of &cases: runs of one scene for a list of values of one parameter, with their histories.
    type :: cases_settings_t
       !> The parameter; an empty name: not given
       type(parameter_t) :: parameter
@@ -122,15 +123,15 @@ contains
       end do
    end function parameter_index
 
-   !> Does a sweep give this parameter values?
-   elemental function is_swept(swept) result(is)
+   !> Whether a sweep varies this parameter.
+   elemental function is_swept(swept) result(answer)
       type(swept_t), intent(in) :: swept
-      logical :: is
+      logical :: answer
 
-      is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
+      answer = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
 
-   !> Does a parameter follow another one, to which it is tied and which comes before it?
+   !> Whether a parameter is tied to another one that precedes it in the sweep.
    pure function is_follower(sweep, place) result(answer)
       type(sweep_settings_t), intent(in) :: sweep
       !> Index of the parameter

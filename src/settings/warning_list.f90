@@ -1,25 +1,37 @@
-!> Warnings about plausibility: a scene may be meant differently from what it says, but it is computed. Each warning has
-!> a name by which a scene silences it.
+!> Warnings about implausible values. A scene with warnings is computed. A scene silences a warning by its name.
 module warning_list
    implicit none (type, external)
    private
    public :: warning_t, warning_names
-   public :: warning_height, warning_frequency, warning_position, warning_tau, warning_twins, warning_start
-   public :: warning_stiffness, warning_name, warning_slope, warning_strength, warning_cycles
+   public :: warning_thick_beam, warning_first_frequency, warning_position_ratio, warning_dimensionless_time, &
+      warning_identical_stops, warning_default_start
+   public :: warning_youngs_modulus, warning_former_name, warning_large_slope, warning_over_strength
+   public :: warning_uncounted_cycles
 
-   !> Indices of the warnings in `warning_names`.
-   integer, parameter :: warning_height = 1
-   integer, parameter :: warning_frequency = 2
-   integer, parameter :: warning_position = 3
-   integer, parameter :: warning_tau = 4
-   integer, parameter :: warning_twins = 5
-   integer, parameter :: warning_start = 6
-   integer, parameter :: warning_stiffness = 7
-   integer, parameter :: warning_name = 8
-   integer, parameter :: warning_slope = 9
-   integer, parameter :: warning_strength = 10
-   integer, parameter :: warning_cycles = 11
-   !> Names with which `silent_warnings` of &scene silences warnings.
+   !> Indices of the warnings in `warning_names`. The beam is so thick that shear, which the theory neglects, is not
+   !> small.
+   integer, parameter :: warning_thick_beam = 1
+   !> The first frequency of the beam is implausible in Hz.
+   integer, parameter :: warning_first_frequency = 2
+   !> A position x/L is so small that it may have been meant as a length.
+   integer, parameter :: warning_position_ratio = 3
+   !> A dimensionless time may have been meant as a time in units.
+   integer, parameter :: warning_dimensionless_time = 4
+   !> Two &stop groups are equal.
+   integer, parameter :: warning_identical_stops = 5
+   !> A beam between stops is released from a deflection by default, without &start.
+   integer, parameter :: warning_default_start = 6
+   !> Young's modulus is outside the range of materials.
+   integer, parameter :: warning_youngs_modulus = 7
+   !> A measure is requested by its former name, or a rigid stop has no such measure.
+   integer, parameter :: warning_former_name = 8
+   !> The slope of the deflected beam exceeds the range of the linear theory.
+   integer, parameter :: warning_large_slope = 9
+   !> The maximum stress exceeds the given strength.
+   integer, parameter :: warning_over_strength = 10
+   !> Cycles of stresses are counted only to the instant at which there are too many turning points.
+   integer, parameter :: warning_uncounted_cycles = 11
+   !> Names by which users see and silence (`silent_warnings` of &scene) the warnings.
    character(*), parameter :: warning_names(11) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
       'identical_stops', 'start', 'youngs_modulus', 'former_name', 'slope', &
       'strength', 'cycles']

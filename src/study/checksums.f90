@@ -1,5 +1,5 @@
-!> The checksum CRC-32 of zlib: it detects any change within 32 successive bits, and fails to detect one in four
-!> thousand million of other changes.
+!> The checksum CRC-32 of zlib: it detects any change within 32 successive bits, and misses one in 2^32 of other
+!> changes.
 module checksums
    use, intrinsic :: iso_c_binding, only: c_char, c_long, c_size_t
    use kinds, only: i8

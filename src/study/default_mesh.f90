@@ -1,4 +1,5 @@
-!> The mesh of a scene that gives none: it is found before the runs, for a few of them, and is the same for all.
+!> Finds the mesh of a scene that gives none. The mesh is found for a few of the runs, before all of them, and is the
+!> same for all runs.
 module default_mesh
    use kinds, only: wp
    use mesh_checks, only: mesh_check_t
@@ -27,17 +28,18 @@ contains
       type(case_beam_t), allocatable :: beam
       type(mesh_check_t) :: found
       integer :: i
-      logical :: all_settle
+      ! whether the mesh of each sample run is within the tolerance
+      logical :: all_accepted
 
       if (.not. scene%mesh%is_sought) return
       call find_sample(scene, sample)
-      all_settle = .true.
+      all_accepted = .true.
       do i = 1, size(sample)
          allocate (beam)
          call search_mesh(sample(i), 1.0_wp/real(size(sample), wp), beam)
          associate (check => beam%check)
             if (.not. allocated(beam%error) .and. check%compared > 0) then
-               all_settle = all_settle .and. check%is_settled
+               all_accepted = all_accepted .and. check%is_settled
                ! of equally fine meshes, the mesh with the maximum difference is reported
                if (check%elements > found%elements .or. (check%elements == found%elements .and. &
                   check%difference > found%difference)) found = check
@@ -47,7 +49,7 @@ contains
       end do
       scene%mesh%is_sought = .false.
       if (found%compared == 0) return
-      found%is_settled = all_settle
+      found%is_settled = all_accepted
       scene%mesh%found = found
       scene%mesh%elements = found%elements
       scene%mesh%ratio = found%ratio
@@ -74,7 +76,7 @@ contains
    !> The runs from which the mesh is found: a few cases from the first to the last, the ends of a branch of periodic
    !> motions, or the run of the scene.
    subroutine find_sample(scene, sample)
-      !> Gets the description of these runs
+      !> Scene; out: with the description of these runs (`found_for`)
       type(scene_t), intent(inout) :: scene
       type(scene_t), allocatable, intent(out) :: sample(:)
 
@@ -90,7 +92,7 @@ contains
          else
             allocate (numbers, source=sample_cases(size(scene%cases%values)))
          end if
-         scene%mesh%found_for = 'in cases '//listed(numbers)
+         scene%mesh%found_for = 'in cases '//list_of_numbers(numbers)
          allocate (sample(size(numbers)), source=scene)
          do i = 1, size(numbers)
             if (scene%wants_sweep) call scene_of_case(scene, plan, numbers(i), sample(i))
@@ -137,8 +139,8 @@ contains
 
    end subroutine vary_load
 
-   !> Numbers in words, such as '1, 26 and 51'.
-   pure function listed(numbers) result(words)
+   !> Numbers as text, such as '1, 26 and 51'.
+   pure function list_of_numbers(numbers) result(words)
       integer, intent(in) :: numbers(:)
       character(:), allocatable :: words
 
@@ -148,6 +150,6 @@ contains
       do i = 2, size(numbers)
          words = words//trim(merge(' and', ',   ', i == size(numbers)))//' '//to_text(numbers(i))
       end do
-   end function listed
+   end function list_of_numbers
 
 end module default_mesh

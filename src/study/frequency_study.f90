@@ -87,8 +87,8 @@ contains
       end if
    end subroutine find_exact
 
-   !> Is the beam anything other than a uniform or tapered cantilever with a tip mass? Its exact frequencies then follow
-   !> from combined uniform segments.
+   !> Whether the beam is anything other than a uniform or tapered cantilever with a tip mass. Its exact frequencies
+   !> then follow from combined uniform segments.
    pure function is_piecewise(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer

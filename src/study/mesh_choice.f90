@@ -1,6 +1,6 @@
 !> The mesh of a run: the given mesh, or the coarsest of several meshes whose motion agrees with that of the next finer
-!> mesh within a tolerance (docs/theory.md, section 15). Also the beam on this mesh, cached for further cases with the
-!> same beam. The grading of a mesh is the ratio of its longest to its shortest element.
+!> mesh within a tolerance (docs/theory.md, section 15). The module also makes the beam on this mesh and caches it
+!> for further cases with the same beam. The grading of a mesh is the ratio of its longest to its shortest element.
 module mesh_choice
    use beam_model, only: beam_model_t
    use beam_section, only: area, section_t
@@ -29,7 +29,7 @@ module mesh_choice
    real(wp), parameter :: agreement = 0.4_wp
    !> The search ends if none of `max_stalled` successive meshes has a difference below the fraction
    !> `required_reduction` of the smallest previous difference, because the motion is then chaotic. Both values only
-   !> determine how soon a search that does not converge is ended; a mesh within the tolerance is chosen before.
+   !> determine how soon a search that does not converge ends.
    integer, parameter :: max_stalled = 4
    real(wp), parameter :: required_reduction = 0.7_wp
    !> Number of elements of the mesh on which a uniform and a graded mesh are compared.
@@ -39,14 +39,15 @@ module mesh_choice
    real(wp), parameter :: max_grading = 4.0_wp
    !> Relative tolerance of the mesh of a scene that gives none.
    real(wp), parameter :: default_tolerance = 1.0e-3_wp
-   !> Meshes below this place in `meshes` are not chosen by a search that a scene does not request unless they are
-   !> within the tolerance.
-   integer, parameter :: least_place = 3
-   !> Work that takes about 0.1 s. Work is counted in terms of modes instead of measured in seconds, so that the mesh of
-   !> a scene depends neither on the machine nor on what else the machine does.
+   !> Index in `meshes` of the coarsest mesh that a search without a request of the scene chooses if no mesh is within
+   !> the tolerance.
+   integer, parameter :: min_place = 3
+   !> Work that takes about 0.1 s. Work is the number of terms of modal sums instead of a time, so that the mesh of a
+   !> scene does not depend on the speed and load of the machine.
    real(wp), parameter :: cheap_work = 2.0e6_wp
-   !> Searches that the scene does not request may take this number of times the work of the run, or `cheap_work`.
-   real(wp), parameter :: max_share = 3.0_wp
+   !> Maximum work of a search that the scene does not request: this multiple of the work of the run, or of `cheap_work`
+   !> if that is larger.
+   real(wp), parameter :: max_work_ratio = 3.0_wp
 
    !> The beam of a case, and the modes that its runs share.
    type :: case_beam_t
@@ -96,7 +97,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Values of the parameters that differ from case to case, in the same order for all cases
       real(wp), intent(in) :: values(:)
-      !> Does a change of the parameter change the beam?
+      !> Whether a change of each parameter changes the beam
       logical, intent(in) :: changes_beam(:)
       type(case_beam_t), intent(inout) :: beam
       !> Cases with the minimum and with the maximum values of all parameters that do not change the beam, [2]: the mesh
@@ -198,7 +199,7 @@ contains
       real(wp), intent(in) :: share
       type(case_beam_t), intent(out) :: beam
 
-      ! further runs are this much longer than the interval in which the first could be compared
+      ! ratio of the duration of further runs to the horizon of the first run, up to which it could be compared
       real(wp), parameter :: reserve = 1.25_wp
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
@@ -214,7 +215,7 @@ contains
       work = work_of(coarse%response, settings)
       max_work = huge(1.0_wp)
       if (scene%mesh%is_sought) then
-         max_work = share*max(cheap_work, max_share*work_of_run(coarse, settings, run_settings_of(scene)))
+         max_work = share*max(cheap_work, max_work_ratio*work_of_run(coarse, settings, run_settings_of(scene)))
          if (.not. allocated(coarse%error)) settings%response%duration = min(settings%response%duration, &
             reserve*horizon_of(coarse%response, settings%response%duration))
       end if
@@ -252,7 +253,7 @@ contains
          i = i + 1
       end do
       i = coarsest_near_minimum(check(:last)%difference)
-      if (scene%mesh%is_sought) i = max(i, min(least_place, last))
+      if (scene%mesh%is_sought) i = max(i, min(min_place, last))
       check(i)%is_cut = check(last)%is_cut
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
@@ -268,7 +269,8 @@ contains
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
    end function coarsest_near_minimum
 
-   !> Would the run on a finer mesh take seconds, because this run has evaluated more than `max_terms` terms of modes?
+   !> Whether the run on a finer mesh would take seconds, because this run has evaluated more than `max_terms` terms of
+   !> modes.
    !> Without damping, the number of impacts grows without limit as the mesh is refined.
    pure function is_costly(trial) result(answer)
       type(trial_t), intent(in) :: trial
@@ -279,32 +281,33 @@ contains
       answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
    end function is_costly
 
-   !> Work of a run in all modes: terms of modes in evaluations and samples, and those of the eigenvalue problem.
+   !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the equivalent of the eigenvalue
+   !> problem.
    pure function work_of(response, settings) result(work)
       type(response_t), intent(in) :: response
       type(run_settings_t), intent(in) :: settings
       real(wp) :: work
 
-      ! operations of the eigenvalue problem of n modes, over n^3, in terms of modes
-      real(wp), parameter :: share_of_modes = 0.1_wp
+      ! work of the eigenvalue problem of n modes, over n^3
+      real(wp), parameter :: eigenvalue_work = 0.1_wp
 
       associate (modes => real(2*response%mesh_check%elements, wp))
          work = modes*(real(response%evaluations, wp) + settings%response%duration/settings%response%step) &
-            + share_of_modes*modes**3
+            + eigenvalue_work*modes**3
       end associate
    end function work_of
 
-   !> Minimum work of the run of a scene in all modes of the mesh of a trial: as much as the trial takes, or in a driven
-   !> run as much in each interval of its length.
-   pure function work_of_run(trial, settings, asked) result(work)
+   !> Estimated minimum work of the run of a scene on the mesh of a trial: the work of the trial; for a driven run, in
+   !> proportion to the duration.
+   pure function work_of_run(trial, settings, requested) result(work)
       type(trial_t), intent(in) :: trial
       !> Settings of the trial, and of the run
       type(run_settings_t), intent(in) :: settings
-      type(run_settings_t), intent(in) :: asked
+      type(run_settings_t), intent(in) :: requested
       real(wp) :: work
 
       work = work_of(trial%response, settings)
-      if (is_driven(asked)) work = work*max(1.0_wp, asked%response%duration/settings%response%duration)
+      if (is_driven(requested)) work = work*max(1.0_wp, requested%response%duration/settings%response%duration)
    end function work_of_run
 
    !> Run a scene on a mesh, for the interval in which meshes are compared.
@@ -350,7 +353,7 @@ contains
       real(wp), intent(in) :: duration
       type(trial_t), intent(in) :: coarse
       type(trial_t), intent(in) :: fine
-      !> In: without, out: with the difference and the horizon (end) of the comparison
+      !> Check of the coarse mesh; difference and horizon (end) of the comparison are set
       type(mesh_check_t), intent(inout) :: check
 
       type(mode_check_t) :: found
@@ -372,19 +375,20 @@ contains
       associate (one => coarse%response%measures, other => fine%response%measures)
          if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
             abs(one%first_impact_tau - other%first_impact_tau))
-         check%difference = max(check%difference, abs(settled(one, found%horizon) - settled(other, found%horizon)))
+         check%difference = max(check%difference, abs(settling_or_horizon(one, found%horizon) - &
+            settling_or_horizon(other, found%horizon)))
       end associate
    end subroutine compare
 
    !> The settling time, or the horizon of the comparison if it is earlier.
-   pure function settled(measures, horizon) result(tau)
+   pure function settling_or_horizon(measures, horizon) result(tau)
       type(run_measures_t), intent(in) :: measures
       real(wp), intent(in) :: horizon
       real(wp) :: tau
 
       tau = horizon
       if (measures%has_settled) tau = min(measures%settling_tau, horizon)
-   end function settled
+   end function settling_or_horizon
 
    !> Gradings of the meshes that are compared: the grading of the scene's mesh, and for a beam that is thinner at the
    !> tip the grading that follows the local wavelength.
@@ -397,7 +401,7 @@ contains
       type(section_t) :: section
       real(wp) :: thickest, thinnest
 
-      ! the ratio of neighbouring elements is understood as that of a mesh with `graded_elements` elements
+      ! the length ratio in the scene is taken as that of a mesh with `graded_elements` elements
       grading = scene%mesh%ratio**(graded_elements - 1)
       other = grading
       if (abs(scene%mesh%ratio - 1.0_wp) > 0.0_wp) return

@@ -1,4 +1,4 @@
-!> Estimates of the mesh's error in the measures of runs, from runs on the mesh and on two finer ones.
+!> Estimates the discretisation error of the measures of runs, from runs on the mesh and on two finer ones.
 module mesh_estimates
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -62,13 +62,13 @@ contains
       type(mesh_errors_t), intent(out) :: errors
       !> Work that the runs may take (see `mesh_choice`); absent: any
       real(wp), intent(in), optional :: max_work
-      !> The estimate was given up, because the runs would take more than `max_work`
+      !> The estimate is incomplete, because the runs would take more than `max_work`
       logical, intent(out), optional :: is_cut
 
       ! allocated, because the type is large and stacks of threads are small
       type(trial_t), allocatable :: trial
       type(run_settings_t) :: settings
-      !> Measures on the three meshes; and grading of all three
+      ! measures on the three meshes, and grading of all three
       real(wp) :: rows(measure_count, 3), grading, work
       integer :: i, refinement
 

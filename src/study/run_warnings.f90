@@ -1,4 +1,4 @@
-!> Warnings about the results of a run that are beyond what the theory or the material bears.
+!> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength.
 module run_warnings
    use history_list, only: eta_tip
    use kinds, only: wp
@@ -10,14 +10,14 @@ module run_warnings
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_warnings, only: add_warning
-   use warning_list, only: warning_cycles, warning_slope, warning_strength
+   use warning_list, only: warning_large_slope, warning_over_strength, warning_uncounted_cycles
    implicit none (type, external)
    private
    public :: warn_of_run
 
    !> Slope beyond which deflections are not small.
    real(wp), parameter :: max_slope = 0.2_wp
-   !> Slope at the tip over displacement of the tip over length, of a cantilever bent by a force at its tip
+   !> Slope at the tip over the ratio of displacement to length, for a cantilever bent by a force at its tip
    real(wp), parameter :: slope_ratio = 1.5_wp
 
 contains
@@ -37,7 +37,8 @@ contains
          associate (windows => response%moment_windows, window_ends => [(response%moment_windows(p)%window(2), &
             p=1, size(response%moment_windows))])
             if (any(windows%slope > 0.0_wp .and. windows%counted_until < window_ends)) call add_warning(scene, &
-               warning_cycles, 'cycles of the stress are counted only'//phrase(units_in(scene), ' until {tau~t} = ', &
+               warning_uncounted_cycles, 'cycles of the stress are counted only'//phrase(units_in(scene), &
+               ' until {tau~t} = ', &
                'time', minval(windows%counted_until))//', after which it has more than fatigue_limit turning points; ' &
                //'measures have no stress_cycles, /stress those until then')
          end associate
@@ -49,7 +50,7 @@ contains
          if (scene%has_stop) height = merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)*scene%stop%preload
          slope = slope_ratio*maxval(abs(response%history(eta_tip)%values + height))*scene%scales%displacement &
             /scene%scales%length
-         if (slope > max_slope) call add_warning(scene, warning_slope, 'the slope of the beam is about ' &
+         if (slope > max_slope) call add_warning(scene, warning_large_slope, 'the slope of the beam is about ' &
             //rounded(real(nint(100.0_wp*slope), wp)/100.0_wp)//'; the theory is one of small deflections, to about ' &
             //rounded(max_slope))
       end if
@@ -57,7 +58,7 @@ contains
       if (.not. response%measures%has_stress) return
       units = units_of(scene%scales, scene%unit_system, .true.)
       stress = response%measures%greatest_stress*units%factor(quantity_named('stress'))
-      if (stress > scene%stress%strength) call add_warning(scene, warning_strength, 'the maximum stress, ' &
+      if (stress > scene%stress%strength) call add_warning(scene, warning_over_strength, 'the maximum stress, ' &
          //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run

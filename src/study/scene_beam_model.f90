@@ -3,7 +3,6 @@ module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, beam_root_t, beam_support_t, make_beam_model, point_mass_t
    use beam_section, only: height_table_section, section_t, section_table_section, shaped_section, tapered_section
-   use body_settings, only: root_pinned
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
@@ -12,6 +11,7 @@ module scene_beam_model
    use mass_choice, only: is_redistribution_more_accurate
    use mode_trials, only: is_driven
    use number_text, only: to_text
+   use root_and_mass_settings, only: root_pinned
    use run_settings, only: run_settings_t, side_above, side_below, stop_released_from, stop_settings_t
    use scene_requests, only: harmonic_frequencies, set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
@@ -95,7 +95,7 @@ contains
          supports_of(scene, mesh), root_of(scene), masses_of(scene, mesh))
    end subroutine motion_model_of
 
-   !> Is the mass of the node at the stop redistributed to its neighbours in the runs of a scene?
+   !> Whether the mass of the node at the stop is redistributed to its neighbours in the runs of a scene.
    pure function redistributes(scene, mesh) result(answer)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
@@ -267,7 +267,7 @@ contains
       if (scene%wants_stress) settings%stress = scene%stress
    end function run_settings_of
 
-   !> Set the stops and the bodies, whose contacts are stops too.
+   !> Set the stops and the bodies; the contacts of bodies are among the stops.
    pure subroutine set_stops(scene, settings)
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(inout) :: settings
@@ -286,7 +286,8 @@ contains
    end subroutine set_stops
 
    !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
-   !> floor and with its ceiling. Coordinates of bodies count from where their springs have no force.
+   !> floor and with its ceiling. Runs measure the displacement of a body from the position at which its spring has no
+   !> force (z = `rest`).
    pure function stops_of_scene(scene) result(stops)
       type(scene_t), intent(in) :: scene
       type(stop_settings_t), allocatable :: stops(:)
@@ -321,7 +322,7 @@ contains
       type(stop_settings_t), intent(in) :: law
       !> x/L of the body
       real(wp), intent(in) :: position
-      !> Height of the contact surface: minus the gap at zero displacement of beam and body
+      !> Preload of the contact: minus the gap at zero displacement of beam and body, in D
       real(wp), intent(in) :: height
       !> The contact is that with floor or ceiling
       logical, intent(in) :: is_of_base

@@ -46,8 +46,8 @@ contains
       type(analysed_t), allocatable :: analysed(:)
       type(quantity_group_t) :: root
       ! the scene with warnings about its run
-      type(scene_t), allocatable :: shown
-      ! tau; 0: the run is not driven
+      type(scene_t), allocatable :: scene_with_warnings
+      ! period of the loads, tau; 0: the run is not driven
       real(wp) :: load_period
 
       if (.not. job%quiet) call start_progress(job%label)
@@ -74,9 +74,9 @@ contains
       if (allocated(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error) .or. job%quiet) return
-      allocate (shown, source=scene)
-      if (allocated(response)) call warn_of_run(shown, response)
-      call print_model(job%unit, shown, model%mesh%position)
+      allocate (scene_with_warnings, source=scene)
+      if (allocated(response)) call warn_of_run(scene_with_warnings, response)
+      call print_model(job%unit, scene_with_warnings, model%mesh%position)
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
@@ -92,7 +92,7 @@ contains
          if (allocated(response%statistics)) then
             call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene), load_period)
          end if
-         ! the measures have the stress of a single place
+         ! the measures have only the maximum of all positions
          if (allocated(response%moments)) then
             if (size(response%moments) > 1) call print_stresses(job%unit, response%moments, units_in(scene), &
                response%moment_windows)

@@ -12,7 +12,7 @@ module sweep_best
    private
    public :: best_t, start_best, insert_case, refined_t, refine
 
-   !> The best of the cases that have been considered, in order, the best first.
+   !> The best of the cases that have been considered, the best first.
    type :: best_t
       !> Column (index in the table of measures) by which cases are compared; factor 1 or -1 of its values, so that the
       !> best value becomes the minimum
@@ -120,7 +120,7 @@ contains
       varied = pack([(k, k=1, size(is_varied))], is_varied)
       allocate (start(size(varied)))
       do i = 1, size(varied)
-         start(i) = share_of(plan%axes(varied(i)), best%values(varied(i), 1))
+         start(i) = position_of(plan%axes(varied(i)), best%values(varied(i), 1))
       end do
       limit = scene%best%evaluations + 1
       allocate (refined%evaluations(limit), refined%values(size(plan%axes), limit), refined%rows(measure_count, limit))
@@ -168,30 +168,30 @@ contains
    end subroutine refine
 
    !> Position of a value between the minimum (0) and the maximum (1) of its axis.
-   pure function share_of(axis, value) result(share)
+   pure function position_of(axis, value) result(position)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: value
-      real(wp) :: share
+      real(wp) :: position
 
       if (axis%is_logarithmic) then
-         share = log(value/axis%minimum)/log(axis%maximum/axis%minimum)
+         position = log(value/axis%minimum)/log(axis%maximum/axis%minimum)
       else
-         share = (value - axis%minimum)/(axis%maximum - axis%minimum)
+         position = (value - axis%minimum)/(axis%maximum - axis%minimum)
       end if
-      share = min(max(share, 0.0_wp), 1.0_wp)
-   end function share_of
+      position = min(max(position, 0.0_wp), 1.0_wp)
+   end function position_of
 
    !> Value at a position between the minimum (0) and the maximum (1) of an axis.
-   pure function value_at(axis, share) result(value)
+   pure function value_at(axis, position) result(value)
       type(axis_t), intent(in) :: axis
       !> Position, 0 to 1
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: position
       real(wp) :: value
 
       if (axis%is_logarithmic) then
-         value = axis%minimum*(axis%maximum/axis%minimum)**share
+         value = axis%minimum*(axis%maximum/axis%minimum)**position
       else
-         value = axis%minimum + share*(axis%maximum - axis%minimum)
+         value = axis%minimum + position*(axis%maximum - axis%minimum)
       end if
       value = min(max(value, axis%minimum), axis%maximum)
    end function value_at

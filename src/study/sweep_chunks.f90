@@ -20,10 +20,10 @@ module sweep_chunks
    private
    public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
       write_chunk, read_chunk
-   public :: joined, reason_room, assembled_file
+   public :: joined, max_reason_length, assembled_file
 
    !> Maximum length of the reason of a failure; longer texts are cut.
-   integer, parameter :: reason_room = 200
+   integer, parameter :: max_reason_length = 200
    !> Name of the file with the text of the plan.
    character(*), parameter :: plan_file = 'plan.txt'
    !> Length of the seal, a text with a checksum that follows the last byte of a chunk.
@@ -39,7 +39,7 @@ module sweep_chunks
       real(wp), allocatable :: rows(:, :)
       !> Numbers of the cases that failed, and the reasons
       integer, allocatable :: failed(:)
-      character(reason_room), allocatable :: reasons(:)
+      character(max_reason_length), allocatable :: reasons(:)
       !> Further values of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values of
       !> one section after the other, preceded by NaN if there are fewer than requested, then spectra; or what the plan
       !> computes instead of a run
@@ -125,7 +125,7 @@ contains
          "impactbeam: '"//path//"' stays: it holds what impactbeam did not write"
    end subroutine remove_chunk_folder
 
-   !> Is the name of a file in the folder of the chunks one that the program uses?
+   !> Whether a file in the folder of the chunks has a name that the program uses.
    pure function is_own_file(name) result(answer)
       character(*), intent(in) :: name
       logical :: answer
@@ -183,7 +183,7 @@ contains
       name = trim(digits)//'.h5'
    end function chunk_name
 
-   !> Is a chunk on disk? The file is complete, but the disk may have corrupted it.
+   !> Whether the file of a chunk is on disk. The file is complete, but the disk may have corrupted it.
    function chunk_is_done(path, chunk) result(done)
       character(*), intent(in) :: path
       integer, intent(in) :: chunk
@@ -303,7 +303,7 @@ contains
       call source%close_source()
    end subroutine read_chunk
 
-   !> Is the checksum in the seal of a chunk that of its bytes?
+   !> Whether the checksum in the seal of a chunk is that of its bytes.
    function is_sealed(bytes) result(fits)
       !> Bytes of the file, with the seal
       character(kind=c_char), contiguous, intent(in) :: bytes(:)

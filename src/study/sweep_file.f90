@@ -15,7 +15,7 @@ module sweep_file
    use scene_units, only: units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
    use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_name, chunk_rows_t, read_chunk, &
-      reason_room
+      max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names
    use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
@@ -50,7 +50,7 @@ module sweep_file
       !> Number of cases that failed, and numbers and reasons of the first of them
       integer :: failures = 0
       integer, allocatable :: failed(:)
-      character(reason_room), allocatable :: reasons(:)
+      character(max_reason_length), allocatable :: reasons(:)
       !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
       !> Result computed from the rows of all cases; unallocated: none
@@ -73,7 +73,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(chunk_rows_t) :: chunk
-      character(reason_room), allocatable :: reasons(:)
+      character(max_reason_length), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
       integer :: number, i, recorded
       logical :: is_good
@@ -244,7 +244,7 @@ contains
       end do
    end subroutine write_grid
 
-   !> Which measures does a scene have?
+   !> Whether a scene has each measure, [measure_count].
    pure function has_measure(scene) result(answer)
       type(scene_t), intent(in) :: scene
       logical :: answer(measure_count)

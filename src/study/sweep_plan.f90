@@ -63,7 +63,7 @@ module sweep_plan
       integer :: extras = 0
       !> Procedure that computes a case; not associated: the case is a run
       procedure(case_interface), pointer, nopass :: run => null()
-      !> Text of the settings on which the rows depend besides the scene; unallocated: none
+      !> Settings besides the scene on which the results of the cases depend, as text; unallocated: none
       character(:), allocatable :: remark
    end type plan_t
 
@@ -219,9 +219,9 @@ contains
       n = swept%points
       allocate (values(n))
       do i = 1, n
-         values(i) = value_at_share(swept, real(i - 1, wp)/real(n - 1, wp))
+         values(i) = value_at_fraction(swept, real(i - 1, wp)/real(n - 1, wp))
       end do
-      values(n) = value_at_share(swept, 1.0_wp)
+      values(n) = value_at_fraction(swept, 1.0_wp)
    end subroutine list_values
 
    !> Draw one value in each of as many strata as there are cases, in random order.
@@ -243,11 +243,12 @@ contains
       call shuffle(random, stratum)
       do i = 1, cases
          call next_random(random, place)
-         values(i) = value_at_share(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
+         values(i) = value_at_fraction(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
       end do
    end subroutine draw_values
 
-   !> Is a value at an end of the range of a parameter, at or beyond the outermost value of the cases?
+   !> Whether a value lies at an end of the range of a parameter: at or beyond the minimum or maximum value of the
+   !> cases.
    pure function is_at_end(axis, value) result(answer)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: value
@@ -256,25 +257,25 @@ contains
       answer = axis%maximum > axis%minimum .and. (value <= minval(axis%values) .or. value >= maxval(axis%values))
    end function is_at_end
 
-   !> The value at a fraction of the range from minimum to maximum.
-   pure function value_at_share(swept, share) result(value)
+   !> The value of a parameter at a fraction of its range from minimum to maximum.
+   pure function value_at_fraction(swept, fraction) result(value)
       type(swept_t), intent(in) :: swept
       !> Fraction of the range, 0 to 1; of its logarithm for a logarithmic range
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: fraction
       real(wp) :: value
 
       if (allocated(swept%log_range)) then
          associate (minimum => swept%log_range(1), maximum => swept%log_range(2))
-            value = min(max(minimum*(maximum/minimum)**share, minimum), maximum)
-            if (share >= 1.0_wp) value = maximum
+            value = min(max(minimum*(maximum/minimum)**fraction, minimum), maximum)
+            if (fraction >= 1.0_wp) value = maximum
          end associate
       else
          associate (minimum => swept%range(1), maximum => swept%range(2))
-            value = min(max(minimum + (maximum - minimum)*share, minimum), maximum)
-            if (share >= 1.0_wp) value = maximum
+            value = min(max(minimum + (maximum - minimum)*fraction, minimum), maximum)
+            if (fraction >= 1.0_wp) value = maximum
          end associate
       end if
-   end function value_at_share
+   end function value_at_fraction
 
    !> The parameters of a case, in the order of the axes.
    pure subroutine case_values(plan, case, values)
@@ -343,7 +344,7 @@ contains
             if (entry%group == 'mesh' .and. entry%name == 'estimate') cycle
             text = text//'&'//entry%group//' '//entry%name//' = '
             if (allocated(entry%number)) then
-               text = text//listed(entry%number)
+               text = text//list_of_numbers(entry%number)
             else
                text = text//entry%text
             end if
@@ -353,7 +354,7 @@ contains
    end subroutine plan_text
 
    !> Numbers as text; a long list is represented by its first and last number and its checksum.
-   function listed(numbers) result(text)
+   function list_of_numbers(numbers) result(text)
       real(wp), intent(in) :: numbers(:)
       character(:), allocatable :: text
 
@@ -372,6 +373,6 @@ contains
       bytes(:) = transfer(numbers, bytes)
       text = ' '//to_text(numbers(1))//' ... '//to_text(numbers(size(numbers)))//', '//to_text(size(numbers)) &
          //' values, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
-   end function listed
+   end function list_of_numbers
 
 end module sweep_plan

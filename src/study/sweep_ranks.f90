@@ -15,7 +15,7 @@ module sweep_ranks
    integer, protected :: this_rank = 0
    integer, protected :: all_ranks = 1
 
-   !> Calls of MPI; not associated: there is only this process.
+   !> Procedures that call MPI; not associated: there is only this process.
    procedure(rank_call_t), pointer :: request => null(), has_request => null(), answer => null(), barrier => null(), &
       maximum => null(), stop_mpi => null()
 
@@ -76,7 +76,7 @@ contains
       rank_count = all_ranks
    end function rank_count
 
-   !> Is this the process that reads, writes and prints?
+   !> Whether this is the process that reads, writes and prints.
    logical function is_first_rank()
       is_first_rank = this_rank == 0
    end function is_first_rank

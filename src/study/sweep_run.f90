@@ -21,7 +21,7 @@ module sweep_run
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use section_types, only: run_sections_t
-   use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, reason_room, write_chunk
+   use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, max_reason_length, write_chunk
    use sweep_plan, only: case_values, first_of_chunk, last_of_chunk, plan_t, section_values
    use sweep_progress, only: erase_sweep_progress, progress_t, print_sweep_progress, start_sweep_progress
    use sweep_ranks, only: clear_queue, max_of_ranks, queue_t, finish_queue, is_first_rank, next_of_queue, rank_count, &
@@ -169,7 +169,7 @@ contains
       type(shared_t), intent(inout) :: shared
 
       character(:), allocatable :: reason
-      character(reason_room), allocatable :: reasons(:)
+      character(max_reason_length), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
       integer :: failed_case, case, cases, failures, first, shown
 

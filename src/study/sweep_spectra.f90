@@ -32,8 +32,8 @@ contains
       if (.not. scene%wants_spectrum) return
       associate (spectrum => scene%spectrum)
          length = min(spectrum%end, end_of_run(scene%response)) - spectrum%start
-         frequency = [(spectrum%range(1) + spectrum%distance_of(length)*real(i, wp), i=0, &
-            nint(spectrum%count_of(length)) - 1)]
+         frequency = [(spectrum%range(1) + spectrum%frequency_spacing(length)*real(i, wp), i=0, &
+            nint(spectrum%frequency_count(length)) - 1)]
       end associate
    end function frequencies_of
 

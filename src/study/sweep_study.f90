@@ -25,7 +25,8 @@ module sweep_study
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep, run_plan, plan_run_t, threads_for, in_words, cases_of, chains_of, values_of
+   public :: run_sweep, run_plan, plan_run_t, threads_for, workers_in_words, case_count_of, chain_count_of, &
+      value_count_of
 
    !> Run of the cases of a plan.
    type :: plan_run_t
@@ -55,7 +56,7 @@ contains
       type(mesh_errors_t), allocatable :: errors
 
       call make_plan(scene, plan)
-      call run_plan(scene, plan, job, threads_for(job%threads, chains_of(scene%sweep)), run, error)
+      call run_plan(scene, plan, job, threads_for(job%threads, chain_count_of(scene%sweep)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_chunks(run%path, scene, plan, run%text, survey, error)
       if (allocated(error)) return
@@ -69,7 +70,7 @@ contains
       call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error, errors)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
-         in_words(run%workers, ranks_in_words()))
+         workers_in_words(run%workers, ranks_in_words()))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
@@ -113,7 +114,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
-      !> Empty: analyses of the beam need no run
+      ! empty, because analyses of the beam need no run
       type(response_t) :: none
 
       allocate (survey%analysed(0))
@@ -167,16 +168,16 @@ contains
    end function threads_for
 
    !> Number of chains of a checked sweep, or of cases if they are independent.
-   pure function chains_of(sweep) result(chains)
+   pure function chain_count_of(sweep) result(chains)
       type(sweep_settings_t), intent(in) :: sweep
       real(wp) :: chains
 
-      chains = cases_of(sweep)
-      if (sweep%carry > 0) chains = chains/real(values_of(sweep, sweep%carry), wp)
-   end function chains_of
+      chains = case_count_of(sweep)
+      if (sweep%carry > 0) chains = chains/real(value_count_of(sweep, sweep%carry), wp)
+   end function chain_count_of
 
-   !> Number of cases of a checked sweep.
-   pure function cases_of(sweep) result(cases)
+   !> Number of cases of a checked sweep, as a real number, because it may exceed the range of integers.
+   pure function case_count_of(sweep) result(cases)
       type(sweep_settings_t), intent(in) :: sweep
       real(wp) :: cases
 
@@ -185,15 +186,15 @@ contains
       cases = 1.0_wp
       if (sweep%design == design_latin_hypercube) cases = real(sweep%count, wp)
       do k = 1, size(sweep%swept)
-         values = values_of(sweep, k)
+         values = value_count_of(sweep, k)
          if (sweep%design == design_grid .and. .not. is_follower(sweep, k)) cases = cases*real(values, wp)
          if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
       end do
-   end function cases_of
+   end function case_count_of
 
    !> Number of values of one parameter; the parameter `carry` has each value twice if the cases go forwards and
    !> backwards.
-   pure function values_of(sweep, place) result(values)
+   pure function value_count_of(sweep, place) result(values)
       type(sweep_settings_t), intent(in) :: sweep
       !> Index of the parameter
       integer, intent(in) :: place
@@ -202,10 +203,10 @@ contains
       values = max(sweep%swept(place)%points, 1)
       if (allocated(sweep%swept(place)%list)) values = size(sweep%swept(place)%list)
       if (place == sweep%carry .and. sweep%carries_back) values = 2*values
-   end function values_of
+   end function value_count_of
 
    !> Threads and processes in words, such as '2 threads' and '2 threads in each of 4 processes'.
-   pure function in_words(threads, processes) result(words)
+   pure function workers_in_words(threads, processes) result(words)
       integer, intent(in) :: threads
       !> Number of processes in words; empty: one process
       character(*), intent(in) :: processes
@@ -213,6 +214,6 @@ contains
 
       words = to_text(threads)//trim(merge(' thread ', ' threads', threads == 1))
       if (processes /= '') words = words//' in each of '//processes
-   end function in_words
+   end function workers_in_words
 
 end module sweep_study

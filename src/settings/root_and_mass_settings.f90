@@ -1,6 +1,6 @@
-!> Settings of the root of the beam (its end x = 0), and of point masses on the beam: &root and &mass of a scene file. E
-!> Ibar is the bending stiffness, rho Abar L the mass of the uniform beam of mean section with length L.
-module body_settings
+!> Settings of the root of the beam (its end x = 0), &root, and of point masses fixed to the beam, &mass. E Ibar is the
+!> bending stiffness, rho Abar L the mass of the uniform beam of mean section with length L.
+module root_and_mass_settings
    use kinds, only: wp
    use run_settings, only: name_length
    implicit none (type, external)
@@ -8,7 +8,7 @@ module body_settings
    public :: root_settings_t, mass_settings_t
    public :: root_clamped, root_pinned, root_names
 
-   !> The root is clamped, unless the stiffness of a spring is given, which then restrains this motion elastically.
+   !> The root is clamped; a given spring replaces the clamping against displacement or rotation.
    integer, parameter :: root_clamped = 1
    !> The root is pinned: it rotates freely and has no displacement.
    integer, parameter :: root_pinned = 2
@@ -19,8 +19,8 @@ module body_settings
    type :: root_settings_t
       !> One of the `root_` constants
       integer :: kind = root_clamped
-      !> Stiffness k / (3 E Ibar / L) of a spring against rotation and k / (3 E Ibar / L^3) of a spring against
-      !> displacement; 0: no spring, the root is rigidly fixed in this motion
+      !> Stiffness k / (3 E Ibar / L) of a spring against rotation, and k / (3 E Ibar / L^3) of a spring against
+      !> displacement; 0: no spring, the root is rigidly fixed against this motion
       real(wp) :: rotation_stiffness_ratio = 0.0_wp
       real(wp) :: translation_stiffness_ratio = 0.0_wp
    end type root_settings_t
@@ -34,4 +34,4 @@ module body_settings
       real(wp) :: rotary_inertia_ratio = 0.0_wp
    end type mass_settings_t
 
-end module body_settings
+end module root_and_mass_settings

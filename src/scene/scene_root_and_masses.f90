@@ -1,11 +1,11 @@
 !> &root and &mass: the names of the groups, and checks for masses without values and for beams without sufficient
 !> supports. A file may have any number of &mass groups.
-module scene_body
-   use body_settings, only: mass_settings_t, root_names, root_pinned
+module scene_root_and_masses
    use kinds, only: wp
    use load_settings, only: start_balance, start_release
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
+   use root_and_mass_settings, only: mass_settings_t, root_names, root_pinned
    use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
@@ -28,7 +28,7 @@ contains
       type(scene_t), intent(inout) :: scene
 
       call table%open(group_t('root'), scene%has_root_group)
-      if (.not. table%is_open) return
+      if (.not. table%lists_names) return
       associate (root => scene%root)
          call table%bind(root%kind, name_t('kind', 'support of the root: clamped, or pinned, about which it turns ' &
             //'freely'), root_names)
@@ -65,7 +65,7 @@ contains
       if (allocated(scene%masses)) masses(:) = scene%masses
       do k = 1, number
          call table%open_numbered('mass', k, scene%has_masses)
-         if (table%is_open) call list_mass(table, masses(k))
+         if (table%lists_names) call list_mass(table, masses(k))
       end do
       if (scene%has_masses) call move_alloc(masses, scene%masses)
    end subroutine list_masses
@@ -123,4 +123,4 @@ contains
       end do
    end subroutine check_masses
 
-end module scene_body
+end module scene_root_and_masses

@@ -1,7 +1,7 @@
-!> &body: the names of the group, and its checks: a body has a mass, its values do not exclude each other, and bodies do
-!> not cross each other's way. A file may have any number of &body groups. z is the displacement of a body; at z = 0 its
-!> distance from the unstressed beam is the clearance.
-module scene_moving_bodies
+!> &body: the names of the group, and its checks: a body has a mass, its values do not exclude each other, and two
+!> bodies on one side of the beam are at different points. A file may have any number of &body groups. z is the
+!> displacement of a body, positive upwards; at z = 0 its distance from the undeformed beam is the clearance.
+module scene_bodies
    use kinds, only: wp
    use load_settings, only: start_balance
    use name_table, only: table_t
@@ -40,19 +40,19 @@ contains
       if (allocated(scene%bodies)) bodies(:) = scene%bodies
       do k = 1, number
          call table%open_numbered('body', k, scene%has_bodies)
-         if (.not. table%is_open) cycle
-         call list_place(table, bodies(k))
-         call list_own_motion(table, bodies(k))
+         if (.not. table%lists_names) cycle
+         call list_position_and_mass(table, bodies(k))
+         call list_spring_and_start(table, bodies(k))
          call table%bind(bodies(k)%contact%law, name_t('law', 'model of its contact with the beam'), law_names)
          call list_law(table, bodies(k)%contact, '', first=81, has_impulse=.false.)
-         call list_base(table, bodies(k))
+         call list_floor_and_ceiling(table, bodies(k))
       end do
       if (scene%has_bodies) call move_alloc(bodies, scene%bodies)
    end subroutine list_bodies
 
-   !> List the names of mass and place. The number that begins a `sweep_t` is the unique number of the parameter in
-   !> sweeps.
-   subroutine list_place(table, body)
+   !> List the names of position, mass, side and clearance. The number that begins a `sweep_t` is the unique number of
+   !> the parameter in sweeps.
+   subroutine list_position_and_mass(table, body)
       class(table_t), intent(inout) :: table
       type(body_settings_t), intent(inout) :: body
 
@@ -70,10 +70,10 @@ contains
          //'each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)))
       call table%store(name_t('clearance', 'the same, length', length_range, instead_of='clearance_ratio', &
          quantity='displacement'))
-   end subroutine list_place
+   end subroutine list_position_and_mass
 
-   !> List the names of spring and damper to the base, and of the start.
-   subroutine list_own_motion(table, body)
+   !> List the names of spring and damper between body and base, and of the initial conditions.
+   subroutine list_spring_and_start(table, body)
       class(table_t), intent(inout) :: table
       type(body_settings_t), intent(inout) :: body
 
@@ -103,10 +103,10 @@ contains
          sweep=sweep_t(78, is_in_cases=.true.)))
       call table%store(name_t('start_gap', 'the same, length', length_range, instead_of='start_gap_ratio', &
          quantity='displacement'))
-   end subroutine list_own_motion
+   end subroutine list_spring_and_start
 
-   !> List the names of floor and ceiling.
-   subroutine list_base(table, body)
+   !> List the names of floor and ceiling, which are fixed to the base.
+   subroutine list_floor_and_ceiling(table, body)
       class(table_t), intent(inout) :: table
       type(body_settings_t), intent(inout) :: body
 
@@ -122,9 +122,9 @@ contains
       call table%bind(body%base_contact%law, name_t('floor_law', 'model of its contacts with floor and ceiling'), &
          law_names)
       call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)
-   end subroutine list_base
+   end subroutine list_floor_and_ceiling
 
-   !> Check each body, and that bodies do not meet each other. Problems are reported to `input`.
+   !> Check each body, and that no two bodies can touch each other. Problems are reported to `input`.
    subroutine check_bodies(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -186,7 +186,7 @@ contains
 
    contains
 
-      !> Does the file give this name, or a quantity in units instead of it?
+      !> Whether the file gives this name, or a quantity in units instead of it.
       logical function gives(name)
          character(*), intent(in) :: name
 
@@ -194,4 +194,4 @@ contains
       end function gives
    end subroutine check_values
 
-end module scene_moving_bodies
+end module scene_bodies
