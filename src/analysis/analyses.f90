@@ -62,7 +62,7 @@ contains
       end select
    end subroutine make_analysis
 
-   !> Which analyses of the table does a scene request?
+   !> Whether a scene requests each analysis of the table.
    pure function requested(scene, selection) result(is_requested)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`; absent: all analyses
@@ -73,7 +73,7 @@ contains
       if (present(selection)) is_requested = is_requested .and. (analysis_table%reads_run .eqv. selection)
    end function requested
 
-   !> Does a scene request any analysis of one selection?
+   !> Whether a scene requests any analysis of a selection.
    pure function requests_analysis(scene, selection) result(answer)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`

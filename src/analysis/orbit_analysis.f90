@@ -53,6 +53,7 @@ contains
       end associate
    end subroutine compute
 
+   !> Write the group of the results file, with a subgroup for each branch.
    subroutine write_orbits(self, group)
       class(orbit_analysis_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
@@ -100,6 +101,7 @@ contains
       if (point%min_speed < huge(1.0_wp)) speed = point%min_speed
    end function speed_of
 
+   !> Write one branch: its points, and the states at the sections of each point.
    subroutine write_branch(group, branch, quantity)
       type(quantity_group_t), intent(in) :: group
       type(orbit_branch_t), intent(in) :: branch
@@ -149,6 +151,7 @@ contains
       end associate
    end subroutine write_branch
 
+   !> Print the periodic motion with its Floquet multipliers, and ends and bifurcations of each branch.
    subroutine print_orbits(self, unit, units)
       class(orbit_analysis_t), intent(in) :: self
       integer, intent(in) :: unit
@@ -196,7 +199,7 @@ contains
       end function value_of
    end subroutine print_orbits
 
-   !> Why a branch was not continued beyond one of its ends, to follow the word where.
+   !> Reason why a branch ends at one of its ends, as a text that follows "begins where" or "ends where".
    pure function end_in_words(branch, place) result(words)
       type(orbit_branch_t), intent(in) :: branch
       !> Index of its first or last point
@@ -222,6 +225,7 @@ contains
       end associate
    end function end_in_words
 
+   !> Text that names the branch from which a branch bifurcates; empty: there is none.
    pure function from_branch(parent) result(words)
       !> Number of the parent branch; 0: there is none
       integer, intent(in) :: parent
@@ -231,6 +235,7 @@ contains
       if (parent > 0) words = ', leaves branch '//to_text(parent)
    end function from_branch
 
+   !> A complex multiplier, or a conjugate pair, as text.
    pure function multiplier_in_words(multiplier) result(words)
       complex(wp), intent(in) :: multiplier
       character(:), allocatable :: words

@@ -14,7 +14,7 @@ module spectrum_analysis
    use run_settings, only: run_settings_t
    use scene_types, only: scene_t
    use spectrum_lines, only: find_lines, line_t, load_frequencies, order_in_words
-   use spectrum_settings, only: signal_table, window_names
+   use spectrum_settings, only: signal_table, window_hann, window_names
    use spectrum_types, only: amplitudes_of, run_spectrum_t
    use student, only: student_quantile
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
@@ -28,7 +28,8 @@ module spectrum_analysis
    !> Spectra of a run; all numbers are dimensionless.
    type, extends(analysis_t) :: spectrum_analysis_t
       type(run_spectrum_t) :: run
-      integer :: window = 1
+      !> One of the `window_` constants
+      integer :: window = window_hann
       !> Amplitude of a harmonic at each frequency, [frequencies, signals]
       real(wp), allocatable :: amplitude(:, :)
       !> One-sided power spectral density, and half width of its confidence interval (NaN: fewer than two segments),

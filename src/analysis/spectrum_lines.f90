@@ -9,8 +9,9 @@ module spectrum_lines
    private
    public :: line_t, find_lines, load_frequencies, order_in_words
 
-   !> Minimum amplitude of a line, as a share of the amplitude of the strongest line.
-   real(wp), parameter :: min_share = 0.01_wp
+   !> Minimum amplitude of a line, relative to the amplitude of the strongest line.
+   real(wp), parameter :: min_amplitude_ratio = 0.01_wp
+   !> Maximum number of lines.
    integer, parameter :: max_lines = 12
    !> Maximum denominator n of the frequency m/n times a load frequency of a harmonic (n = 1) or subharmonic.
    integer, parameter :: max_divisor = 4
@@ -69,7 +70,7 @@ contains
       width = 2.0_wp*pi/length
       reach = max(1, int(min(2.0_wp*width/distance, real(size(frequency), wp))))
       do i = 1, size(frequency)
-         if (.not. amplitude(i) > 0.0_wp .or. amplitude(i) < min_share*maxval(amplitude)) cycle
+         if (.not. amplitude(i) > 0.0_wp .or. amplitude(i) < min_amplitude_ratio*maxval(amplitude)) cycle
          if (any(amplitude(max(i - reach, 1):i - 1) >= amplitude(i))) cycle
          if (any(amplitude(i + 1:min(i + reach, size(frequency))) > amplitude(i))) cycle
          places = [places, i]
@@ -78,14 +79,14 @@ contains
       allocate (lines(min(size(places), max_lines)))
       do i = 1, size(lines)
          lines(i)%place = places(order(i))
-         call place_line(frequency, amplitude, lines(i))
-         call name_line(0.5_wp*max(width, distance), load, lines(i))
+         call interpolate_line(frequency, amplitude, lines(i))
+         call assign_load(0.5_wp*max(width, distance), load, lines(i))
       end do
    end subroutine find_lines
 
    !> Find frequency and amplitude of a line between the frequencies of the spectrum: near its maximum the logarithm of
    !> the transform of a window is a parabola.
-   pure subroutine place_line(frequency, amplitude, line)
+   pure subroutine interpolate_line(frequency, amplitude, line)
       real(wp), intent(in) :: frequency(:)
       real(wp), intent(in) :: amplitude(:)
       !> In: `place`; out: frequency and amplitude
@@ -105,10 +106,10 @@ contains
          line%frequency = frequency(i) + shift*(frequency(i + 1) - frequency(i))
          line%amplitude = amplitude(i)*exp(0.5_wp*slope*shift)
       end associate
-   end subroutine place_line
+   end subroutine interpolate_line
 
    !> Find the load of which a line is a harmonic or a subharmonic, within the resolution of the spectrum.
-   pure subroutine name_line(tolerance, load, line)
+   pure subroutine assign_load(tolerance, load, line)
       !> Maximum difference of frequencies that count as equal, over omega1
       real(wp), intent(in) :: tolerance
       !> Frequencies of the harmonic loads over omega1
@@ -132,7 +133,7 @@ contains
             return
          end do
       end do
-   end subroutine name_line
+   end subroutine assign_load
 
    !> The multiple in words, such as '3' or '3/2', and the number of the load if there is more than one.
    pure function order_in_words(line, loads) result(words)

@@ -112,6 +112,7 @@ contains
       names = names(remaining)
    end subroutine replace_by_rule
 
+   !> Print names in columns, group by group.
    subroutine print_names(unit, names)
       integer, intent(in) :: unit
       !> Names, ordered by group
@@ -137,6 +138,7 @@ contains
       end do
    end subroutine print_names
 
+   !> A table of names in Markdown.
    function in_markdown(names) result(text)
       type(reference_t), intent(in) :: names(:)
       character(:), allocatable :: text

@@ -1,6 +1,6 @@
 !> Derivatives of computed values by Richardson's extrapolation of differences, with an estimate of their errors
 !> (C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75). A value may have a kink or a jump where an event appears or
-!> disappears, so the one-sided derivatives are computed, too, and a derivative exists only if they agree.
+!> disappears, so the one-sided derivatives are computed too, and a derivative exists only if they agree.
 module difference_derivatives
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -17,7 +17,7 @@ module difference_derivatives
    !> the other side.
    integer, parameter :: derivative_from_above = 3
    integer, parameter :: derivative_from_below = 4
-   !> The one-sided derivatives differ or do not settle: a kink, a jump or a square root.
+   !> The one-sided derivatives differ or do not converge: a kink, a jump or a square root.
    integer, parameter :: derivative_differs = 5
    character(*), parameter :: derivative_states(5) = [character(10) :: 'unknown', 'exists', 'from above', &
       'from below', &
@@ -36,17 +36,18 @@ module difference_derivatives
       real(wp) :: below = 0.0_wp
       real(wp) :: below_error = 0.0_wp
       !> The errors from above and from below are relatively small or negligible
-      logical :: above_settles = .false.
-      logical :: below_settles = .false.
+      logical :: above_converges = .false.
+      logical :: below_converges = .false.
    end type derivative_t
 
-   !> One-sided derivatives agree if they differ by at most this multiple of their errors plus this share of their size.
-   real(wp), parameter :: errors_apart = 10.0_wp
-   real(wp), parameter :: share_apart = 1.0e-4_wp
-   !> Estimates with a larger relative error do not converge; for example, those of a square root grow without limit.
-   real(wp), parameter :: largest_error = 0.05_wp
-   !> A derivative that changes the value by less than this share over the first step counts as zero.
-   real(wp), parameter :: smallest_change = 1.0e-7_wp
+   !> One-sided derivatives agree if they differ by at most this multiple of their errors plus this fraction of their
+   !> magnitude.
+   real(wp), parameter :: error_multiple = 10.0_wp
+   real(wp), parameter :: relative_tolerance = 1.0e-4_wp
+   !> Maximum relative error of a derivative that exists; for example, estimates at a square root grow without limit.
+   real(wp), parameter :: max_relative_error = 0.05_wp
+   !> A derivative that changes the value by less than this fraction over the first step counts as zero.
+   real(wp), parameter :: negligible_change = 1.0e-7_wp
 
 contains
 
@@ -73,22 +74,22 @@ contains
          call extrapolate(-one_sided(h, below), h(2:), 1, rounding, derivative%below, derivative%below_error)
          call extrapolate((above - below)/(2.0_wp*h), h, 2, rounding, central, central_error)
       end associate
-      negligible = smallest_change*abs(value)/step
-      derivative%above_settles = is_settled(derivative%above, derivative%above_error, negligible)
-      derivative%below_settles = is_settled(derivative%below, derivative%below_error, negligible)
-      if (all(ieee_is_nan(below)) .and. derivative%above_settles) then
+      negligible = negligible_change*abs(value)/step
+      derivative%above_converges = is_converged(derivative%above, derivative%above_error, negligible)
+      derivative%below_converges = is_converged(derivative%below, derivative%below_error, negligible)
+      if (all(ieee_is_nan(below)) .and. derivative%above_converges) then
          derivative%state = derivative_from_above
          derivative%value = derivative%above
          derivative%error = derivative%above_error
-      else if (all(ieee_is_nan(above)) .and. derivative%below_settles) then
+      else if (all(ieee_is_nan(above)) .and. derivative%below_converges) then
          derivative%state = derivative_from_below
          derivative%value = derivative%below
          derivative%error = derivative%below_error
       else if (.not. all(ieee_is_nan([derivative%above, derivative%below]))) then
          derivative%state = derivative_differs
          ! unknown values must not be compared, because comparisons with NaN trap in checked builds
-         if (.not. (derivative%above_settles .and. derivative%below_settles .and. &
-            is_settled(central, central_error, negligible))) return
+         if (.not. (derivative%above_converges .and. derivative%below_converges .and. &
+            is_converged(central, central_error, negligible))) return
          if (agree(derivative%above, derivative%above_error, derivative%below, derivative%below_error, negligible) &
             .and. agree(central, central_error, 0.5_wp*(derivative%above + derivative%below), &
             derivative%above_error + derivative%below_error, negligible)) then
@@ -113,19 +114,19 @@ contains
       end associate
    end function one_sided
 
-   !> Is the error of an extrapolated value relatively small, or negligible?
-   elemental function is_settled(value, error, negligible)
-      !> NaN: unknown, and so not settled
+   !> Whether the error of an extrapolated value is relatively small, or negligible.
+   elemental function is_converged(value, error, negligible)
+      !> NaN: unknown, and so not converged
       real(wp), intent(in) :: value
       real(wp), intent(in) :: error
       real(wp), intent(in) :: negligible
-      logical :: is_settled
+      logical :: is_converged
 
-      is_settled = .not. ieee_is_nan(value)
-      if (is_settled) is_settled = error <= max(largest_error*abs(value), negligible)
-   end function is_settled
+      is_converged = .not. ieee_is_nan(value)
+      if (is_converged) is_converged = error <= max(max_relative_error*abs(value), negligible)
+   end function is_converged
 
-   !> Do two numbers agree within their errors, or is their difference negligible?
+   !> Whether two numbers agree within their errors, or their difference is negligible.
    pure function agree(first, first_error, second, second_error, negligible)
       real(wp), intent(in) :: first
       real(wp), intent(in) :: first_error
@@ -134,8 +135,8 @@ contains
       real(wp), intent(in) :: negligible
       logical :: agree
 
-      agree = abs(first - second) <= errors_apart*(first_error + second_error) + &
-         max(share_apart*max(abs(first), abs(second)), negligible)
+      agree = abs(first - second) <= error_multiple*(first_error + second_error) + &
+         max(relative_tolerance*max(abs(first), abs(second)), negligible)
    end function agree
 
    !> Extrapolate estimates at steps that are halved each time to step zero. Of all entries of Richardson's table the
@@ -154,7 +155,7 @@ contains
       real(wp), intent(out) :: limit
       real(wp), intent(out) :: error
 
-      !> The changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
+      ! the changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
       integer, parameter :: extrapolations = 2, smallest_steps = 3
       real(wp) :: table(size(estimates), 0:size(estimates) - 1), change, error_of_values
       integer :: j, k, n

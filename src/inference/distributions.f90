@@ -21,26 +21,26 @@ contains
       real(wp), intent(in) :: probability
       real(wp) :: x
 
-      real(wp), parameter :: widest = 38.0_wp
-      real(wp) :: before, high, low, share, slope
+      real(wp), parameter :: max_deviations = 38.0_wp
+      real(wp) :: previous, high, low, lower_probability, slope
       integer :: i
 
       ! compute in the lower half, where small probabilities have all their digits
-      share = min(probability, 1.0_wp - probability)
-      low = -widest
+      lower_probability = min(probability, 1.0_wp - probability)
+      low = -max_deviations
       high = 0.0_wp
       x = 0.0_wp
       do i = 1, 100
-         if (normal_probability(x) < share) then
+         if (normal_probability(x) < lower_probability) then
             low = x
          else
             high = x
          end if
          slope = exp(-0.5_wp*x**2)/sqrt(2.0_wp*acos(-1.0_wp))
-         before = x
-         x = x - (normal_probability(x) - share)/max(slope, tiny(slope))
+         previous = x
+         x = x - (normal_probability(x) - lower_probability)/max(slope, tiny(slope))
          if (.not. (x > low .and. x < high)) x = 0.5_wp*(low + high)
-         if (abs(x - before) <= 2.0_wp*epsilon(x)*abs(x)) exit
+         if (abs(x - previous) <= 2.0_wp*epsilon(x)*abs(x)) exit
       end do
       if (probability > 0.5_wp) x = -x
    end function normal_quantile

@@ -26,7 +26,7 @@ module fit_model
 
    !> Model of a signal as a function for the least-squares method.
    type, extends(residuals_t) :: fit_model_t
-      !> Runner of the cases, and sets of closed contacts that its runs share
+      !> Runner of the cases, and sets of closed contacts that its runs fraction
       type(runner_t), pointer :: runner => null()
       type(set_store_t), pointer :: sets => null()
       type(fit_settings_t) :: fit
@@ -47,7 +47,7 @@ module fit_model
       procedure :: evaluate => evaluate_residuals
       procedure :: parameters_at
       procedure :: find_signal
-      procedure, private :: raw_signal
+      procedure, private :: find_signal_of_run
    end type fit_model_t
 
 contains
@@ -83,7 +83,7 @@ contains
       type(fit_model_t), intent(out) :: model
 
       ! maximum magnitude of the signal
-      real(wp) :: room
+      real(wp) :: max_signal
       integer :: n
 
       model%runner => runner
@@ -96,8 +96,8 @@ contains
       model%minimum(:) = plan%axes%minimum
       model%maximum(:) = plan%axes%maximum
       model%is_logarithmic(:) = plan%axes%is_logarithmic
-      room = maxval(abs(model%fit%value))
-      if (model%fit%has_offset) call add(-10.0_wp*room, 10.0_wp*room)
+      max_signal = maxval(abs(model%fit%value))
+      if (model%fit%has_offset) call add(-10.0_wp*max_signal, 10.0_wp*max_signal)
       if (model%fit%has_scale) call add(-100.0_wp, 100.0_wp)
       if (model%fit%time_shift > 0.0_wp) call add(-model%fit%time_shift, model%fit%time_shift)
 
@@ -115,37 +115,37 @@ contains
 
    end subroutine start_model
 
-   !> Parameters within their ranges from unbounded coordinates x: minimum and maximum are at sin x = -1 and 1.
+   !> Parameters within their ranges as functions of unbounded coordinates x; sin x = -1 is the minimum, 1 the maximum.
    pure function parameters_at(self, x) result(values)
       class(fit_model_t), intent(in) :: self
       real(wp), intent(in) :: x(:)
       real(wp) :: values(size(x))
 
-      associate (share => 0.5_wp*(1.0_wp + sin(x)))
+      associate (fraction => 0.5_wp*(1.0_wp + sin(x)))
          where (self%is_logarithmic)
-            values = self%minimum*(self%maximum/self%minimum)**share
+            values = self%minimum*(self%maximum/self%minimum)**fraction
          else where
-            values = self%minimum + (self%maximum - self%minimum)*share
+            values = self%minimum + (self%maximum - self%minimum)*fraction
          end where
       end associate
       values = min(max(values, self%minimum), self%maximum)
    end function parameters_at
 
-   !> Unbounded coordinates of parameters, the inverse of `parameters_at`. Coordinates keep away from +-pi/2, where the
-   !> derivative of the parameter vanishes.
+   !> Unbounded coordinates of parameters, the inverse of `parameters_at`. The result has a distance from +-pi/2, where
+   !> the derivative of the parameter vanishes.
    pure function coordinates_of(model, values) result(x)
       type(fit_model_t), intent(in) :: model
       real(wp), intent(in) :: values(:)
       real(wp) :: x(size(values))
 
-      real(wp) :: share(size(values))
+      real(wp) :: fraction(size(values))
 
       where (model%is_logarithmic)
-         share = log(values/model%minimum)/log(model%maximum/model%minimum)
+         fraction = log(values/model%minimum)/log(model%maximum/model%minimum)
       else where
-         share = (values - model%minimum)/(model%maximum - model%minimum)
+         fraction = (values - model%minimum)/(model%maximum - model%minimum)
       end where
-      x = asin(min(max(2.0_wp*share - 1.0_wp, -1.0_wp), 1.0_wp))
+      x = asin(min(max(2.0_wp*fraction - 1.0_wp, -1.0_wp), 1.0_wp))
       x = min(max(x, -0.499_wp*pi), 0.499_wp*pi)
    end function coordinates_of
 
@@ -157,12 +157,12 @@ contains
       real(wp), intent(out) :: residual(:)
 
       !> Residual of a run that fails, in standard deviations of the signal
-      real(wp), parameter :: far_away = 100.0_wp
+      real(wp), parameter :: failed_residual = 100.0_wp
       real(wp) :: found(size(residual))
 
       call self%find_signal(self%parameters_at(x), found)
       if (allocated(self%reason)) then
-         residual = far_away*self%spread/self%divisor(:size(residual))
+         residual = failed_residual*self%spread/self%divisor(:size(residual))
       else
          residual = (found - self%fit%value(:size(residual)))/self%divisor(:size(residual))
          if (self%integrates) then
@@ -187,14 +187,14 @@ contains
    end subroutine integrate
 
    !> Compute the signal of the model.
-   subroutine find_signal(self, values, found, row_response)
+   subroutine find_signal(self, values, found, response_of_run)
       class(fit_model_t), intent(inout) :: self
       !> Fitted parameters: those of the sweep, then offset, scale and delay if they are fitted
       real(wp), intent(in) :: values(:)
       !> Signal at the first instants of the measured signal
       real(wp), intent(out) :: found(:)
       !> Response of the run with its measures
-      type(response_t), intent(out), optional :: row_response
+      type(response_t), intent(out), optional :: response_of_run
 
       real(wp) :: delay, offset, scale
       integer :: k
@@ -215,19 +215,19 @@ contains
          offset = values(k)
          k = k - 1
       end if
-      call self%raw_signal(values(:k), self%fit%time(:size(found)) - delay, found, row_response)
+      call self%find_signal_of_run(values(:k), self%fit%time(:size(found)) - delay, found, response_of_run)
       found = offset + scale*found
    end subroutine find_signal
 
-   !> Run a case and evaluate the observed quantity at some instants.
-   subroutine raw_signal(self, values, time, found, row_response)
+   !> Run a case and evaluate the observed quantity at given instants.
+   subroutine find_signal_of_run(self, values, time, found, response_of_run)
       class(fit_model_t), intent(inout) :: self
       !> Parameters of the sweep
       real(wp), intent(in) :: values(:)
       !> Instants in the unit of time of the results
       real(wp), intent(in) :: time(:)
       real(wp), intent(out) :: found(:)
-      type(response_t), intent(out), optional :: row_response
+      type(response_t), intent(out), optional :: response_of_run
 
       type(response_t) :: response
       type(analysed_t), allocatable :: analysed(:)
@@ -247,7 +247,7 @@ contains
       last = self%runner%scene%response%duration
       output%history = .false.
       output%history(force_stop) = self%fit%observed == observed_force
-      output%measures = present(row_response) .or. is_feature(self%fit%observed)
+      output%measures = present(response_of_run) .or. is_feature(self%fit%observed)
       output%max_peaks = peak_count
       if (is_feature(self%fit%observed)) output%max_peaks = max(peak_count, nint(time(size(time))))
       if (self%fit%observed == observed_acceleration_tip) then
@@ -293,11 +293,11 @@ contains
       end if
       if (units%are_of_scene) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
-      if (present(row_response)) row_response = response
-   end subroutine raw_signal
+      if (present(response_of_run)) response_of_run = response
+   end subroutine find_signal_of_run
 
-   !> Find features of a motion by their numbers. An impact that the run does not have counts as at its end, and a
-   !> rebound as without height.
+   !> Find features of a motion by their numbers. An impact that the run does not have gets the instant of the end of
+   !> the run; a rebound that the run does not have gets the height 0.
    pure subroutine find_features(response, observed, numbers, end, found)
       type(response_t), intent(in) :: response
       !> One of the `observed_` constants for which `is_feature` is true
@@ -323,8 +323,8 @@ contains
          features = response%measures%peak_eta
          found = 0.0_wp
       end if
-      associate (there => count(numbers <= size(features)))
-         found(:there) = features(numbers(:there))
+      associate (known => count(numbers <= size(features)))
+         found(:known) = features(numbers(:known))
       end associate
    end subroutine find_features
 
@@ -373,15 +373,15 @@ contains
       real(wp), intent(in) :: instants(:)
       real(wp), intent(out) :: found(:)
 
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: i, k
 
       do i = 1, size(instants)
          associate (step => tau(2) - tau(1))
             k = min(max(1 + int(max(instants(i), 0.0_wp)/step), 1), size(tau) - 1)
-            share = min(max((instants(i) - tau(k))/(tau(k + 1) - tau(k)), 0.0_wp), 1.0_wp)
+            fraction = min(max((instants(i) - tau(k))/(tau(k + 1) - tau(k)), 0.0_wp), 1.0_wp)
          end associate
-         found(i) = (1.0_wp - share)*values(k) + share*values(k + 1)
+         found(i) = (1.0_wp - fraction)*values(k) + fraction*values(k + 1)
       end do
    end subroutine interpolate
 

@@ -20,19 +20,23 @@ module fit_results
    !> Residuals with a smaller probability of whiteness are not white noise.
    real(wp), parameter :: significance = 0.01_wp
 
+   !> Estimates of the fitted parameters with their errors, and the quality of the fit.
    type :: fit_t
+      !> Names of the fitted parameters, [parameters]
       character(max_name_length), allocatable :: names(:)
       !> Units of the fitted parameters; '1': dimensionless
       character(max_name_length), allocatable :: units(:)
+      !> Estimates, and the range of each parameter, [parameters]
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
       type(certainty_t) :: certainty
       !> Signal of the model with the fitted parameters, in the units of the results, [samples]
       real(wp), allocatable :: model(:)
+      !> Probability that white noise has autocorrelations as large as the residuals
       real(wp) :: whiteness = 0.0_wp
-      !> Growth rate of small changes of the parameters: exponent per unit of time; and the time at which errors as
-      !> small as the noise have grown to the signal, huge: they do not
+      !> Exponential growth rate of changes of the signal due to small changes of the parameters, per unit of time; and
+      !> the time at which a change of the size of the noise has grown to the size of the signal, huge: it does not
       real(wp) :: growth_rate = 0.0_wp
       real(wp) :: horizon = huge(1.0_wp)
       !> The residuals are rounding errors
@@ -43,7 +47,7 @@ module fit_results
       real(wp), allocatable :: ended(:, :)
       real(wp), allocatable :: sums(:)
       real(wp), allocatable :: runs(:)
-      !> Number of starts that ended at the estimates
+      !> Number of starts whose fits ended at the estimates
       integer :: agreeing = 0
    end type fit_t
 

@@ -44,7 +44,7 @@ contains
       !> Extra values as `extras_of_fit` lists them
       real(wp), intent(out) :: extras(:)
 
-      real(wp), parameter :: shares(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
+      real(wp), parameter :: fractions(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
       type(fit_model_t), allocatable :: model
       type(plan_t) :: plan
       type(response_t) :: response
@@ -61,22 +61,22 @@ contains
       associate (all_values => size(model%fit%value))
          n = fit_count(runner%scene, size(values))
          allocate (found(n), x(n), signal(all_values))
-         call first_values(model, values, found)
+         call find_start_values(model, values, found)
          x = coordinates_of(model, found)
          all_evaluations = 0
          sum_of_squares = huge(1.0_wp)
-         do i = 1, size(shares)
-            count = nint(shares(i)*real(all_values, wp))
+         do i = 1, size(fractions)
+            count = nint(fractions(i)*real(all_values, wp))
             if (count < min(max(2*n, 8), all_values)) cycle
             if (all_evaluations >= model%fit%evaluations) exit
-            model%integrates = jumps(model%fit%observed) .and. i < size(shares)
-            if (.not. jumps(model%fit%observed) .and. i == size(shares)) exit
-            call minimise(model, count, merge(final_tolerance, 1.0e-4_wp, i == size(shares) .or. &
+            model%integrates = jumps(model%fit%observed) .and. i < size(fractions)
+            if (.not. jumps(model%fit%observed) .and. i == size(fractions)) exit
+            call minimise(model, count, merge(final_tolerance, 1.0e-4_wp, i == size(fractions) .or. &
                (.not. jumps(model%fit%observed) .and. count == all_values)), x, &
                sum_of_squares, evaluations, model%fit%evaluations - all_evaluations)
             all_evaluations = all_evaluations + evaluations
             ! a parameter at the limit of its range is moved inside, so that it can leave the limit
-            if (i < size(shares)) x = coordinates_of(model, model%parameters_at(x))
+            if (i < size(fractions)) x = coordinates_of(model, model%parameters_at(x))
          end do
       end associate
       found = model%parameters_at(x)
@@ -91,13 +91,13 @@ contains
       extras(n + 2) = real(all_evaluations, wp)
    end subroutine fit_from
 
-   !> First values of the fitted parameters: those of the case, and the offset and scale that fit best with them.
-   subroutine first_values(model, values, found)
+   !> Start values of the fitted parameters: those of the case, and the offset and scale that fit best with them.
+   subroutine find_start_values(model, values, found)
       type(fit_model_t), intent(inout) :: model
       real(wp), intent(in) :: values(:)
       real(wp), intent(out) :: found(:)
 
-      real(wp) :: signal(size(model%fit%value)), mean, of_model, slope
+      real(wp) :: signal(size(model%fit%value)), measured_mean, model_mean, slope
       integer :: k, n
 
       found(:size(values)) = values
@@ -110,19 +110,19 @@ contains
       call model%find_signal(found, signal)
       if (allocated(model%reason)) return
       n = size(signal)
-      mean = 0.0_wp
-      of_model = 0.0_wp
-      if (model%fit%has_offset) mean = sum(model%fit%value)/real(n, wp)
-      if (model%fit%has_offset) of_model = sum(signal)/real(n, wp)
+      measured_mean = 0.0_wp
+      model_mean = 0.0_wp
+      if (model%fit%has_offset) measured_mean = sum(model%fit%value)/real(n, wp)
+      if (model%fit%has_offset) model_mean = sum(signal)/real(n, wp)
       slope = 1.0_wp
       if (model%fit%has_scale) then
-         associate (square => sum((signal - of_model)**2))
-            if (square > 0.0_wp) slope = sum((signal - of_model)*(model%fit%value - mean))/square
+         associate (square => sum((signal - model_mean)**2))
+            if (square > 0.0_wp) slope = sum((signal - model_mean)*(model%fit%value - measured_mean))/square
          end associate
          if (abs(slope) < 1.0e-3_wp) slope = 1.0_wp
          found(size(values) + merge(2, 1, model%fit%has_offset)) = min(max(slope, -99.0_wp), 99.0_wp)
       end if
-      if (model%fit%has_offset) found(size(values) + 1) = mean - slope*of_model
-   end subroutine first_values
+      if (model%fit%has_offset) found(size(values) + 1) = measured_mean - slope*model_mean
+   end subroutine find_start_values
 
 end module fit_start

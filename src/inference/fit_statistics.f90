@@ -23,21 +23,21 @@ module fit_statistics
       !> Covariance and correlation of the parameters; NaN for a parameter on which the signal does not depend
       real(wp), allocatable :: covariance(:, :)
       real(wp), allocatable :: correlation(:, :)
-      !> Condition of the Jacobian with columns scaled to length 1
+      !> Condition number of the Jacobian with columns scaled to length 1
       real(wp) :: condition = 1.0_wp
       !> Standard deviation of the noise, and the degrees of freedom of the residuals
       real(wp) :: noise = 0.0_wp
       integer :: freedom = 0
    end type certainty_t
 
-   !> A signal does not depend on a parameter whose whole range changes the signal by less than this share of its
-   !> standard deviation.
-   real(wp), parameter :: smallest_share = 1.0e-8_wp
-   !> Beyond this condition, within the errors of the derivatives, the signal depends only on combinations of
-   !> parameters.
-   real(wp), parameter :: largest_condition = 1.0e6_wp
+   !> A signal does not depend on a parameter whose range, from minimum to maximum, changes the signal by less than this
+   !> fraction of its standard deviation.
+   real(wp), parameter :: min_influence = 1.0e-8_wp
+   !> Condition number of the Jacobian beyond which, within the errors of the derivatives, the signal depends only on
+   !> combinations of parameters.
+   real(wp), parameter :: max_condition = 1.0e6_wp
    !> Minimum component of a parameter in the least certain direction for which the parameter counts as undetermined.
-   real(wp), parameter :: smallest_part = 0.1_wp
+   real(wp), parameter :: min_component = 0.1_wp
 
 contains
 
@@ -52,7 +52,7 @@ contains
       real(wp), intent(in) :: spread
       !> Signal minus model, over the relative noise of each value, [samples]
       real(wp), intent(in) :: residual(:)
-      !> Standard deviation of the noise, RMS of all values; 0: that of the residuals
+      !> Standard deviation of the noise, RMS of all values; 0: estimated from the residuals
       real(wp), intent(in) :: noise
       type(certainty_t), intent(out) :: certainty
 
@@ -64,7 +64,7 @@ contains
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       n = size(ranges)
       norm = [(norm2(jacobian(:, k)), k=1, n)]
-      allocate (certainty%has_influence(n), source=norm*ranges > smallest_share*spread*sqrt(real(size(residual), wp)))
+      allocate (certainty%has_influence(n), source=norm*ranges > min_influence*spread*sqrt(real(size(residual), wp)))
       allocate (certainty%is_determined, source=certainty%has_influence)
       allocate (certainty%error(n), certainty%half_width(n), certainty%covariance(n, n), certainty%correlation(n, n), &
          source=nan)
@@ -78,8 +78,8 @@ contains
       end do
       call find_singular(scaled, singular, vectors)
       certainty%condition = singular(1)/max(singular(size(places)), tiny(1.0_wp))
-      if (certainty%condition > largest_condition) then
-         certainty%is_determined(places) = abs(vectors(:, size(places))) < smallest_part
+      if (certainty%condition > max_condition) then
+         certainty%is_determined(places) = abs(vectors(:, size(places))) < min_component
       end if
       do j = 1, size(places)
          do i = 1, size(places)
@@ -118,7 +118,7 @@ contains
 
       integer, parameter :: blocks = 10
       real(wp) :: change(blocks), middle(blocks), norm(size(jacobian, 2))
-      logical :: is_there(blocks)
+      logical :: is_nonzero(blocks)
       integer :: b, first, k, last
 
       rate = 0.0_wp
@@ -133,9 +133,9 @@ contains
             if (norm(k) > 0.0_wp) change(b) = change(b) + sum((jacobian(first:last, k)/norm(k))**2)
          end do
       end do
-      is_there = change > 0.0_wp
-      if (count(is_there) < blocks/2) return
-      associate (t => pack(middle, is_there), growth => 0.5_wp*log(pack(change, is_there)))
+      is_nonzero = change > 0.0_wp
+      if (count(is_nonzero) < blocks/2) return
+      associate (t => pack(middle, is_nonzero), growth => 0.5_wp*log(pack(change, is_nonzero)))
          associate (mean => sum(t)/real(size(t), wp))
             rate = sum((t - mean)*growth)/sum((t - mean)**2)
          end associate
@@ -164,6 +164,7 @@ contains
       call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, vectors, columns, work, &
          size(work), integer_work, info)
       call resume_traps(traps)
+      ! DGEJSV scales the singular values to avoid overflow; the minimum avoids a division by 0
       singular = max(singular*(work(1)/work(2)), tiny(1.0_wp)**0.25_wp)
    end subroutine find_singular
 

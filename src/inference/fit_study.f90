@@ -75,7 +75,7 @@ contains
       type(plan_t), intent(out) :: plan
 
       character(kind=c_char), allocatable :: bytes(:)
-      integer :: room
+      integer :: byte_count
 
       call make_plan(scene, plan)
       plan%chunk_cases = 1
@@ -83,8 +83,8 @@ contains
       plan%extras = extras_of_fit(fit_count(scene, size(plan%axes)))
       plan%run => fit_from
       associate (signal => [scene%fit%time, scene%fit%value, scene%fit%noise_of_value])
-         room = size(signal)*storage_size(1.0_wp)/8
-         allocate (bytes(room))
+         byte_count = size(signal)*storage_size(1.0_wp)/8
+         allocate (bytes(byte_count))
          bytes(:) = transfer(signal, bytes)
       end associate
       plan%remark = 'signal, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
@@ -131,8 +131,8 @@ contains
       !> In: results of the starts; out: all other components
       type(fit_t), intent(inout) :: fit
 
-      !> Residuals below this share of the signal's standard deviation are rounding errors
-      real(wp), parameter :: smallest_rest = 1.0e-8_wp
+      !> Residuals below this fraction of the standard deviation of the signal are rounding errors
+      real(wp), parameter :: rounding_residual = 1.0e-8_wp
       integer, parameter :: passes = 3
       !> A motion counts as chaotic if small changes of parameters grow by more than this power of e over the signal;
       !> changes that are proportional to time grow by less
@@ -150,7 +150,7 @@ contains
       call start_plan(scene, plan, runner)
       call start_model(scene, plan, runner, sets, model)
       best = minloc(fit%sums, dim=1, mask=.not. ieee_is_nan(fit%sums))
-      ! minimise once more, because the first minimisation ends at steps that fit its start
+      ! minimise once more from the end of the best fit, because its differences used steps that suited its start
       x = coordinates_of(model, fit%ended(:, best))
       call minimise(model, size(scene%fit%value), final_tolerance, x, sum_of_squares, evaluations, &
          scene%fit%evaluations)
@@ -169,8 +169,8 @@ contains
       step = 0.0_wp
       do i = 1, passes
          call find_jacobian(model, fit%values, fit%model, step, jacobian)
-         ! the step of each derivative is the change of the parameter that the noise hides; events that appear or
-         ! disappear within a smaller change do not spoil the derivative then
+         ! the step of each parameter changes the signal by as much as the noise, so that the derivative averages over
+         ! events that appear or disappear within a smaller change
          noise = norm2(scene%fit%value - fit%model)/sqrt(real(size(fit%model), wp))
          do k = 1, size(step)
             step(k) = noise/max(norm2(jacobian(:, k)), tiny(1.0_wp))
@@ -180,10 +180,10 @@ contains
       allocate (residual, source=(scene%fit%value - fit%model)/relative_noise)
       call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
          residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
-      fit%is_exact = fit%certainty%noise < smallest_rest*model%spread
+      fit%is_exact = fit%certainty%noise < rounding_residual*model%spread
       if (.not. is_feature(scene%fit%observed)) fit%growth_rate = growth_rate(scene%fit%time, &
          jacobian(:, pack([(k, k=1, size(step))], fit%certainty%is_determined)))
-      noise = max(fit%certainty%noise, smallest_rest*model%spread)
+      noise = max(fit%certainty%noise, rounding_residual*model%spread)
       associate (time => scene%fit%time)
          if (fit%growth_rate*(time(size(time)) - time(1)) > chaotic) fit%horizon = time(1) + &
             log(max(model%spread/noise, 1.0_wp))/fit%growth_rate

@@ -56,7 +56,7 @@ contains
       class(residuals_t), target, intent(inout) :: residuals
       !> Number of residuals, at least as many as coordinates
       integer, intent(in) :: count
-      !> The search ends if the sum of squares or the point changes by less than this share
+      !> The search ends if the relative change of the sum of squares or of the point is less than this
       real(wp), intent(in) :: tolerance
       !> In: start; out: minimum
       real(wp), contiguous, intent(inout) :: x(:)
@@ -83,7 +83,7 @@ contains
       sum_of_squares = sum(residual**2)
    end subroutine minimise
 
-   !> Evaluate the residuals, called by lmdif.
+   !> Evaluate the residuals; lmdif calls this function.
    function evaluate_for_c(p, m, n, x, fvec, iflag) result(status) bind(c)
       !> Address of a `handle_t`
       type(c_ptr), value :: p

@@ -68,9 +68,9 @@ contains
          sqrt(max(fourth - sample%deviation**4, 0.0_wp)/n)/(2.0_wp*sample%deviation)
       do k = 1, size(probabilities)
          associate (p => probabilities(k))
-            sample%quantile(k) = at_share(sorted, p)
+            sample%quantile(k) = quantile_of(sorted, p)
             associate (spread => half_width*sqrt(p*(1.0_wp - p)/n))
-               sample%quantile_error(k) = 0.5_wp*(at_share(sorted, p + spread) - at_share(sorted, p - spread))
+               sample%quantile_error(k) = 0.5_wp*(quantile_of(sorted, p + spread) - quantile_of(sorted, p - spread))
             end associate
          end associate
       end do
@@ -87,18 +87,18 @@ contains
       end do
    end subroutine find_sample_statistics
 
-   !> Value below which a share of a sorted sample lies, interpolated linearly.
-   pure function at_share(sorted, share) result(value)
+   !> Quantile of a sorted sample, interpolated linearly.
+   pure function quantile_of(sorted, probability) result(value)
       real(wp), intent(in) :: sorted(:)
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: probability
       real(wp) :: value
 
       real(wp) :: place
       integer :: k
 
-      place = min(max(share*real(size(sorted), wp) + 0.5_wp, 1.0_wp), real(size(sorted), wp))
+      place = min(max(probability*real(size(sorted), wp) + 0.5_wp, 1.0_wp), real(size(sorted), wp))
       k = min(int(place), size(sorted) - 1)
       value = sorted(k) + (place - real(k, wp))*(sorted(k + 1) - sorted(k))
-   end function at_share
+   end function quantile_of
 
 end module sample_statistics

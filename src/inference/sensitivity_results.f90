@@ -16,7 +16,7 @@ module sensitivity_results
    private
    public :: sensitivity_t, write_sensitivity, print_sensitivity
 
-   integer, parameter :: text_room = 60
+   integer, parameter :: max_text_length = 60
 
    !> A derivative for each pair of a measure and a parameter.
    type :: sensitivity_t
@@ -39,7 +39,7 @@ contains
       type(sensitivity_t), intent(in) :: sensitivity
 
       character(*), parameter :: along = 'pair', unit = "the measure's over the parameter's", none = '1'
-      character(text_room), allocatable :: texts(:)
+      character(max_text_length), allocatable :: texts(:)
       type(derivative_t), allocatable :: derivative(:)
       integer, allocatable :: parameter(:), measure(:)
       integer :: i, parameters, pairs
@@ -86,7 +86,7 @@ contains
    !> A text padded to the common length of lists.
    pure function text_of(words) result(text)
       character(*), intent(in) :: words
-      character(text_room) :: text
+      character(max_text_length) :: text
 
       text = words
    end function text_of
@@ -96,7 +96,7 @@ contains
       type(quantity_group_t), intent(in) :: group
       !> Index in `measure_table`
       integer, intent(in) :: measure
-      character(text_room) :: name
+      character(max_text_length) :: name
 
       name = group%named(measure_table(measure)%name)
    end function named
@@ -108,7 +108,7 @@ contains
       integer, intent(in) :: measure
       !> Quantity of the parameter; empty: dimensionless
       character(*), intent(in) :: quantity
-      character(text_room) :: unit
+      character(max_text_length) :: unit
 
       character(:), allocatable :: own
 
@@ -137,7 +137,7 @@ contains
       type(sensitivity_t), intent(in) :: sensitivity
 
       type(table_t) :: table
-      character(text_room), allocatable :: texts(:)
+      character(max_text_length), allocatable :: texts(:)
       character(:), allocatable :: name
       type(units_t) :: units
       integer :: i, k
@@ -192,8 +192,8 @@ contains
             case (derivative_exists)
                cycle
             case (derivative_differs)
-               words = 'no derivative: '//side_in_words(derivative%above, derivative%above_settles)// &
-                  ' from above and '//side_in_words(derivative%below, derivative%below_settles)//' from below'
+               words = 'no derivative: '//side_in_words(derivative%above, derivative%above_converges)// &
+                  ' from above and '//side_in_words(derivative%below, derivative%below_converges)//' from below'
                if (sensitivity%impacts_change(k) /= 0) words = words//', where impacts come or go'
             case (derivative_unknown)
                words = 'no derivative: the measure is not there beside this value'
@@ -209,7 +209,7 @@ contains
 
    contains
 
-      !> Is a parameter at its minimum or maximum?
+      !> Whether a parameter is at its minimum or maximum.
       pure logical function is_at_limit(parameter)
          integer, intent(in) :: parameter
 

@@ -98,7 +98,7 @@ contains
       end associate
    end subroutine plan_steps
 
-   !> First step of each parameter: a share of its value or, if the value is 0, of one unit.
+   !> First step of each parameter: a fraction of its value or, if the value is 0, of one dimensionless unit.
    pure function first_steps(scene) result(step)
       !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
@@ -192,7 +192,7 @@ contains
 
    contains
 
-      !> Is a value of a parameter within its range?
+      !> Whether a value of a parameter is within its range.
       elemental logical function is_within(value, parameter)
          real(wp), intent(in) :: value
          integer, intent(in) :: parameter

@@ -68,44 +68,45 @@ contains
       end do
    end subroutine distribute
 
-   !> Share of the range below each value.
-   pure function shares_of_range(axis) result(share)
+   !> Cumulative probability of each value in the uniform distribution over the range.
+   pure function cumulative_probabilities(axis) result(probability)
       type(axis_t), intent(in) :: axis
-      real(wp) :: share(size(axis%values))
+      real(wp) :: probability(size(axis%values))
 
       real(wp), parameter :: nearest = 1.0e-12_wp
 
       if (axis%is_logarithmic) then
-         share = log(axis%values/axis%minimum)/log(axis%maximum/axis%minimum)
+         probability = log(axis%values/axis%minimum)/log(axis%maximum/axis%minimum)
       else
-         share = (axis%values - axis%minimum)/(axis%maximum - axis%minimum)
+         probability = (axis%values - axis%minimum)/(axis%maximum - axis%minimum)
       end if
-      share = min(max(share, nearest), 1.0_wp - nearest)
-   end function shares_of_range
+      probability = min(max(probability, nearest), 1.0_wp - nearest)
+   end function cumulative_probabilities
 
    !> Distribute a parameter normally (lognormally if its range is logarithmic) with 95 % of the values in the range.
    !> The distribution is truncated at four standard deviations, and at 0 if the range is on one side of 0.
    subroutine distribute_normally(axis)
       type(axis_t), intent(inout) :: axis
 
-      real(wp), parameter :: widest = 4.0_wp
+      real(wp), parameter :: max_deviations = 4.0_wp
       real(wp) :: deviation, maximum, minimum, mean
 
-      associate (share => shares_of_range(axis))
+      associate (probability => cumulative_probabilities(axis))
          if (axis%is_logarithmic) then
             axis%distribution = 'lognormal'
             mean = 0.5_wp*log(axis%minimum*axis%maximum)
             deviation = 0.5_wp*log(axis%maximum/axis%minimum)/half_width
-            axis%values = exp(quantile_within(share, mean, deviation, mean - widest*deviation, mean + widest*deviation))
+            axis%values = exp(quantile_within(probability, mean, deviation, mean - max_deviations*deviation, mean + &
+               max_deviations*deviation))
          else
             axis%distribution = 'normal'
             mean = 0.5_wp*(axis%minimum + axis%maximum)
             deviation = 0.5_wp*(axis%maximum - axis%minimum)/half_width
-            minimum = mean - widest*deviation
-            maximum = mean + widest*deviation
+            minimum = mean - max_deviations*deviation
+            maximum = mean + max_deviations*deviation
             if (axis%minimum >= 0.0_wp) minimum = max(minimum, 0.0_wp)
             if (axis%maximum <= 0.0_wp) maximum = min(maximum, 0.0_wp)
-            axis%values = quantile_within(share, mean, deviation, minimum, maximum)
+            axis%values = quantile_within(probability, mean, deviation, minimum, maximum)
          end if
       end associate
       axis%distribution = trim(axis%distribution)//', 95 % there'
@@ -128,7 +129,7 @@ contains
       if (size(axes) == 0) return
       allocate (scores(plan%cases, size(axes)))
       do k = 1, size(axes)
-         scores(:, k) = normal_quantile(shares_of_range(plan%axes(axes(k))))
+         scores(:, k) = normal_quantile(cumulative_probabilities(plan%axes(axes(k))))
       end do
       allocate (factor(size(axes), size(axes)), source=estimate%covariance(of_fit(axes), of_fit(axes)))
       call factorise(factor)

@@ -13,7 +13,7 @@ module uncertainty_results
    private
    public :: uncertainty_t, print_uncertainty
 
-   integer, parameter :: text_room = 40
+   integer, parameter :: max_text_length = 40
 
    type, extends(summary_t) :: uncertainty_t
       !> Indices of the measures in `measure_table`
@@ -35,7 +35,7 @@ contains
 
       type(quantity_group_t) :: classes, group, part
       character(*), parameter :: along = 'measure', own = "the measure's"
-      character(text_room) :: names(size(self%measures)), units(size(self%measures))
+      character(max_text_length) :: names(size(self%measures)), units(size(self%measures))
       character(:), allocatable :: unit
       integer :: i, k
 
@@ -80,7 +80,7 @@ contains
       type(uncertainty_t), intent(in) :: uncertainty
 
       type(table_t) :: table
-      character(text_room), allocatable :: names(:), measured_in(:)
+      character(max_text_length), allocatable :: names(:), measured_in(:)
       real(wp) :: quantiles(size(uncertainty%measures))
       integer :: i, k
 

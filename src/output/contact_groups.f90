@@ -1,5 +1,5 @@
 !> The group `surfaces` of a results file, for a beam with other contacts than a single stop below it: position, side,
-!> histories and measures of each contact.
+!> histories and measures of each contact. Users read the word surface for a contact.
 module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table

@@ -40,7 +40,7 @@ contains
          lambda(:size(table%columns(i)%lambda), i) = table%columns(i)%lambda
       end do
       if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
-      call find_hertz(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
+      call choose_frequency_unit(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
       if (size(table%columns) == 1) then
          call print_column()
       else
@@ -56,6 +56,7 @@ contains
 
    contains
 
+      !> Print the values of a single column with their errors.
       subroutine print_column()
          type(table_t) :: shown
 
@@ -101,7 +102,7 @@ contains
    end subroutine print_frequency_table
 
    !> Factor from lambda^2 to a frequency, and the unit of that frequency, chosen to suit the first mode.
-   pure subroutine find_hertz(lambda, units, factor, frequency_unit)
+   pure subroutine choose_frequency_unit(lambda, units, factor, frequency_unit)
       !> Lambda of the first mode, or no element if there is no mode
       real(wp), intent(in) :: lambda(:)
       !> Units of the results
@@ -115,7 +116,7 @@ contains
       hertz = units%factor(quantity_named('frequency'))/lambda1**2
       call choose_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
       factor = hertz*factor
-   end subroutine find_hertz
+   end subroutine choose_frequency_unit
 
    !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
    subroutine print_notes(unit, table)

@@ -271,6 +271,7 @@ contains
       self%name_of_scale = name
    end subroutine open_scale
 
+   !> Write an attribute, a value or a list of values.
    subroutine write_attribute(self, object, name, type, address, length)
       class(hdf5_file_t), intent(inout) :: self
       !> Group or dataset

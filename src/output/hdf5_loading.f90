@@ -83,6 +83,7 @@ contains
       self%is_good = self%is_open
    end subroutine open_file
 
+   !> Close the file, if it is open.
    subroutine close_source(self)
       class(hdf5_source_t), intent(inout) :: self
 
@@ -151,6 +152,7 @@ contains
       end do
    end subroutine load_texts
 
+   !> Read a dataset of the expected size into memory.
    subroutine load_dataset(self, name, type, expected, address)
       class(hdf5_source_t), intent(inout) :: self
       character(*), intent(in) :: name

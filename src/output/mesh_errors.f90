@@ -29,8 +29,9 @@ module mesh_errors
 
 contains
 
-   !> Estimate the discretisation error of a measure and its order of convergence. If the two finer meshes differ hardly
-   !> less than the two coarser meshes, chatter dominates the discretisation error and an estimate would be random.
+   !> Estimate the discretisation error of a measure and its order of convergence. If the difference of the two finer
+   !> meshes is not clearly smaller than that of the two coarser ones, the effect of chatter exceeds the discretisation
+   !> error, and an estimate would be random.
    elemental subroutine estimate_mesh_error(value, finer, finest, is_whole, error, order)
       !> Values on the three meshes; NaN: the event of the measure did not happen
       real(wp), intent(in) :: value
@@ -98,7 +99,7 @@ contains
 
       type(table_t) :: table
       character(64) :: labels(measure_count)
-      character(24) :: settled(measure_count)
+      character(24) :: estimated(measure_count)
       character(:), allocatable :: prefixed_unit
       real(wp), dimension(measure_count) :: factors, max_error
       integer, allocatable :: shown(:)
@@ -118,7 +119,7 @@ contains
             if (i == measure_mean_force) labels(i) = trim(labels(i))//phrase(units, ', first ', 'time', force_window)
             max_error(i) = ieee_value(1.0_wp, ieee_quiet_nan)
             if (any(known)) max_error(i) = factors(i)*maxval(errors%error(i, :), mask=known)
-            settled(i) = to_text(count(known))//' of '//to_text(cases)
+            estimated(i) = to_text(count(known))//' of '//to_text(cases)
          end associate
       end do
       call add_texts(table, 'measure', labels(shown))
@@ -132,7 +133,7 @@ contains
          write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
          call add_numbers(table, 'maximum error', max_error(shown), with_exponent, none='none')
-         call add_texts(table, 'settled', settled(shown))
+         call add_texts(table, 'settled', estimated(shown))
       end if
       call print_table(unit, table)
    end subroutine print_mesh_errors

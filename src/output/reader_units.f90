@@ -1,4 +1,5 @@
-!> Values with units for people. The prefix of a unit, such as the m of mm, leaves few digits before the decimal point.
+!> Numbers with units as texts for readers. The prefix of a unit, such as the m of mm, is chosen so that few digits
+!> stand before the decimal point.
 module reader_units
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp

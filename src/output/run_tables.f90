@@ -144,7 +144,8 @@ contains
       write (unit, '()')
       do i = 1, measure_count
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
-            .not. is_told(measures, i) .or. .not. decays .and. any(i == [measure_settling, measure_decay])) cycle
+            .not. prints_absence(measures, i)) cycle
+         if (.not. decays .and. any(i == [measure_settling, measure_decay])) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
             //window_in_words(i))
@@ -171,8 +172,7 @@ contains
             //' more')
       end subroutine print_rebounds
 
-      !> What the force of a rigid stop is averaged over, such as ' over the first 12 ms of an episode'; empty for other
-      !> measures.
+      !> Averaging time of the force of a rigid stop, such as ' over the first 12 ms of an episode'; else empty.
       pure function window_in_words(measure) result(words)
          !> Index in `measure_table`
          integer, intent(in) :: measure
@@ -220,19 +220,19 @@ contains
       text = to_text(short)
    end function with_two_digits
 
-   !> Is it printed that an event of &relay did not happen? Each measure of another group is printed only if it is
-   !> defined.
-   pure function is_told(measures, measure)
+   !> Whether it is printed that an event of &relay did not happen. Each measure of another group is printed only if it
+   !> is defined.
+   pure function prints_absence(measures, measure)
       type(run_measures_t), intent(in) :: measures
       !> Index in `measure_table`
       integer, intent(in) :: measure
-      logical :: is_told
+      logical :: prints_absence
 
-      is_told = .false.
+      prints_absence = .false.
       if (.not. allocated(measures%closing)) return
-      is_told = measure_table(measure)%name == 'final_closing' &
+      prints_absence = measure_table(measure)%name == 'final_closing' &
          .or. measures%closing%has_lasting_force .and. measure_table(measure)%name == 'force_lasts'
-   end function is_told
+   end function prints_absence
 
    !> A measure in words, such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
    pure function measure_in_words(measure, value, duration, units, has_rigid_force) result(words)

@@ -33,7 +33,7 @@ module file_system
          integer(c_int) :: process
       end function posix_getpid
 
-      !> POSIX: is the descriptor a terminal?
+      !> POSIX: whether the descriptor is a terminal.
       function posix_isatty(descriptor) bind(c, name='isatty') result(answer)
          import :: c_int
          implicit none (type, external)
