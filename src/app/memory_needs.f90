@@ -11,6 +11,7 @@ module memory_needs
    private
    public :: memory_need_t, check_need, add_need, add_modes, add_samples, number_in_words, overhead, bytes_of_number
 
+   !> Bytes of a real number.
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Bytes of libraries and small arrays.
    real(wp), parameter :: overhead = 1.6e7_wp

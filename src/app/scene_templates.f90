@@ -4,6 +4,7 @@ module scene_templates
    private
    public :: template_kinds, template_text
 
+   !> Kinds of template scenes; the constants of these names are their lines.
    character(*), parameter :: template_kinds(4) = [character(5) :: 'beam', 'relay', 'tube', 'reed']
 
    character(*), parameter :: beam(*) = [character(80) :: &

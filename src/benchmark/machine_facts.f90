@@ -7,6 +7,7 @@ module machine_facts
    private
    public :: processor_name, compiler_name, options_of_compiler, kind_of_build, peak_memory, reset_peak_memory
 
+   !> Maximum length of a line of the files in /proc.
    integer, parameter :: line_length = 256
 
    interface

@@ -70,6 +70,7 @@ module precision_types
 
    !> Run time and error of one frequency solver on one mesh.
    type :: solver_entry_t
+      !> Name of the solver, number of elements of the mesh
       character(name_length) :: solver = ''
       integer :: elements = 0
       !> Ratio of the lengths of neighbouring elements

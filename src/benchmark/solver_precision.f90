@@ -29,22 +29,22 @@ contains
       real(wp), allocatable :: exact(:)
       integer :: i, j, count, entry_index
 
-      associate (asked => scene%frequencies)
-         count = asked%count
+      associate (requested => scene%frequencies)
+         count = requested%count
          if (count == 0) count = default_count
-         if (asked%reference == reference_exact) then
+         if (requested%reference == reference_exact) then
             call find_exact(scene, count, exact, error)
             if (allocated(error)) return
          end if
-         allocate (study%solvers(size(asked%mesh_elements)*size(asked%solver)))
+         allocate (study%solvers(size(requested%mesh_elements)*size(requested%solver)))
          entry_index = 0
-         do j = 1, size(asked%solver)
-            do i = 1, size(asked%mesh_elements)
+         do j = 1, size(requested%solver)
+            do i = 1, size(requested%mesh_elements)
                entry_index = entry_index + 1
                associate (entry => study%solvers(entry_index))
-                  entry%solver = solver_names(asked%solver(j))
-                  entry%elements = asked%mesh_elements(i)
-                  entry%ratio = asked%mesh_ratios(i)
+                  entry%solver = solver_names(requested%solver(j))
+                  entry%elements = requested%mesh_elements(i)
+                  entry%ratio = requested%mesh_ratios(i)
                   task%scene = scene
                   task%action = task_assembly
                   task%elements = entry%elements
@@ -52,7 +52,7 @@ contains
                   call task%run(error)
                   if (allocated(error)) return
                   task%action = task_solver
-                  task%solver = asked%solver(j)
+                  task%solver = requested%solver(j)
                   ! a mesh has two degrees of freedom, and so two modes, for each element
                   task%mode_count = min(count, 2*entry%elements)
                   call measure_time(task, scene%precision, entry%timing, solver_error)

@@ -24,6 +24,7 @@ module pinned_coordinates
 
    !> A bend within an element, plus a rigid-body rotation of the beam.
    type :: bend_t
+      !> Number of the element that bends; 0: the beam does not bend
       integer :: element = 0
       !> Curvature at the left and at the right node of the element, times the length of the element
       real(wp) :: left = 0.0_wp

@@ -156,7 +156,7 @@ contains
       real(wp), intent(out) :: error
 
       ! the changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
-      integer, parameter :: extrapolations = 2, smallest_steps = 3
+      integer, parameter :: extrapolations = 2, last_steps = 3
       real(wp) :: table(size(estimates), 0:size(estimates) - 1), change, error_of_values
       integer :: j, k, n
 
@@ -171,7 +171,7 @@ contains
       end do
       error_of_values = rounding
       associate (last => min(extrapolations, n - 1))
-         do k = max(last + 2, n - smallest_steps + 1), n
+         do k = max(last + 2, n - last_steps + 1), n
             change = abs(table(k, last) - table(k - 1, last))*h(k)
             if (ieee_is_finite(change)) error_of_values = max(error_of_values, change)
          end do

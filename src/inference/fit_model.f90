@@ -22,6 +22,7 @@ module fit_model
    private
    public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, max_name_length
 
+   !> Maximum length of the name of a parameter.
    integer, parameter :: max_name_length = 48
 
    !> Model of a signal as a function for the least-squares method.

@@ -175,13 +175,13 @@ contains
       !> Probability; NaN: there are too few residuals, or all vanish
       real(wp) :: probability
 
-      integer, parameter :: most_lags = 20
+      integer, parameter :: max_lags = 20
       real(wp) :: centred(size(residual)), sum_of_squares, statistic, term
       integer :: k, lags, n
 
       n = size(residual)
       ! for an even number of degrees of freedom the probability is a finite sum
-      lags = min(most_lags, 2*(n/10))
+      lags = min(max_lags, 2*(n/10))
       probability = ieee_value(1.0_wp, ieee_quiet_nan)
       centred = residual - sum(residual)/real(n, wp)
       sum_of_squares = sum(centred**2)

@@ -266,14 +266,14 @@ contains
       !> Derivatives, [samples, fitted parameters]
       real(wp), allocatable, intent(out) :: jacobian(:, :)
 
-      real(wp), parameter :: smallest_step = 1.0e-5_wp, largest_step = 0.01_wp
+      real(wp), parameter :: min_relative_step = 1.0e-5_wp, max_relative_step = 0.01_wp
       real(wp) :: above(size(signal)), below(size(signal)), moved(size(values)), lower, upper
       integer :: k
 
       allocate (jacobian(size(signal), size(values)))
       do k = 1, size(values)
-         associate (h => min(max(step(k), smallest_step*max(abs(values(k)), 1.0e-3_wp*(model%maximum(k) - &
-            model%minimum(k)))), largest_step*(model%maximum(k) - model%minimum(k))))
+         associate (h => min(max(step(k), min_relative_step*max(abs(values(k)), 1.0e-3_wp*(model%maximum(k) - &
+            model%minimum(k)))), max_relative_step*(model%maximum(k) - model%minimum(k))))
             upper = min(values(k) + h, model%maximum(k))
             lower = max(values(k) - h, model%minimum(k))
          end associate

@@ -52,7 +52,7 @@ module least_squares
 contains
 
    !> Find a local minimum of the sum of squares from a point.
-   subroutine minimise(residuals, count, tolerance, x, sum_of_squares, evaluations, most_evaluations)
+   subroutine minimise(residuals, count, tolerance, x, sum_of_squares, evaluations, max_evaluations)
       class(residuals_t), target, intent(inout) :: residuals
       !> Number of residuals, at least as many as coordinates
       integer, intent(in) :: count
@@ -63,7 +63,7 @@ contains
       real(wp), intent(out) :: sum_of_squares
       !> Number of evaluations used, and maximum number
       integer, intent(out) :: evaluations
-      integer, intent(in) :: most_evaluations
+      integer, intent(in) :: max_evaluations
 
       real(c_double), parameter :: first_step = 1.0_c_double
       !> Relative error of residuals, from which lmdif chooses the steps of its differences
@@ -75,7 +75,7 @@ contains
       handle%residuals => residuals
       allocate (residual(count), jacobian(count, size(x)), work(size(x), 5), last(count))
       info = lmdif(c_funloc(evaluate_for_c), c_loc(handle), int(count, c_int), int(size(x), c_int), x, residual, &
-         tolerance, tolerance, 0.0_c_double, int(most_evaluations, c_int), error_of_residuals, work(:, 1), 1_c_int, &
+         tolerance, tolerance, 0.0_c_double, int(max_evaluations, c_int), error_of_residuals, work(:, 1), 1_c_int, &
          first_step, 0_c_int, used, jacobian, int(count, c_int), pivot, work(:, 2), work(:, 3), work(:, 4), &
          work(:, 5), &
          last)

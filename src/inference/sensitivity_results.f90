@@ -16,6 +16,7 @@ module sensitivity_results
    private
    public :: sensitivity_t, write_sensitivity, print_sensitivity
 
+   !> Maximum length of the texts in the results file.
    integer, parameter :: max_text_length = 60
 
    !> A derivative for each pair of a measure and a parameter.

@@ -15,6 +15,7 @@ module uncertain_values
 
    !> Estimates of a fit, and their covariance.
    type :: estimate_t
+      !> Names of the fitted parameters, their estimates and covariance, [parameters]
       character(max_name_length), allocatable :: names(:)
       real(wp), allocatable :: values(:)
       real(wp), allocatable :: covariance(:, :)

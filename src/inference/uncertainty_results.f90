@@ -13,6 +13,7 @@ module uncertainty_results
    private
    public :: uncertainty_t, print_uncertainty
 
+   !> Maximum length of names and units in the results file.
    integer, parameter :: max_text_length = 40
 
    type, extends(summary_t) :: uncertainty_t

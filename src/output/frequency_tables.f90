@@ -13,6 +13,7 @@ module frequency_tables
    public :: print_frequency_table
 
    character, parameter :: line_end = new_line('a')
+   !> Decimals of lambda and of dimensionless frequencies.
    integer, parameter :: decimals = 6
 
 contains

@@ -20,6 +20,7 @@ module hdf5_loading
    integer, parameter :: max_name_length = 64
    !> A member of a group: a dataset or a subgroup.
    type :: member_t
+      !> Name of the member in its group
       character(max_name_length) :: name = ''
       !> Number of its values; -1: the member is a subgroup
       integer(hsize_t) :: points = -1_hsize_t
@@ -30,6 +31,7 @@ module hdf5_loading
    !> A file open for reading.
    type :: hdf5_source_t
       private
+      !> Identifier of the file
       integer(hid_t) :: id = -1_hid_t
       logical :: is_open = .false.
       !> Whether the file was opened and no later call has failed

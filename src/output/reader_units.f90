@@ -12,6 +12,7 @@ module reader_units
    !> A prefix and its power of ten.
    type :: prefix_t
       character(2) :: text
+      !> Power of ten
       integer :: decade
    end type prefix_t
 
@@ -21,6 +22,7 @@ module reader_units
       character(7) :: prefixes
    end type symbol_t
 
+   !> All prefixes, in descending order.
    type(prefix_t), parameter :: prefixes(*) = [prefix_t('G', 9), prefix_t('M', 6), prefix_t('k', 3), prefix_t('', 0), &
       prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
    !> One letter for each of `prefixes`: u stands for the micro sign, - for no prefix.

@@ -21,6 +21,7 @@ module results_file
    private
    public :: write_results, results_name, begin_results, expected_size, finish_results, write_header, write_groups
 
+   !> Attribute `conventions` of the file: the definitions of dimensionless quantities.
    character(*), parameter :: conventions = &
       'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
       //'omega1 = 1.8751040687^2 sqrt(E Ibar/(rho Abar L^4)) of the uniform beam of mean height without tip mass; ' &
@@ -28,6 +29,7 @@ module results_file
       //'contact force Pbar = hbar L^2 P/(1.8751040687^4 (y_c(0) - d) E Ibar); mass in rho Abar L, ' &
       //'so impulses in rho Abar L omega1 (y_c(0) - d) and energies in rho Abar L omega1^2 (y_c(0) - d)^2; ' &
       //'in_scene_units: one unit of a dataset in the units of the scene'
+   !> Beginning of this attribute in a file with units.
    character(*), parameter :: conventions_in_units = &
       'in_scene_units: by that a dataset was multiplied to be in its units; divided by it, it is dimensionless: '
 

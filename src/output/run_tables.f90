@@ -35,6 +35,7 @@ module run_tables
    !> Maximum number of rebounds that are listed; of further rebounds only the number is printed.
    integer, parameter :: max_peaks = 12
 
+   !> Columns of the table of contacts.
    type(measure_column_t), parameter :: contact_columns(*) = [ &
       measure_column_t('impacts', 'impacts'), &
       measure_column_t('contacts', 'contacts'), &
@@ -44,6 +45,7 @@ module run_tables
       measure_column_t('greatest_mean_force', 'mean force'), &
       measure_column_t('greatest_impulse', 'maximum impulse')]
 
+   !> Columns of the table of &statistics.
    type(measure_column_t), parameter :: statistic_columns(*) = [ &
       measure_column_t('mean_force', 'mean force'), &
       measure_column_t('rms_force', 'RMS force'), &

@@ -12,6 +12,7 @@ module table_columns
    public :: whole, six_digits, with_exponent, percent, all_digits
 
    character, parameter :: line_end = new_line('a')
+   !> Maximum lengths of the text in a cell and of a heading.
    integer, parameter :: max_text_length = 200, max_heading_length = 120
    !> Width of the label before a line of text
    integer, parameter :: label_width = 20

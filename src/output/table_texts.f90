@@ -9,6 +9,7 @@ module table_texts
    private
    public :: growing_text_t, table_formats, beginning_of, value_count, write_csv, write_json
 
+   !> Formats of table files, by the extension of their names.
    character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
    character, parameter :: line_end = new_line('a')
 

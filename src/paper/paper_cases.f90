@@ -52,6 +52,7 @@ module paper_cases
 
    !> A variant of computing motion: mesh, integration method, kind of impulse and mass matrix.
    type :: variant_t
+      !> Name in tables
       character(24) :: name = ''
       !> Number of elements of equal length
       integer :: elements = 8

@@ -16,6 +16,7 @@ module statements_study
    private
    public :: judge_statements, study_t
 
+   !> Number of series, one for each `vary_` constant.
    integer, parameter :: series_count = 7
 
    !> The statements and the results on which they are based.

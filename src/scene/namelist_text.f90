@@ -20,7 +20,7 @@ module namelist_text
    !> longer file therefore has an unknown or a repeated name before the limit, and this name is reported.
    integer, parameter :: max_parsed = 10000
 
-   !> An item, name = values; `first` and `last` are the positions of its name in the text
+   !> An item, name = values: first and last position of its name in the text, line, and index of its group
    type :: item_t
       integer :: first = 1
       integer :: last = 0
@@ -31,7 +31,7 @@ module namelist_text
       integer :: last_value = 0
    end type item_t
 
-   !> A group, &name ... /; `first` and `last` are the positions of its name in the text
+   !> A group, &name ... /: first and last position of its name in the text, and line
    type :: group_t
       integer :: first = 1
       integer :: last = 0

@@ -31,6 +31,7 @@ module scene_groups
    private
    public :: list_scene, list_group, copy_changes_to_scene
 
+   !> Names of Newmark's schemes (`newmark_scheme` of &response).
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
    !> Newmark's beta of each scheme
@@ -69,6 +70,7 @@ module scene_groups
    type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
 
+   !> Meaning of `displacement_scale` of &scene.
    character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
       //'maximum distance of a stop that is given in units, else the mean height'
 

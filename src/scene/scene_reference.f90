@@ -16,6 +16,7 @@ module scene_reference
    private
    public :: make_echo, reference_t, list_names, hint_for_group
 
+   !> Names of the components of `scales_t` in the echo.
    character(*), parameter :: names_of_scales(6) = [character(17) :: &
       'length', 'omega1', 'bending_stiffness', 'beam_mass', 'height_ratio', 'displacement']
 

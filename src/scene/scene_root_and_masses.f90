@@ -17,6 +17,7 @@ module scene_root_and_masses
    ! Condition that several names have in common: springs restrain a clamped root
    type(condition_t), parameter :: elastic_clamp = condition_t(name='kind', words='clamped')
 
+   !> Allowed ratios of masses and of rotary inertias.
    type(range_t), parameter :: mass_range = range_t(0.0_wp, 1.0e6_wp)
 
 contains

@@ -45,6 +45,7 @@ module scene_rules
       exclusion_t('precision', 'response sweep best cases sensitivity stress output', ', which has runs of its own', &
       excludes_requests=.true.)]
 
+   !> Other exclusions, which are checked after the demands.
    type(exclusion_t), parameter :: exclusions(*) = [ &
       exclusion_t('sweep', 'frequencies cases', '; give it a scene of its own'), &
       exclusion_t('sweep', 'output', &
@@ -58,6 +59,7 @@ module scene_rules
       exclusion_t('body', 'statistics spectrum relay poincare frequency_response', ' yet'), &
       exclusion_t('sensitivity', 'output', ', which keeps measures alone')]
 
+   !> Messages that several demands have in common.
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 

@@ -22,7 +22,7 @@ module signal_file
       !> Times, ascending, and values, [samples]
       real(wp), allocatable :: time(:)
       real(wp), allocatable :: value(:)
-      !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not asked for
+      !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not requested
       real(wp), allocatable :: noise(:)
       !> Units of times and values as in the file; empty: the file has none
       character(max_unit_length) :: time_unit = ''
@@ -41,7 +41,7 @@ contains
    !> Read two or three columns of a file.
    subroutine read_signal(file, columns, signal, problem)
       character(*), intent(in) :: file
-      !> Columns of the time, of the value and, if asked for, of the standard deviation of its noise
+      !> Columns of the time, of the value and, if requested, of the standard deviation of its noise
       integer, intent(in) :: columns(:)
       type(signal_t), intent(out) :: signal
       !> Error message with file and line; unallocated: no error

@@ -22,6 +22,7 @@ module sweep_names
    !> Default value, in words, of the names of parameters in &sweep
    character(*), parameter :: unswept = 'not swept'
 
+   !> Condition of names that only a Latin hypercube has.
    type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
 
 contains

@@ -15,6 +15,7 @@ module unit_ratios
    private
    public :: entries_in_units, needs_displacement, set_ratio, check_units
 
+   !> Message for results in units without a unit of displacement.
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
       //'height of the surface, at the &stop from which the beam is released (clearance at a stop on both sides); or ' &
       //"&output units = 'dimensionless'"

@@ -18,6 +18,7 @@ module history_list
       logical :: is_default = .true.
    end type history_t
 
+   !> All histories, in the order of results files.
    type(history_t), parameter :: history_table(*) = [ &
       history_t('displacement_stop', 'displacement of the beam at the stop, up from its surface{, eta}', &
       'displacement'), &

@@ -60,6 +60,7 @@ module measure_list
    character(12), parameter :: stop_groups(measured_stops) = [character(12) :: &
       ('stop_'//stop_numbers(k), k=1, measured_stops)]
 
+   !> All measures, in the order of rows and results files.
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
       measure_t('impacts', 'impacts', 'impacts on rigid stops, contacts with compliant ones', 'number', .true., &

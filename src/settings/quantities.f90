@@ -49,6 +49,7 @@ module quantities
       integer :: third = none
    end type quantity_t
 
+   !> All quantities.
    type(quantity_t), parameter :: quantity_table(*) = [ &
       quantity_t('number', '1', [character(18) :: '1', '1', '1']), &
       quantity_t('time', 'tau', [character(18) :: 's', 's', 'time'], omega1, -1), &

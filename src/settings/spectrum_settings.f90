@@ -30,6 +30,7 @@ module spectrum_settings
       character(24) :: measure = ''
    end type signal_t
 
+   !> All signals.
    type(signal_t), parameter :: signal_table(*) = [ &
       signal_t('displacement_tip', 'displacement of the tip{, eta}', 'displacement', 'displacement_density', &
       quantity_displacement, 0, .false., 'strongest_line'), &
@@ -52,6 +53,7 @@ module spectrum_settings
    !> Names of the signals in scenes
    character(*), parameter :: signal_names(*) = [(signal_table(k)%name, k=1, size(signal_table))]
 
+   !> Window functions by which segments are multiplied, and their names in scenes: Hann, or none.
    integer, parameter :: window_hann = 1
    integer, parameter :: window_rectangle = 2
    character(*), parameter :: window_names(2) = [character(9) :: 'hann', 'rectangle']

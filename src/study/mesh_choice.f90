@@ -63,6 +63,7 @@ module mesh_choice
 
    !> The run on one of the meshes that are compared.
    type :: trial_t
+      !> Number of elements of the mesh
       integer :: elements = 0
       type(case_beam_t) :: beam
       type(response_t) :: response

@@ -14,6 +14,7 @@ module random_numbers
       integer(i8) :: second = 1_i8
    end type random_t
 
+   !> Moduli of the two generators.
    integer(i8), parameter :: first_modulus = 2147483563_i8
    integer(i8), parameter :: second_modulus = 2147483399_i8
 

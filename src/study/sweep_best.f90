@@ -18,6 +18,7 @@ module sweep_best
       !> best value becomes the minimum
       integer :: column = 0
       real(wp) :: sign = 1.0_wp
+      !> Number of cases in the list
       integer :: count = 0
       !> Numbers of the cases, their parameters [axes, maximum count] and measures [measure_count, maximum count]
       integer, allocatable :: case(:)

@@ -328,8 +328,8 @@ contains
       if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
          '1: on the way through the values of carry, -1: on the way back', .true., 'case')
       if (plan%sections > 0) call make_tables(group, plan, sections)
-      associate (room => max(max_rows, plan%chunk_cases))
-         allocate (values(room, size(plan%axes)), rows(room, measure_count))
+      associate (buffer_rows => max(max_rows, plan%chunk_cases))
+         allocate (values(buffer_rows, size(plan%axes)), rows(buffer_rows, measure_count))
       end associate
       first = 1
       buffered = 0

@@ -157,14 +157,14 @@ contains
       ! stack of a thread, and address space that the C library reserves for the memory of a thread, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
       ! number of threads that fit into half of the free address space
-      real(wp) :: room
+      real(wp) :: max_threads
 
       threads = max(requested, 1)
 !$    if (requested == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
       threads = int(min(real(threads, wp), max(chains, 1.0_wp)))
-      room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
-      threads = int(min(real(threads, wp), 1.0_wp + room))
+      max_threads = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
+      threads = int(min(real(threads, wp), 1.0_wp + max_threads))
    end function threads_for
 
    !> Number of chains of a checked sweep, or of cases if they are independent.

@@ -7,6 +7,7 @@ module process
    private
    public :: prepare_process, run_on_default_stack, open_text, text_of, print_text, end_process
 
+   !> File descriptor of standard output.
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
 
    abstract interface
