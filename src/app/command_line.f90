@@ -8,7 +8,7 @@ module command_line
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
-   !> Options with a value, given as the next argument or behind =
+   !> Options with a value, given as the next argument or after =
    character(*), parameter :: valued_options(*) = [character(9) :: '--threads', '--out', '--new', '--format']
 
    !> One argument of the command line.
@@ -72,7 +72,7 @@ contains
       character(:), allocatable :: options
       !> '--names' or '--new' for each argument that belongs to this option, which only prints; else empty
       character(7) :: option_of(size(arguments))
-      ! only_files: '--' has been read, behind which every argument is a scene file
+      ! only_files: '--' has been read, after which every argument is a scene file
       logical :: is_scene(size(arguments)), only_files
       ! first: the option, of which argument i is the value if it has one
       integer :: first, i

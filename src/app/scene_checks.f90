@@ -44,7 +44,8 @@ contains
       if (single_contact .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
       end if
-      ! the cases of such a sweep start differently; a case that cannot start becomes a row of its results
+      ! if a swept parameter changes the start, each case is checked by its own run; a case that cannot start becomes a
+      ! row of the results
       if (scene%wants_sweep) then
          if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, single_contact))) return
       end if

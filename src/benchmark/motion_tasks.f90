@@ -64,7 +64,7 @@ contains
       class(task_t), intent(inout) :: task
       !> Set if the assembly or the computation of modes fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Compute all modes, too; default false
+      !> Compute all modes too; default false
       logical, intent(in), optional :: with_modes
       !> One of the `mass_` constants; default: that of the scene
       integer, intent(in), optional :: mass
@@ -82,7 +82,7 @@ contains
    end subroutine prepare_task
 
    !> Execute the task once. Modes, runs and frequency solvers need the model of an earlier assembly, `task_motion`
-   !> needs the modes, too.
+   !> needs the modes too.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
       !> Set if the task fails

@@ -37,11 +37,13 @@ module skip_savings
    !> Interval of the stored shapes, tau.
    real(wp), parameter :: shape_step = 0.1_wp
 
-   !> Sequence of actions of a task: the task of `task_t` only; first the modes of the beam in contact, then this task;
-   !> only reading the scene file; reading the scene file, computing the run and writing the results file.
+   !> Sequences of actions of a task: only the task of `task_t`.
    integer, parameter :: task_only = 0
+   !> First the modes of the beam in contact, then the task of `task_t`.
    integer, parameter :: contact_modes_first = 1
+   !> Only reading of the scene file.
    integer, parameter :: reading_only = 2
+   !> Reading of the scene file, computation of the run, and writing of the results file.
    integer, parameter :: file_to_file = 3
 
    !> A task that may include other actions than those of `task_t`.

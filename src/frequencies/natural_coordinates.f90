@@ -60,7 +60,7 @@ module natural_coordinates
       integer :: beam_rows = 0
       !> Nodes of the point masses, ascending, [masses]
       integer, allocatable :: mass_node(:)
-      !> Square roots of mass and rotary inertia of the point masses, each of which has two rows behind `beam_rows`, [2,
+      !> Square roots of mass and rotary inertia of the point masses, each of which has two rows after `beam_rows`, [2,
       !> masses]
       real(wp), allocatable :: sqrt_point_mass(:, :)
    end type natural_beam_t

@@ -19,7 +19,7 @@ module residual_modes
 
 contains
 
-   !> The residual modes of static shapes beside the retained modes.
+   !> The residual modes of static shapes, in addition to the retained modes.
    subroutine find_residual_modes(beam, shapes, vectors, residual, deflection, error)
       type(supported_beam_t), intent(in) :: beam
       !> Coordinates of the static shapes, [order, shapes]

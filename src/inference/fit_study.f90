@@ -1,5 +1,5 @@
 !> The study of a scene with &fit: parameters are fitted to a measured signal from several starts, which are the cases
-!> of a sweep; then come the estimates with their errors, the results file and the table.
+!> of a sweep. Estimates and their errors follow from the best start.
 module fit_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t

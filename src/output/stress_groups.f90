@@ -1,5 +1,5 @@
 !> The group `stress` of a results file: extremes and histories of bending moments and stresses at the positions along
-!> the beam that the scene requests, called places here.
+!> the beam that the scene requests (places).
 module stress_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t

@@ -141,7 +141,7 @@ contains
       end do
    end subroutine print_line
 
-   !> Position at which a text is broken: behind the last comma, colon or semicolon that fits, else at the last blank
+   !> Position at which a text is broken: after the last comma, colon or semicolon that fits, else at the last blank
    !> that fits, else at the first blank.
    pure function end_of_line(words, width) result(last)
       character(*), intent(in) :: words

@@ -17,7 +17,7 @@ contains
    !> Judge statement 7: a small tip mass excites high modes, a large tip mass makes the beam an oscillator of one
    !> degree of freedom, mu = 0.5 gives small displacements, and the end of motion depends little on mu.
    subroutine judge_mass(mass, list)
-      !> Cases with mu = 0, 0.1, 0.25, 0.5, 1, 2 of the figure, then 10 and 30
+      !> Cases with mu = 0, 0.1, 0.25, 0.5, 1, 2 of the paper's figure, and mu = 10 and 30
       type(series_t), intent(in) :: mass
       type(statements_t), intent(inout) :: list
 

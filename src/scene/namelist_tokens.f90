@@ -98,7 +98,7 @@ contains
    !> Read the name of a group after its &.
    subroutine read_group_name(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: behind the &
+      !> In: after the &
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -120,7 +120,7 @@ contains
    !> Read a text in quotes, which must end in its line; a doubled quote stands for one quote.
    subroutine read_quoted(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: behind the opening quote
+      !> In: after the opening quote
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -147,7 +147,7 @@ contains
    !> Read a word, or a repeat count r* and the repeated value.
    subroutine read_word(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: behind the first letter
+      !> In: after the first letter
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 

@@ -124,8 +124,8 @@ contains
       end do
    end subroutine check_rules
 
-   !> Report each group of the file that another group of the file excludes. `has_group` asks the text of the file;
-   !> `is_wanted` is the same for a group of the table, which lists all groups.
+   !> Report each group of the file that another group of the file excludes. `has_group` searches the text of the
+   !> file; `is_wanted` says the same of a group of the table, which lists all groups.
    subroutine exclude(input, table, exclusion)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

@@ -1,5 +1,5 @@
 !> A measured signal in a text file as instruments write it: columns between semicolons, tabs, commas or blanks, a
-!> header of any length, units in a line of their own or behind the names of the columns, a point or a comma before
+!> header of any length, units in a line of their own or after the names of the columns, a point or a comma before
 !> decimals, and perhaps a column with the noise of the values.
 module signal_file
    use kinds, only: wp
@@ -197,8 +197,9 @@ contains
       if (scan(cell(1:1), '"''') > 0 .and. cell(len(cell):) == cell(1:1)) cell = trim(adjustl(cell(2:len(cell) - 1)))
    end function cell_of
 
-   !> Read the units of a line of the header. They stand in brackets or after ' / ' behind the names of the columns, or
-   !> in a line of their own; a text beside such a unit is a unit, too, even if it is not known.
+   !> Read the units of a line of the header. They stand in brackets or after ' / ' following the names of the columns,
+   !> or in a line of their own; if one column of a line has such a unit, the text of the other column is a unit too,
+   !> even if it is not known.
    pure subroutine read_header(row, columns, signal)
       character(*), intent(in) :: row
       !> Columns of the time and of the value
@@ -216,7 +217,7 @@ contains
       if (index(line, tab) > 0) delimiter = tab
       if (index(line, ';') > 0) delimiter = ';'
       if (delimiter == ' ' .and. scan(line, '([') > 0) then
-         ! names of columns may have blanks, too
+         ! names of columns may have blanks too
          time_cell = bracketed(line, columns(1))
          value_cell = bracketed(line, columns(2))
       else
