@@ -33,8 +33,8 @@ module tangent_columns
       !> One of the `by_` constants, and the number of the load
       integer :: parameter = by_nothing
       integer :: load = 0
-      !> Minimum so far of the normal speeds at impacts on rigid contacts, and of the rates of all event functions as
-      !> shares of their terms. If it vanishes (a grazing impact), the derivative does not exist
+      !> Minimum so far of the normal speeds at impacts on rigid contacts. If it vanishes (a grazing impact), the
+      !> derivative does not exist
       real(wp) :: min_speed = huge(1.0_wp)
       !> Logarithm of the factor by which the columns were divided
       real(wp) :: log_scale = 0.0_wp

@@ -296,6 +296,7 @@ contains
             statistics%class_count(blocks%classes, contacts))
          allocate (statistics%is_compliant(contacts))
          statistics%is_compliant(:) = blocks%contact%is_compliant
+         ! the tolerance of a statistic is that of the search for the extreme in its formula
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
             = blocks%search_state(forms%numerator)%tolerance
          max_size = 0.0_wp
@@ -340,6 +341,7 @@ contains
       integer, intent(in) :: displaced
       !> Quantile of Student's distribution for the number of blocks
       real(wp), intent(in) :: quantile
+      !> Statistics of the run, and half widths of their confidence intervals, [statistic_count]
       real(wp), intent(out) :: value(:)
       real(wp), intent(out) :: half_width(:)
       !> Values in each block, [statistic_count, blocks]
@@ -349,20 +351,21 @@ contains
          maximum_displacement, sum_square_acceleration, minimum_acceleration, maximum_acceleration]
       integer, parameter :: of_acceleration(*) = [sum_square_acceleration, minimum_acceleration, &
          maximum_acceleration, sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
-      real(wp) :: whole(sum_count, size(blocks%tip%sums, 2))
+      ! sums of all selected contacts together, and displacements of one contact and of the tip
+      real(wp) :: combined(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)
       integer :: k
 
-      whole = blocks%tip%sums
+      combined = blocks%tip%sums
       do k = 1, size(blocks%contact)
          if (.not. is_selected(k)) cycle
          associate (sums => blocks%contact(k)%sums)
-            whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
+            combined(sum_contact:sum_impact_impulse, :) = combined(sum_contact:sum_impact_impulse, :) &
                + sums(sum_contact:sum_impact_impulse, :)
-            whole(sum_work, :) = whole(sum_work, :) + sums(sum_work, :)
-            whole(maximum_force:maximum_impulse, :) = max(whole(maximum_force:maximum_impulse, :), &
+            combined(sum_work, :) = combined(sum_work, :) + sums(sum_work, :)
+            combined(maximum_force:maximum_impulse, :) = max(combined(maximum_force:maximum_impulse, :), &
                sums(maximum_force:maximum_impulse, :))
-            whole(minimum_force, :) = min(whole(minimum_force, :), sums(minimum_force, :))
+            combined(minimum_force, :) = min(combined(minimum_force, :), sums(minimum_force, :))
          end associate
       end do
       is_missing = .false.
@@ -371,8 +374,8 @@ contains
       is_missing(minimum_force) = is_missing(minimum_force) .or. .not. any(is_selected)
       is_missing(of_displacement) = displaced == 0
       if (.not. blocks%has_acceleration) is_missing(of_acceleration) = .true.
-      if (displaced > 0) whole(of_displacement, :) = blocks%contact(displaced)%sums(of_displacement, :)
-      call find_statistics(whole, is_missing, quantile, value, half_width, in_block)
+      if (displaced > 0) combined(of_displacement, :) = blocks%contact(displaced)%sums(of_displacement, :)
+      call find_statistics(combined, is_missing, quantile, value, half_width, in_block)
    end subroutine gather_contacts
 
    !> Add the impacts to the sums of the blocks in which they begin.
@@ -446,6 +449,7 @@ contains
       real(wp), intent(in) :: scale
       type(contact_sums_t), intent(inout) :: contact
 
+      ! sums to which forces contribute linearly
       integer, parameter :: linear(*) = [sum_force, sum_impulse, maximum_force, minimum_force]
 
       contact%sums(linear, :) = scale*contact%sums(linear, :)

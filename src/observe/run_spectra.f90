@@ -355,6 +355,7 @@ contains
       call differentiate(sums)
       associate (result => sums%result, windows => sums%windows)
          do k = 1, size(result%of)
+            ! the integral at frequency 0, over the length of all half segments
             result%mean(k) = result%mean(k) + real(sums%transform(windows%zero(0), k, 1), wp) &
                /(windows%half*real(windows%halves, wp))
          end do

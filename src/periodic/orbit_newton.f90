@@ -26,7 +26,7 @@ module orbit_newton
       type(initial_state_t) :: initial
       type(orbit_point_t) :: point
       type(map_result_t) :: map
-      !> Minimum speed of an impact with restitution in all trial motions
+      !> Minimum normal speed of an impact with restitution in all trial motions
       real(wp) :: min_speed = huge(1.0_wp)
       !> The residual is within the tolerance, and the same contacts are closed at both ends
       logical :: converged = .false.

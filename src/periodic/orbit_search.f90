@@ -134,24 +134,24 @@ contains
    contains
 
       !> A history from phase 0 on, whose sample at the start is the one at the end of the period.
-      pure function from_phase_0(values) result(whole)
+      pure function from_phase_0(values) result(history)
          !> Samples after phase 0
          real(wp), intent(in) :: values(:)
-         real(wp) :: whole(size(values) + 1)
+         real(wp) :: history(size(values) + 1)
 
-         whole = [values(size(values)), values]
+         history = [values(size(values)), values]
       end function from_phase_0
 
       !> Histories of the contacts from phase 0 on.
-      pure function by_stop(values) result(whole)
+      pure function by_stop(values) result(histories)
          !> Samples after phase 0, [contacts, samples]
          real(wp), intent(in) :: values(:, :)
-         real(wp) :: whole(size(values, 1), size(values, 2) + 1)
+         real(wp) :: histories(size(values, 1), size(values, 2) + 1)
 
          integer :: k
 
          do k = 1, size(values, 1)
-            whole(k, :) = from_phase_0(values(k, :))
+            histories(k, :) = from_phase_0(values(k, :))
          end do
       end function by_stop
 
