@@ -289,8 +289,9 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
-         ! the left vector l has l M = -P, and the slope of the equation is l T' y, with T' the derivative of T and y
-         ! the right vector; both vectors are scaled to magnitudes of at most 1
+         ! with T = N + M H (`coupled_equation`), T' its derivative by s, y the right vector and l the left vector at
+         ! the root, l M = -P, and the slope of the equation is l T' y; both vectors are scaled to magnitudes of at most
+         ! 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
          modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
          modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
@@ -310,6 +311,7 @@ contains
 
       complex(wp) :: distance(problem%poles), s, h
       complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, identity, columns
+      ! N and M of `coupled_equation` for each stop, and their derivatives by s
       complex(wp), dimension(size(problem%spring)) :: n, m, n_slope, m_slope
       integer :: i, j, near
 

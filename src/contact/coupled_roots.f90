@@ -219,7 +219,7 @@ contains
 
       complex(wp) :: s(size(near))
       real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
-      ! -Re s and, of a complex root, Im s; highest frequency of the modes
+      ! `damping`: -Re s; `root`: Im s of a complex root; `fastest`: highest frequency of the modes
       real(wp) :: damping, root, stiffness, fastest, flexibility
       integer :: j, k, last
 

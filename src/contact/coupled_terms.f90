@@ -225,7 +225,8 @@ contains
          magnitude = abs(modes%decay(m)) + abs(modes%omega(m))
          ! Laplace transform of the heights minus the free motion of the stop points, in two forms, of which the one
          ! with the smaller magnitudes is used. `alternative` follows from `direct` by s (s + 2 zeta W^2 + alpha)/D = 1
-         ! - W^2/D and (k + c s)/s - c = k/s, so that the parts that cancel for large s appear as the indentation.
+         ! - W^2/D, with D = s^2 + (2 zeta W^2 + alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that
+         ! cancel for large s appear as the indentation.
          direct = -(modes%exponent(m)*sums(displacements) + sums(mass_damping)) - modes%two_zeta*sums(forces)
          scale = magnitude*sizes(displacements) + sizes(mass_damping) + modes%two_zeta*sizes(forces)
          alternative = sums(forces)

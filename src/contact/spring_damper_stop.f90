@@ -10,6 +10,7 @@ module spring_damper_stop
    private
    public :: spring_damper_t, make_spring_damper, make_node_spring
 
+   !> Spring and damper in parallel as contact law of a stop.
    type, extends(compliant_stop_t) :: spring_damper_t
    contains
       procedure :: step

@@ -3,7 +3,8 @@
 !>
 !> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The row w of a contact at height d is a
 !> vector whose only entry is the sign s: 1 for a contact below the beam, -1 for one above it. The gap is w . y - s d,
-!> with y the displacements of the degrees of freedom.
+!> with y the displacements of the degrees of freedom. M, K and C are the matrices of mass, stiffness and damping, M*
+!> and C* those with which the steps are taken (module `newmark_stepper`).
 module newmark_run
    use applied_loads, only: applied_loads_t
    use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
@@ -147,6 +148,7 @@ module newmark_run
       integer :: next_jump = 1
       !> Sum of the magnitudes of the work of loads over all steps
       real(wp) :: absolute_work = 0.0_wp
+      !> Energies dissipated and supplied so far
       type(ledger_t) :: ledger
    end type run_progress_t
 
