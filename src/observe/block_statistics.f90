@@ -28,11 +28,11 @@ module block_statistics
 contains
 
    !> Allocate the sums of a run.
-   subroutine open_blocks(settings, is_compliant, release_contact, blocks)
+   subroutine open_blocks(settings, has_finite_force, release_contact, blocks)
       !> Settings with &statistics
       type(run_settings_t), intent(in) :: settings
-      !> Whether each contact is compliant, in the scene's order
-      logical, intent(in) :: is_compliant(:)
+      !> Whether the force of each contact is finite, in the scene's order
+      logical, intent(in) :: has_finite_force(:)
       !> Number of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
       !> The sums of the run, at their initial values
@@ -54,17 +54,17 @@ contains
       end associate
       blocks%force_scale = settings%height_ratio
       blocks%release_contact = release_contact
-      allocate (blocks%contact(size(is_compliant)))
-      do k = 1, size(is_compliant)
-         call open_contact(is_compliant(k), blocks%edge, blocks%contact(k))
+      allocate (blocks%contact(size(has_finite_force)))
+      do k = 1, size(has_finite_force)
+         call open_contact(has_finite_force(k), blocks%edge, blocks%contact(k))
       end do
       call open_contact(.true., blocks%edge, blocks%tip)
    end subroutine open_blocks
 
    !> Allocate the sums of a contact.
-   subroutine open_contact(is_compliant, edge, contact)
-      !> The contact is compliant
-      logical, intent(in) :: is_compliant
+   subroutine open_contact(has_finite_force, edge, contact)
+      !> The force of the contact is finite
+      logical, intent(in) :: has_finite_force
       !> Instants between the blocks, tau, [0:blocks]
       real(wp), intent(in) :: edge(0:)
       type(contact_sums_t), intent(inout) :: contact
@@ -72,7 +72,7 @@ contains
       integer :: blocks, i
 
       blocks = ubound(edge, 1)
-      contact%is_compliant = is_compliant
+      contact%has_finite_force = has_finite_force
       allocate (contact%sums(sum_count, blocks))
       do i = 1, blocks
          contact%sums(:, i) = empty_block(edge(i - 1:i))
@@ -294,8 +294,8 @@ contains
          allocate (statistics%value(statistic_count, 0:contacts), statistics%half_width(statistic_count, 0:contacts), &
             statistics%in_block(statistic_count, n, 0:contacts), statistics%class_edge(blocks%classes, contacts), &
             statistics%class_count(blocks%classes, contacts))
-         allocate (statistics%is_compliant(contacts))
-         statistics%is_compliant(:) = blocks%contact%is_compliant
+         allocate (statistics%has_finite_force(contacts))
+         statistics%has_finite_force(:) = blocks%contact%has_finite_force
          ! the tolerance of a statistic is that of the search for the extreme in its formula
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
             = blocks%search_state(forms%numerator)%tolerance
@@ -370,7 +370,7 @@ contains
       end do
       is_missing = .false.
       is_missing([sum_square_force, maximum_force, minimum_force]) = &
-         .not. all(blocks%contact%is_compliant .or. .not. is_selected)
+         .not. all(blocks%contact%has_finite_force .or. .not. is_selected)
       is_missing(minimum_force) = is_missing(minimum_force) .or. .not. any(is_selected)
       is_missing(of_displacement) = displaced == 0
       if (.not. blocks%has_acceleration) is_missing(of_acceleration) = .true.
@@ -387,7 +387,7 @@ contains
 
       do i = 1, contact%count
          associate (impact => contact%impacts(i))
-            impact%counts = impact%counts .and. (.not. contact%is_compliant .or. impact%force >= blocks%threshold)
+            impact%counts = impact%counts .and. (.not. contact%has_finite_force .or. impact%force >= blocks%threshold)
             if (.not. impact%counts) cycle
             associate (sums => contact%sums(:, block_at(blocks, impact%tau)))
                sums([sum_impacts, sum_velocity, sum_impact_impulse]) = &
@@ -403,17 +403,17 @@ contains
    pure integer function kind_of(contact) result(kind)
       type(contact_sums_t), intent(in) :: contact
 
-      kind = merge(1, 2, contact%is_compliant)
+      kind = merge(1, 2, contact%has_finite_force)
    end function kind_of
 
-   !> Maximum forces of the impacts of a compliant contact, impulses of those of a rigid one.
+   !> Maximum forces of the impacts of a contact if its force is finite, else their impulses.
    function impact_sizes(blocks, contact) result(sizes)
       type(block_sums_t), intent(in) :: blocks
       type(contact_sums_t), intent(in) :: contact
       real(wp), allocatable :: sizes(:)
 
       associate (impacts => contact%impacts(:contact%count))
-         if (contact%is_compliant) then
+         if (contact%has_finite_force) then
             sizes = pack(blocks%force_scale*impacts%force, impacts%counts)
          else
             sizes = pack(impacts%impulse, impacts%counts)

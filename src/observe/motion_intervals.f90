@@ -87,8 +87,8 @@ module motion_intervals
    contains
       procedure(contact_interface), deferred :: contact
       procedure(evaluate_interface), deferred :: evaluate
-      procedure(reach_interface), deferred :: gap_bound
-      procedure(reach_interface), deferred :: rounding
+      procedure(gap_magnitude_interface), deferred :: gap_bound
+      procedure(gap_magnitude_interface), deferred :: rounding
       procedure(exceeds_interface), deferred :: exceeds
       procedure(seek_peak_interface), deferred :: seek_peak
       procedure(seek_turn_interface), deferred :: seek_turn
@@ -137,13 +137,13 @@ module motion_intervals
 
       !> `gap_bound`: upper bound of the magnitude of the gap of contact k, known without a search; `rounding`: rounding
       !> error of this gap.
-      pure function reach_interface(self, k) result(gap_bound)
+      pure function gap_magnitude_interface(self, k) result(magnitude)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
-         real(wp) :: gap_bound
-      end function reach_interface
+         real(wp) :: magnitude
+      end function gap_magnitude_interface
 
       !> Does a row exceed a level?
       function exceeds_interface(self, row, level) result(does)

@@ -34,12 +34,13 @@ module run_observers
 contains
 
    !> Prepare the observers of a run.
-   subroutine open_observers(settings, number, is_compliant, release_contact, response, observers, modes)
+   subroutine open_observers(settings, number, has_finite_force, release_contact, response, observers, modes)
       type(run_settings_t), intent(in) :: settings
       !> Number of each contact in the scene's order
       integer, intent(in) :: number(:)
-      !> Whether the force of each contact is finite
-      logical, intent(in) :: is_compliant(:)
+      !> Whether the force of each contact is finite: the stop is compliant, or a massless node of the beam is in front
+      !> of it
+      logical, intent(in) :: has_finite_force(:)
       !> Index of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
       !> The run; its moments are allocated if they are requested
@@ -48,11 +49,11 @@ contains
       !> Number of modes whose state sections may record; absent: none
       integer, intent(in), optional :: modes
 
-      logical :: is_compliant_in_order(size(number))
+      logical :: is_finite_in_order(size(number))
       ! number of the release contact in the scene's order; 0: there is none
       integer :: first
 
-      is_compliant_in_order(number) = is_compliant
+      is_finite_in_order(number) = has_finite_force
       first = 0
       if (release_contact > 0) first = number(release_contact)
       if (allocated(response%moments)) then
@@ -61,7 +62,7 @@ contains
       end if
       if (allocated(settings%statistics)) then
          allocate (observers%blocks)
-         call open_blocks(settings, is_compliant_in_order, first, observers%blocks)
+         call open_blocks(settings, is_finite_in_order, first, observers%blocks)
       end if
       if (allocated(settings%spectrum)) then
          allocate (observers%spectrum)

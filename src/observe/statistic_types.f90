@@ -73,8 +73,9 @@ module statistic_types
 
    !> Sums and impacts of one contact.
    type :: contact_sums_t
-      !> The contact is compliant, so that the integral of the squared force exists
-      logical :: is_compliant = .false.
+      !> The force of the contact is finite (the stop is compliant, or a massless node of the beam is in front of it),
+      !> so that the integral of the squared force exists
+      logical :: has_finite_force = .false.
       !> Sums, [sum_count, blocks]
       real(wp), allocatable :: sums(:, :)
       !> Impacts in order; only the first `count` are valid
@@ -127,8 +128,8 @@ module statistic_types
       integer, allocatable :: class_count(:, :)
       !> Tolerance of extremes, as a share of the value, [statistic_count]
       real(wp) :: tolerance(statistic_count) = peak_tolerance
-      !> Whether each contact is compliant, [contacts]
-      logical, allocatable :: is_compliant(:)
+      !> Whether the force of each contact is finite, [contacts]
+      logical, allocatable :: has_finite_force(:)
    end type run_statistics_t
 
 end module statistic_types

@@ -23,7 +23,7 @@ contains
       integer :: blocks, i, k, contacts
 
       blocks = size(statistics%in_block, 2)
-      contacts = size(statistics%is_compliant)
+      contacts = size(statistics%has_finite_force)
       call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop, below before above; ' &
          //'0: all together', is_scale=.true.)
       call group%attribute('flag_values', [(k, k=0, contacts)], along)
@@ -31,9 +31,9 @@ contains
       call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
          //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
       call group%attribute('half_widths', '95 % by the t distribution over the blocks; nan: there is none')
-      if (.not. all(statistics%is_compliant)) call group%attribute('restitution', 'an impulse has neither a maximum ' &
-         //'force nor a square: of a rigid stop RMS and maximum forces are nan, means over the time in contact are ' &
-         //'without impulses, and the classes are of impulses')
+      if (.not. all(statistics%has_finite_force)) call group%attribute('restitution', 'an impulse has neither a ' &
+         //'maximum force nor a square: of a rigid stop RMS and maximum forces are nan, means over the time in ' &
+         //'contact are without impulses, and the classes are of impulses')
       call group%put('block', [(i, i=1, blocks)], 'block', is_scale=.true.)
       call group%put('block_start', statistics%edge(0:blocks - 1), 'time', 'begin of the block{, tau}', 'block')
       call group%put('block_end', statistics%edge(1:), 'time', 'its end{, tau}', 'block')
@@ -49,23 +49,22 @@ contains
          end associate
       end do
       do k = 1, contacts
-         call write_classes(group%subgroup('surface_'//to_text(k)), statistics%is_compliant(k), &
+         call write_classes(group%subgroup('surface_'//to_text(k)), statistics%has_finite_force(k), &
             statistics%class_edge(:, k), statistics%class_count(:, k))
       end do
    end subroutine write_statistics
 
    !> Write the histogram of one contact.
-   subroutine write_classes(group, is_compliant, edge, number)
+   subroutine write_classes(group, has_finite_force, edge, number)
       type(quantity_group_t), intent(in) :: group
-      !> Whether the stop is compliant, so that the classes are of forces; else the stop is rigid and the classes are of
-      !> impulses
-      logical, intent(in) :: is_compliant
+      !> The force of the contact is finite: the classes are of forces, else of impulses
+      logical, intent(in) :: has_finite_force
       !> Upper ends of the classes
       real(wp), contiguous, intent(in) :: edge(:)
       !> Number of impacts in each class
       integer, contiguous, intent(in) :: number(:)
 
-      if (is_compliant) then
+      if (has_finite_force) then
          call group%put('class', edge, 'force', 'upper end of the class, maximum force of an impact', is_scale=.true.)
       else
          call group%put('class', edge, 'impulse', 'upper end of the class, impulse of an impact', is_scale=.true.)
