@@ -13,8 +13,8 @@ module constrained_sets
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_beam_t, constrained_set_t, make_constrained_set, damp_constrained_set, find_static_state, &
-      to_constrained_modes, to_free_modes
+   public :: free_beam_t, constrained_set_t, are_constraints, make_constrained_set, damp_constrained_set, &
+      find_static_state, to_constrained_modes, to_free_modes
 
    !> The beam in its free modes, and its contacts.
    type :: free_beam_t
@@ -76,6 +76,16 @@ module constrained_sets
 
 contains
 
+   !> Which rigid contacts are constraints when they are closed? If each mode has its own damping, constraints would
+   !> couple the modes by damping, except a contact in which one mode alone takes part, such as that of a body with its
+   !> floor: the constraint removes that mode.
+   pure function are_constraints(beam) result(answer)
+      type(free_beam_t), intent(in) :: beam
+      logical :: answer(size(beam%height))
+
+      answer = .not. beam%has_modal_damping .or. count(abs(beam%value) > 0.0_wp, dim=1) == 1
+   end function are_constraints
+
    !> Constrain the beam at one closed rigid contact after the other.
    subroutine make_constrained_set(beam, closed, set)
       type(free_beam_t), intent(in) :: beam
@@ -86,11 +96,14 @@ contains
 
       ! `change`: the modes with one constraint more as combinations of the modes before, [modes before, modes after]
       real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), shares_before(:), reaction(:, :)
+      ! coefficients of mass-proportional damping; if those of modes differ, the constraints do not combine these modes
+      real(wp), allocatable :: mass_rate(:)
       integer, allocatable :: order(:)
       integer :: i, k
 
       set%closed = closed
       allocate (square, source=beam%oscillators%square)
+      mass_rate = beam%oscillators%mass_rate(:size(square))
       set%value = beam%value
       set%tip_value = beam%tip_value
       allocate (set%reaction(0, size(square)))
@@ -117,13 +130,15 @@ contains
             set%mode = change
          end if
          square = new_square
+         if (beam%has_modal_damping) mass_rate = matmul(mass_rate, change**2)
       end do
       set%count = size(square)
       set%has_stiff = maxval(square) >= min_stiff
-      associate (zeta => 0.5_wp*beam%oscillators%two_zeta, mass_rate => beam%oscillators%mass_rate(:set%count))
+      associate (zeta => 0.5_wp*beam%oscillators%two_zeta)
          if (size(closed) > 0) then
-            order = damping_order(square, zeta, mass_rate)
+            order = damping_order(square, zeta, mass_rate(:set%count))
             square = square(order)
+            mass_rate = mass_rate(order)
             call order_columns(set%mode, order)
             allocate (set%to_free(padded(size(set%mode, 1)), set%count), &
                set%to_set(padded(set%count), size(set%mode, 1)), &

@@ -5,12 +5,15 @@ module contact_starts
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
+   use load_settings, only: start_balance, start_drop
    use number_text, only: to_text
+   use run_settings, only: run_settings_t, side_below, side_both
    use stop_contacts, only: penetrates, contact_t
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
-   public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts
+   public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts, &
+      place_bodies
 
    !> The beam in the coordinates q of one integration method.
    type, abstract :: flexible_beam_t
@@ -92,6 +95,41 @@ contains
       ! gap + compliance forces >= 0, forces >= 0, one of each pair zero
       call solve_complementarity(compliance, gap, forces, is_loaded)
    end subroutine find_static_forces
+
+   !> Coordinates and velocities of the bodies at the start. In a balance, the coordinates are already those of static
+   !> equilibrium; otherwise a body is at its distance from the beam, or where its spring has no force, and a free body
+   !> in a cavity is in its middle.
+   pure subroutine place_bodies(settings, contacts, deflection, coordinate, velocity)
+      type(run_settings_t), intent(in) :: settings
+      type(contact_t), intent(in) :: contacts(:)
+      !> Displacement of the beam at each contact, [contacts]
+      real(wp), intent(in) :: deflection(:)
+      !> Coordinate of each body, from where its spring has no force, [bodies]
+      real(wp), intent(inout) :: coordinate(:)
+      !> Velocity of each body, [bodies]
+      real(wp), intent(out) :: velocity(:)
+
+      ! displacement of the beam at the body
+      real(wp) :: beam
+      integer :: b
+
+      do b = 1, size(settings%bodies)
+         associate (body => settings%bodies(b), start => settings%start)
+            beam = deflection(findloc(contacts%settings%body == b .and. .not. contacts%settings%is_of_base, .true., &
+               dim=1))
+            velocity(b) = body%start_velocity
+            if (start%kind == start_drop) velocity(b) = velocity(b) - start%velocity
+            if (start%kind == start_balance) cycle
+            coordinate(b) = 0.0_wp
+            if (body%start_gap >= 0.0_wp) then
+               coordinate(b) = beam - body%rest + merge(1.0_wp, -1.0_wp, body%side == side_below) &
+                  *(body%clearance - body%start_gap)
+            else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
+               coordinate(b) = beam
+            end if
+         end associate
+      end do
+   end subroutine place_bodies
 
    !> Refuse a start with penetration of a contact that bears no static force.
    pure subroutine check_start(beam, contacts, forces, displacement, error)

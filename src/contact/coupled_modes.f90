@@ -7,8 +7,8 @@ module coupled_modes
    use compliant_stop, only: is_rigid_stop, impedance_t
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
    use coupled_roots, only: find_coupled_roots
-   use coupled_terms, only: allocate_terms, compare_sides, coupled_amplitudes, coupled_modes_t, enlarge_terms, &
-      mirror_terms, pad_terms, sort_terms, terms_at
+   use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_amplitudes, coupled_modes_t, &
+      enlarge_terms, mirror_terms, pad_terms, sort_terms, terms_at
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
    use failures, only: fail, failure_t, status_run_failed
@@ -44,27 +44,34 @@ contains
 
       type(coupled_modes_t) :: of_equivalents
       type(equivalent_stops_t) :: equivalent
-      real(wp) :: max_value
-      integer :: i
+      real(wp) :: max_value, row(oscillators%count, size(spring)), factor(size(spring))
+      integer :: base(size(spring)), i, j
 
+      row = value
+      call reduce_rows(spring, row, base, factor)
       max_value = maxval(abs(value))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= min_coupling*max_value)
-      call find_equivalent_stops(value, spring, equivalent)
+      call find_equivalent_stops(row, spring, equivalent)
       if (equivalent%is_needed) then
          of_equivalents%inactive = modes%inactive
          if (size(modes%inactive) < oscillators%count) then
-            call find_terms(oscillators, equivalent%value, equivalent%spring, of_equivalents, error)
+            call find_terms_of_groups(oscillators, equivalent%value, equivalent%spring, of_equivalents, error)
          else
             call allocate_terms(of_equivalents, oscillators%count, size(equivalent%spring), 0)
          end if
          if (.not. allocated(error)) call expand_equivalents(of_equivalents, equivalent, spring, &
             oscillators%two_zeta, modes)
       else if (size(modes%inactive) < oscillators%count) then
-         call find_terms(oscillators, value, spring, modes, error)
+         call find_terms_of_groups(oscillators, row, spring, modes, error)
       else
          call allocate_terms(modes, oscillators%count, size(spring), 0)
       end if
       if (allocated(error)) return
+      do j = 1, size(spring)
+         if (base(j) == 0) cycle
+         modes%force(base(j), :) = modes%force(base(j), :) + factor(j)*modes%force(j, :)
+         modes%height_weight(base(j), :) = modes%height_weight(base(j), :) + factor(j)*modes%height_weight(j, :)
+      end do
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
@@ -73,7 +80,86 @@ contains
       call find_static_response(oscillators%square, value, spring, modes)
    end subroutine make_coupled_modes
 
-   !> Find all terms for stops with linearly independent columns of modal values.
+   !> Add to the rows of stops, or subtract from them, the rows of rigid stops at the same point of the beam, so that
+   !> the beam drops out of them. With b_i the row of a rigid stop, which does not move, b_j + c b_i (c = 1 or -1)
+   !> serves as row of stop j, if c times the force of stop j is then added to that of stop i. A body on a beam that a
+   !> rigid stop holds at this point thus moves by itself, and the equations are not singular at its roots.
+   pure subroutine reduce_rows(spring, row, base, factor)
+      !> Impedances of the stops, [stops]
+      type(impedance_t), intent(in) :: spring(:)
+      !> Rows of the stops: values of the modes, [modes, stops]
+      real(wp), intent(inout) :: row(:, :)
+      !> Index of the rigid stop i whose row has been added to that of each stop; 0: none, [stops]
+      integer, intent(out) :: base(:)
+      !> c of each stop, [stops]
+      real(wp), intent(out) :: factor(:)
+
+      real(wp) :: sum_of_rows(size(row, 1))
+      integer :: i, j, k
+
+      base = 0
+      factor = 0.0_wp
+      do i = 1, size(spring)
+         if (.not. is_rigid_stop(spring(i)) .or. base(i) > 0) cycle
+         do j = 1, size(spring)
+            if (j == i .or. base(j) > 0 .or. any(base == j)) cycle
+            do k = -1, 1, 2
+               sum_of_rows = row(:, j) + real(k, wp)*row(:, i)
+               associate (entries => count(abs(sum_of_rows) > 0.0_wp))
+                  if (entries == 0 .or. entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
+               end associate
+               base(j) = i
+               factor(j) = real(k, wp)
+               row(:, j) = sum_of_rows
+               exit
+            end do
+         end do
+      end do
+   end subroutine reduce_rows
+
+   !> Find all terms for stops with linearly independent columns of modal values, for each group of stops that share
+   !> modes: at a root of one group the equation of another would be singular.
+   subroutine find_terms_of_groups(oscillators, value, spring, modes, error)
+      type(oscillators_t), intent(in) :: oscillators
+      !> Values of the modes at the stops, [modes, stops]
+      real(wp), intent(in) :: value(:, :)
+      !> Impedances of the stops, [stops]
+      type(impedance_t), intent(in) :: spring(:)
+      !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
+      type(coupled_modes_t), intent(inout) :: modes
+      !> Set when the iteration does not converge
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(coupled_modes_t) :: part
+      integer, allocatable :: members(:)
+      integer :: group(size(spring)), g, i, j
+      logical :: moves(oscillators%count, size(spring))
+
+      moves = abs(value) > min_coupling*maxval(abs(value))
+      group = [(j, j=1, size(spring))]
+      do j = 2, size(spring)
+         do i = 1, j - 1
+            if (.not. any(moves(:, i) .and. moves(:, j)) .and. any(moves(:, j))) cycle
+            where (group == group(j)) group = group(i)
+         end do
+      end do
+      if (all(group == group(1))) then
+         call find_terms(oscillators, value, spring, modes, error)
+         return
+      end if
+      call allocate_terms(modes, oscillators%count, size(spring), 0)
+      do g = 1, size(spring)
+         members = pack([(j, j=1, size(spring))], group == g)
+         if (size(members) == 0) cycle
+         part = coupled_modes_t()
+         part%inactive = pack([(i, i=1, oscillators%count)], .not. any(moves(:, members), dim=2))
+         call find_terms(oscillators, value(:, members), spring(members), part, error)
+         if (allocated(error)) return
+         call append_terms(part, members, modes)
+      end do
+   end subroutine find_terms_of_groups
+
+   !> Find all terms of a group of stops.
    subroutine find_terms(oscillators, value, spring, modes, error)
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]

@@ -8,7 +8,8 @@ module coupled_terms
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: coupled_modes_t, allocate_terms, enlarge_terms, sort_terms, pad_terms, coupled_amplitudes, terms_at
+   public :: coupled_modes_t, allocate_terms, append_terms, enlarge_terms, sort_terms, pad_terms
+   public :: coupled_amplitudes, terms_at
    public :: compare_sides, mirror_terms
 
    !> The terms of one set of closed contacts.
@@ -85,6 +86,29 @@ contains
          modes%mode_weight(:, :n) = old%mode_weight(:, :n)
       end associate
    end subroutine enlarge_terms
+
+   !> Append the terms of some of the stops.
+   pure subroutine append_terms(part, members, modes)
+      type(coupled_modes_t), intent(in) :: part
+      !> Index of each stop of `part` among all stops
+      integer, intent(in) :: members(:)
+      type(coupled_modes_t), intent(inout) :: modes
+
+      call enlarge_terms(modes, part%count)
+      associate (n => part%count, first => modes%count + 1, last => modes%count + part%count)
+         modes%exponent(first:last) = part%exponent(:n)
+         modes%weight(first:last) = part%weight(:n)
+         modes%viscous(first:last) = part%viscous(:n)
+         modes%force(members, first:last) = part%force(:, :n)
+         modes%indentation(members, first:last) = part%indentation(:, :n)
+         modes%branch(members, first:last) = part%branch(:, :n)
+         modes%height_weight(members, first:last) = part%height_weight(:, :n)
+         modes%memory_weight(members, first:last) = part%memory_weight(:, :n)
+         modes%shape(:, first:last) = part%shape(:, :n)
+         modes%mode_weight(:, first:last) = part%mode_weight(:, :n)
+         modes%count = last
+      end associate
+   end subroutine append_terms
 
    !> Trim the arrays to the number of terms, and sort them by increasing magnitude of the exponent: a search replaces
    !> the last terms by lower bounds, and its steps are long if these are the fast terms (`zero_free_steps`).

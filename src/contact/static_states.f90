@@ -7,8 +7,9 @@ module static_states
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
+   use run_settings, only: body_settings_t
    use static_shapes, only: make_elastic_beam, unit_shape
-   use stop_contacts, only: active_contacts, penetrates, contact_t
+   use stop_contacts, only: active_contacts, force_on_body, penetrates, contact_t
    use support_coordinates, only: supported_beam_t
    implicit none (type, external)
    private
@@ -16,7 +17,8 @@ module static_states
 
 contains
 
-   !> Static shape of a force at the stop from which the beam is released, with a gap of 1 at that contact.
+   !> Static shape of a force at the stop from which the beam is released, with a gap of 1 at that contact. Contacts of
+   !> bodies are not checked, because the bodies are placed after the beam.
    pure subroutine find_static_start(model, contacts, displacement, error)
       type(beam_model_t), intent(in) :: model
       !> All contacts
@@ -43,6 +45,7 @@ contains
       displacement = displacement*(contacts(release_contact)%sign*(1.0_wp &
          + contacts(release_contact)%height)/displacement(dof))
       do k = 1, size(contacts)
+         if (contacts(k)%settings%body > 0) cycle
          gap = contacts(k)%sign*displacement(model%stop_dofs(contacts(k)%stop)) - contacts(k)%height
          if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
@@ -53,8 +56,8 @@ contains
    end subroutine find_static_start
 
    !> Static equilibrium on the active contacts without loads: unilateral forces, with the springs of compliant stops in
-   !> series with the beam.
-   pure subroutine find_static_rest(model, contacts, forces, energy, error)
+   !> series with the beam, and with the springs of bodies.
+   pure subroutine find_static_rest(model, contacts, forces, energy, error, bodies)
       type(beam_model_t), intent(in) :: model
       !> All contacts
       type(contact_t), intent(in) :: contacts(:)
@@ -64,13 +67,15 @@ contains
       real(wp), intent(out) :: energy
       !> Set when the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error
+      !> Bodies, each with a spring; absent: there are none
+      type(body_settings_t), intent(in), optional :: bodies(:)
 
       type(supported_beam_t) :: beam
       type(contact_t), allocatable :: active(:)
       real(wp), allocatable :: compliance(:, :), active_forces(:), shape(:)
       integer, allocatable :: dofs(:)
       logical :: is_active(size(contacts))
-      integer :: k
+      integer :: b, k
 
       forces = 0.0_wp
       energy = 0.0_wp
@@ -83,7 +88,13 @@ contains
       do k = 1, size(dofs)
          shape = unit_shape(beam, dofs(k))
          ! `unit_shape` has E Ibar = L = 1: lambda1^4 converts it to the unit of forces
-         compliance(:, k) = active%sign*(lambda1_power4*active(k)%sign)*shape(dofs)
+         compliance(:, k) = merge(0.0_wp, active%sign*(lambda1_power4*active(k)%sign)*shape(dofs), &
+            active%settings%is_of_base .or. active(k)%settings%is_of_base)
+         if (.not. present(bodies)) cycle
+         do b = 1, size(bodies)
+            compliance(:, k) = compliance(:, k) + lambda1_power4/(3.0_wp*bodies(b)%spring_ratio) &
+               *force_on_body(active, b)*force_on_body(active(k), b)
+         end do
       end do
       call find_static_forces(active, -active%height, compliance, active_forces)
       energy = 0.5_wp*dot_product(active_forces, matmul(compliance, active_forces))

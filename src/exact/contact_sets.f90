@@ -4,19 +4,19 @@
 !> set is made at first use and cached.
 module contact_sets
    use compliant_stop, only: has_same_impedance, impedance_t, is_rigid_stop
-   use constrained_sets, only: damp_constrained_set, free_beam_t, constrained_set_t, make_constrained_set, &
-      find_static_state
+   use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
+      make_constrained_set, find_static_state
    use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms, terms_at
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
    use forced_responses, only: unit_responses_t
    use kinds, only: wp
    use modal_signal, only: modal_state_t
+   use point_forces, only: find_point_forces
    use power_integrals, only: find_span, power_form_t, span_t
    use row_basis, only: row_basis_t
    use row_integrals, only: row_form_t
    use signal_integrals, only: squares_t
-   use small_equations, only: solve_small
    implicit none (type, external)
    private
    public :: contact_set_t, set_store_t, start_sets, find_set, find_end_terms, state_in, state_of_terms, point_response
@@ -27,7 +27,7 @@ module contact_sets
       integer :: run = 0
       !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
-      !> The beam with rigid contacts as constraints (none if each mode has its own damping ratio)
+      !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one mode)
       type(constrained_set_t) :: constrained
       !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
       integer, allocatable :: compliant(:)
@@ -345,7 +345,7 @@ contains
       logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
-      is_constrained = is_closed .and. store%is_rigid .and. .not. store%beam%has_modal_damping
+      is_constrained = is_closed .and. store%is_rigid .and. are_constraints(store%beam)
       call make_constrained_set(store%beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
       associate (n => set%constrained%count)
          allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
@@ -406,26 +406,20 @@ contains
       real(wp), intent(in) :: divisor(:)
       real(wp) :: shape(size(divisor))
 
-      complex(wp), allocatable :: matrix(:, :), force(:, :)
+      complex(wp), allocatable :: force(:), no_height(:)
+      complex(wp) :: response(size(divisor))
       integer, allocatable :: rigid(:)
-      integer :: i, j
 
       associate (value => set%constrained%value)
          shape = value(:, k)/divisor
          if (size(set%compliant) == 0) return
          if (.not. any(is_rigid_stop(set%coupled%spring))) return
          allocate (rigid, source=pack(set%compliant, is_rigid_stop(set%coupled%spring)))
-         allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
-         do j = 1, size(rigid)
-            force(j, 1) = -sum(value(:, rigid(j))*shape)
-            do i = 1, size(rigid)
-               matrix(i, j) = sum(value(:, rigid(i))*value(:, rigid(j))/divisor)
-            end do
-         end do
-         force = solve_small(matrix, force)
-         do j = 1, size(rigid)
-            shape = shape + real(force(j, 1), wp)*value(:, rigid(j))/divisor
-         end do
+         allocate (force(size(rigid)), no_height(size(rigid)))
+         no_height = (0.0_wp, 0.0_wp)
+         call find_point_forces(cmplx(divisor, 0.0_wp, wp), value(:, rigid), no_height, &
+            cmplx(value(:, k), 0.0_wp, wp), no_height, force, response)
+         shape = real(response, wp)
       end associate
    end function point_response
 

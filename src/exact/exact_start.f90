@@ -3,6 +3,7 @@
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
+   use body_modes, only: count_bodies
    use complementarity, only: solve_complementarity
    use constrained_sets, only: free_beam_t
    use contact_measures, only: open_measures
@@ -238,8 +239,7 @@ contains
       beam%has_modal_damping = damps_each_mode(settings)
       call make_oscillators(modes%square, merge(0.0_wp, settings%zeta, beam%has_modal_damping), beam%oscillators, &
          rates_of_modes(settings, modes%square, modes%body))
-      bodies = 0
-      if (allocated(settings%bodies)) bodies = size(settings%bodies)
+      bodies = count_bodies(settings)
       allocate (beam%body_mode(bodies), beam%body_value(bodies))
       if (bodies > 0) then
          beam%body_mode(:) = [(findloc(modes%body, i, dim=1), i=1, bodies)]

@@ -4,7 +4,8 @@
 module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
-   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
+   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts, &
+      place_bodies
    use contact_states, only: contact_state_t
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t, max_free_square
@@ -15,8 +16,7 @@ module modal_starts
    use number_text, only: to_text
    use phase_state, only: phase_state_t
    use point_forces, only: find_point_forces, slow_frequency
-   use run_settings, only: run_settings_t, side_below, side_both
-   use stop_contacts, only: contact_t
+   use run_settings, only: run_settings_t
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility
@@ -58,6 +58,8 @@ contains
 
       type(modal_beam_t) :: beam
       real(wp) :: momentum(model%mass%order, 2)
+      ! coordinates and velocities of the bodies
+      real(wp), dimension(size(phase%beam%body_mode)) :: coordinate, velocity
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
@@ -89,8 +91,15 @@ contains
             end if
          end select
       end associate
-      if (allocated(settings%bodies)) call place_bodies(settings, phase%states%contact, &
-         matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), phase%beam%body_mode, q, v)
+      if (allocated(settings%bodies)) then
+         associate (place => phase%beam%body_mode, unit => phase%beam%body_value)
+            coordinate = unit*q(place)
+            call place_bodies(settings, phase%states%contact, &
+               matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), coordinate, velocity)
+            q(place) = coordinate/unit
+            v(place) = velocity/unit
+         end associate
+      end if
       ! the static shape of a release was checked on the finite-element model before the modes were computed
       if (settings%start%kind /= start_release .or. allocated(settings%bodies)) call check_start(beam, &
          phase%states%contact, forces, q, error)
@@ -132,44 +141,6 @@ contains
       q = load/beam%square
       call find_static_equilibrium(beam, phase%states%contact, is_active, q, forces, error)
    end subroutine find_balance
-
-   !> Set the coordinates and velocities of the bodies at the start. In a balance, the coordinates are already those of
-   !> static equilibrium; otherwise a body is at its distance from the beam, or where its spring has no force, and a
-   !> free body in a cavity is in its middle.
-   pure subroutine place_bodies(settings, contacts, deflection, mode, q, v)
-      type(run_settings_t), intent(in) :: settings
-      type(contact_t), intent(in) :: contacts(:)
-      !> Displacement of the beam at each contact, [contacts]
-      real(wp), intent(in) :: deflection(:)
-      !> Index of the mode of each body, [bodies]
-      integer, intent(in) :: mode(:)
-      !> Modal displacements and velocities, of which those of the bodies are set, [modes]
-      real(wp), intent(inout) :: q(:)
-      real(wp), intent(inout) :: v(:)
-
-      ! displacement of the beam at the body; coordinate and velocity of the body
-      real(wp) :: beam, coordinate, velocity
-      integer :: b
-
-      do b = 1, size(settings%bodies)
-         associate (body => settings%bodies(b), start => settings%start)
-            beam = deflection(findloc(contacts%settings%body == b .and. .not. contacts%settings%is_of_base, .true., &
-               dim=1))
-            velocity = body%start_velocity
-            if (start%kind == start_drop) velocity = velocity - start%velocity
-            v(mode(b)) = sqrt(body%mass_ratio)*velocity
-            if (start%kind == start_balance) cycle
-            coordinate = 0.0_wp
-            if (body%start_gap >= 0.0_wp) then
-               coordinate = beam - body%rest + merge(1.0_wp, -1.0_wp, body%side == side_below) &
-                  *(body%clearance - body%start_gap)
-            else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
-               coordinate = beam
-            end if
-            q(mode(b)) = sqrt(body%mass_ratio)*coordinate
-         end associate
-      end do
-   end subroutine place_bodies
 
    !> Report an error if no contact supports a beam that rotates freely about its root, or a body without a spring.
    subroutine check_balance(now, forces, error)

@@ -121,10 +121,14 @@ contains
       do k = 1, size(self%states)
          if (.not. self%states(k)%is_active) cycle
          if (self%states(k)%is_deformed) then
-            ! here `is_deformed` means that the contact has a force in the initial static equilibrium
+            ! here `is_deformed` means that the contact has a force in the initial static equilibrium, in which bodies
+            ! may start with velocities
             captures(k)%is_captured = self%states(k)%is_rigid
             if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
-            cycle
+            if (abs(velocity_of(self, k, motion)) <= velocity_rounding(self, k, motion) .or. &
+               .not. self%states(k)%is_rigid) cycle
+            captures(k)%is_captured = .false.
+            self%states(k)%is_deformed = .false.
          end if
          if (gap_of(self, k, motion%q) > gap_rounding(self, k, motion)) cycle
          associate (state => self%states(k), velocity => velocity_of(self, k, motion))

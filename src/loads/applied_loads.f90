@@ -6,6 +6,7 @@
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
    use beam_model, only: beam_model_t
+   use body_modes, only: count_bodies
    use kinds, only: lambda1_power4, wp
    use load_courses, only: acceleration_of
    use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
@@ -90,14 +91,12 @@ contains
       type(applied_loads_t), intent(out) :: loads
 
       real(wp), allocatable :: vector(:)
-      integer :: bodies, forces, g, i
+      integer :: forces, g, i
 
       forces = count_forces(settings)
-      bodies = 0
-      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (loads%course, source=courses_of(settings))
       loads%count = size(loads%course)
-      allocate (loads%vector(model%mass%order + bodies, loads%count), source=0.0_wp)
+      allocate (loads%vector(model%mass%order + count_bodies(settings), loads%count), source=0.0_wp)
       do g = 1, forces
          associate (force => settings%forces(g))
             if (allocated(force%position)) then
@@ -119,7 +118,7 @@ contains
             if (base%quantity == base_displacement .and. base%course%kind == course_harmonic) loads%power(g) = 2
          end associate
          loads%vector(:model%mass%order, g) = -base_mass_vector(model)
-         if (bodies > 0) loads%vector(model%mass%order + 1:, g) = -settings%bodies%mass_ratio
+         if (allocated(settings%bodies)) loads%vector(model%mass%order + 1:, g) = -settings%bodies%mass_ratio
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration

@@ -4,10 +4,10 @@
 module body_modes
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: lambda1, lambda1_power4, wp
-   use run_settings, only: body_settings_t
+   use run_settings, only: body_settings_t, run_settings_t
    implicit none (type, external)
    private
-   public :: append_bodies, squared_frequency_of, damping_rate_of
+   public :: append_bodies, count_bodies, squared_frequency_of, damping_rate_of
 
 contains
 
@@ -43,6 +43,15 @@ contains
       call move_alloc(shape, modes%mode)
       call move_alloc(square, modes%square)
    end subroutine append_bodies
+
+   !> Number of bodies of a run.
+   pure function count_bodies(settings) result(number)
+      type(run_settings_t), intent(in) :: settings
+      integer :: number
+
+      number = 0
+      if (allocated(settings%bodies)) number = size(settings%bodies)
+   end function count_bodies
 
    !> Squared circular frequency k/m of a body, over omega1^2. The ratios of k and m are in 3 E Ibar/L^3 and rho Abar L,
    !> and omega1^2 = lambda1^4 E Ibar/(rho Abar L^4).

@@ -7,6 +7,7 @@
 module newmark_loads
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
+   use body_modes, only: count_bodies
    use contact_rows, only: band
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
@@ -14,6 +15,7 @@ module newmark_loads
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
    use mode_choice, only: rates_of_modes
+   use newmark_bodies, only: damp_bodies
    use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
@@ -156,14 +158,14 @@ contains
 
    !> Damping besides 2 zeta K: proportional to M, or modal damping, the sum of 2 xi_i W_i (M phi_i)(M phi_i)^T over the
    !> modes phi_i, with M-norm 1, of frequency W_i and damping ratio xi_i. That matrix is full, so the matrices of the
-   !> supported beam are extended to the full profile.
+   !> supported beam are extended to the full profile. Bodies have dampers of their own instead.
    subroutine additional_damping(settings, model, supported, modes, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam before its rigid supports are fixed; `find_free_modes` takes the supports into account, and the modes
       !> that it finds have the damping ratios
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile, unless its
-      !> degrees of freedom are modes
+      !> The beam with its rigid supports fixed, and bodies; modal damping extends its matrices to the full profile,
+      !> unless its degrees of freedom are modes
       type(beam_model_t), intent(inout) :: supported
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
       type(free_modes_t), allocatable, intent(in) :: modes
@@ -175,8 +177,9 @@ contains
       type(free_modes_t) :: damped
       ! M phi_i
       real(wp), allocatable :: force(:)
-      integer :: column, i, row
+      integer :: bodies, column, i, row
 
+      bodies = count_bodies(settings)
       if (allocated(modes)) then
          allocate (damping, source=supported%mass)
          damping%values = rates_of_modes(settings, modes%square)
@@ -189,9 +192,9 @@ contains
          supported%mass = full_profile(supported%mass)
          allocate (damping, source=supported%mass)
          damping%values = 0.0_wp
-         allocate (force(supported%mass%order))
+         allocate (force(supported%mass%order), source=0.0_wp)
          do i = 1, size(damped%square)
-            call multiply(supported%mass, damped%mode(:, i), force)
+            call multiply(supported%mass, [damped%mode(:, i), spread(0.0_wp, 1, bodies)], force)
             ! the last ratio holds for all higher modes
             associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
                do column = 1, damping%order
@@ -207,6 +210,15 @@ contains
          allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
       end if
+      if (bodies == 0) return
+      associate (zeta => merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), order => supported%mass%order)
+         if (allocated(modes)) then
+            call damp_bodies(settings%bodies, zeta, [(findloc(modes%body, i, dim=1), i=1, bodies)], supported%mass, &
+               damping)
+         else
+            call damp_bodies(settings%bodies, zeta, [(order - bodies + i, i=1, bodies)], supported%mass, damping)
+         end if
+      end associate
    end subroutine additional_damping
 
    !> The matrix stored with all entries of each column down to the diagonal, zeros included.

@@ -10,7 +10,7 @@ module newmark_modes
    use free_modes, only: free_modes_t
    use kinds, only: lambda1_power4, wp
    use newmark_run, only: is_inactive, newmark_run_t
-   use newmark_stepper, only: newmark_state_t
+   use newmark_stepper, only: modal_row, newmark_state_t
    use skyline_matrix, only: make_skyline
    implicit none (type, external)
    private
@@ -26,12 +26,12 @@ contains
       !> K and M of the modes; `stop_dof`, `stop_dofs` and `tip_dof` are the entries of these points in a state vector
       !> (module `modal_steps`). Supports are part of the modes
       type(beam_model_t), intent(out) :: modal
-      !> Displacement of each point per unit of each mode, [modes, points]
+      !> Displacement of each point per unit of each mode, bodies last, [modes, points]
       real(wp), allocatable, intent(out) :: point_shape(:, :)
 
       ! degrees of freedom of the points in the model, with repetitions and without
       integer, allocatable :: named(:), dofs(:)
-      integer :: i
+      integer :: body, i
 
       modal = model
       associate (order => size(modes%square))
@@ -43,7 +43,7 @@ contains
          modal%root_dofs = 0
          named = [model%tip_dof, model%stop_dof, model%stop_dofs]
          dofs = pack(named, [(findloc(named, named(i), dim=1) == i, i=1, size(named))])
-         point_shape = transpose(modes%mode(dofs, :))
+         point_shape = transpose(modes%mode([dofs, [(body, body=model%mass%order + 1, size(modes%mode, 1))]], :))
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
          modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]
@@ -68,9 +68,7 @@ contains
       allocate (active_forces(size(place)), compliance(size(place), size(place)), &
          value(run%stepper%order, size(place)))
       do k = 1, size(place)
-         associate (row => run%contacts(place(k))%row)
-            value(:, k) = row%sign*run%stepper%point_shape(:, row%dof - run%stepper%order)
-         end associate
+         value(:, k) = modal_row(run%stepper, run%contacts(place(k))%row)
       end do
       compliance = matmul(transpose(value), value/spread(run%modes%square, 2, size(place)))
       associate (contacts => run%contacts(place)%contact)

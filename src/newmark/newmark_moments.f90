@@ -67,17 +67,20 @@ contains
                /spread(modes%truncated_square, 2, size(weights%stiffness, 2)))
             if (run%loads%count > 0) then
                call gather_loads(model, settings, loads)
-               weights%load = weights%load + matmul(transpose(loads%vector), static)
+               weights%load = weights%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
             end if
-            allocate (run%contact_moment(size(run%contacts), size(static, 2)))
+            allocate (run%contact_moment(size(run%contacts), size(static, 2)), source=0.0_wp)
             do k = 1, size(run%contacts)
                associate (contact => run%contacts(k)%contact)
+                  if (contact%settings%is_of_base) cycle
                   run%contact_moment(k, :) = contact%sign*static(model%stop_dofs(contact%stop), :)
                end associate
             end do
          end if
-         weights%stiffness = matmul(transpose(modes%mode), weights%stiffness)
-         weights%mass = matmul(transpose(modes%mode), weights%mass)
+         associate (shapes => modes%mode(:model%mass%order, :))
+            weights%stiffness = matmul(transpose(shapes), weights%stiffness)
+            weights%mass = matmul(transpose(shapes), weights%mass)
+         end associate
       end associate
    end subroutine find_modal_weights
 
@@ -90,7 +93,7 @@ contains
       real(wp) :: moment(size(run%place_weights%stiffness, 2))
 
       ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in
-      ! K
+      ! K. Bodies, which come after the beam, cause no moment
       real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
       integer :: g
 
@@ -106,7 +109,10 @@ contains
             accelerated = a + damped
             strained = y + stepper%stiffness_damping*v + run%share_of_stiffness*a
          end associate
-         moment = matmul(strained, run%place_weights%stiffness) + matmul(accelerated, run%place_weights%mass)
+         associate (beam => size(run%place_weights%stiffness, 1))
+            moment = matmul(strained(:beam), run%place_weights%stiffness) + matmul(accelerated(:beam), &
+               run%place_weights%mass)
+         end associate
          if (allocated(run%contact_moment)) moment = moment + matmul(state%force, run%contact_moment)
          do g = 1, run%loads%count
             moment = moment + value_at(run%loads%course(g), state%load_tau)*run%place_weights%load(g, :)

@@ -8,13 +8,15 @@
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
+   use body_modes, only: count_bodies
    use contact_measures, only: open_measures
-   use contact_rows, only: row_value, band, contact_row_t
+   use contact_rows, only: row_value, band
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
    use moment_places, only: open_moments
+   use newmark_bodies, only: add_bodies, row_of_contact
    use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_events, only: close_touched, find_events, trigger_events
@@ -31,7 +33,7 @@ module newmark_motion
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: to_text
-   use response_records, only: open_records, open_contact_record
+   use response_records, only: open_body_record, open_records, open_contact_record
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -41,7 +43,7 @@ module newmark_motion
    use skyline_matrix, only: skyline_t
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of
+   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of
    use stop_laws, only: make_compliant_stop
    implicit none (type, external)
    private
@@ -137,6 +139,12 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
+      if (allocated(settings%bodies)) then
+         allocate (response%bodies(size(settings%bodies)))
+         do k = 1, size(settings%bodies)
+            call open_body_record(settings%bodies(k), settings%output, samples + 1, response%bodies(k))
+         end do
+      end if
       run%records_ledger = allocated(response%energy) .or. settings%output%measures .or. allocated(settings%statistics)
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
          k=1, size(run%contacts))], run%release_contact, response, run%observers)
@@ -205,12 +213,12 @@ contains
       !> Modes that are the degrees of freedom of the steps
       type(free_modes_t), intent(in), optional :: modes
 
-      ! the beam in its degrees of freedom, with its rigid supports fixed
+      ! the beam in its degrees of freedom, with its rigid supports fixed, and bodies
       type(beam_model_t) :: supported
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: point_shape(:, :), shape(:)
-      real(wp) :: kinetic
+      real(wp) :: kinetic, zeta
       integer :: k
 
       run%sample_step = settings%response%step
@@ -231,23 +239,27 @@ contains
       end if
       if (run%release_contact > 0) then
          supported%stop_dof = supported%stop_dofs(contacts(run%release_contact)%stop)
-         run%height = contacts(run%release_contact)%sign*contacts(run%release_contact)%height
+         run%height = datum_of(contacts(run%release_contact))
       end if
-      call divide_step(supported, settings%zeta, settings%response, run%steps_per_sample, error)
-      if (allocated(error)) return
-      ! this check precedes `additional_damping`, which may extend the matrices to the full profile
+      ! this check is of the beam alone, and before `additional_damping`, which may extend the matrices to the full
+      ! profile
       if (.not. allocated(run%modes)) call check_mesh(supported, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call explain_mesh_error(error)
          return
       end if
+      if (allocated(settings%bodies) .and. .not. allocated(run%modes)) call add_bodies(settings%bodies, supported)
+      zeta = merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios))
+      ! a body on a stiff spring may have little damping
+      call divide_step(supported, merge(0.0_wp, settings%zeta, allocated(settings%bodies)), settings%response, &
+         run%steps_per_sample, error)
+      if (allocated(error)) return
       call prepare_loads(model, settings, run)
       call additional_damping(settings, model, supported, run%modes, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
-         call make_newmark_stepper(supported, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
-            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%steps_per_sample, wp), &
-            run%stepper, error, damping, point_shape)
+         call make_newmark_stepper(supported, zeta, scheme%newmark_beta, scheme%newmark_gamma, &
+            scheme%step/real(run%steps_per_sample, wp), run%stepper, error, damping, point_shape)
       end associate
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
@@ -255,7 +267,7 @@ contains
          return
       end if
       run%states(2) = run%states(1)
-      call make_contacts(supported, contacts, run, error)
+      call make_contacts(supported, contacts, count_bodies(settings), run, error)
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
@@ -264,10 +276,12 @@ contains
    end subroutine make_run
 
    !> Prepare the contacts of the run.
-   subroutine make_contacts(supported, contacts, run, error)
-      !> The beam in its degrees of freedom
+   subroutine make_contacts(supported, contacts, bodies, run, error)
+      !> The beam in its degrees of freedom, and bodies
       type(beam_model_t), intent(in) :: supported
       type(contact_t), intent(in) :: contacts(:)
+      !> Number of bodies
+      integer, intent(in) :: bodies
       !> Receives the contacts
       type(newmark_run_t), intent(inout) :: run
       !> Set if the contact tolerance is too wide for two opposite contacts
@@ -281,7 +295,7 @@ contains
          run%closed(n), run%rows(n, n), run%right(n), run%violates(n), run%event_ahead(n), run%arrives(n), &
          run%leaves(n))
       run%event_ahead = .false.
-      run%contacts%row = [(contact_row_t(supported%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
+      run%contacts%row = row_of_contact(contacts, supported%stop_dofs(contacts%stop), run%stepper%length - bodies + 1)
       is_active = active_contacts(contacts, run%contacts%row%dof)
       do k = 1, n
          associate (contact => run%contacts(k))
@@ -327,7 +341,8 @@ contains
       associate (contact => run%contacts(k))
          do j = 1, k - 1
             associate (other => run%contacts(j))
-               if (other%row%dof /= contact%row%dof .or. other%row%sign*contact%row%sign > 0.0_wp) cycle
+               if (other%row%dof /= contact%row%dof .or. other%row%body /= contact%row%body .or. &
+                  other%row%sign*contact%row%sign > 0.0_wp) cycle
                clearance = -(other%contact%height + contact%contact%height)
                if (clearance > 2.0_wp*run%contact_tolerance) cycle
                call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
@@ -445,15 +460,21 @@ contains
 
       ! contact forces and energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
       real(wp) :: forces(size(run%contacts)), energy
+      ! a body without spring is at rest only if no contact presses
+      logical :: has_free_body
       integer :: k
 
       forces = 0.0_wp
       energy = no_rest
+      has_free_body = .false.
+      if (allocated(settings%bodies)) has_free_body = any(settings%bodies%spring_ratio <= 0.0_wp)
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         if (allocated(run%modes)) then
+         if (has_free_body) then
+            if (.not. any(run%contacts%contact%height > 0.0_wp)) energy = 0.0_wp
+         else if (allocated(run%modes)) then
             call find_rest_in_modes(run, forces, energy)
          else
-            call find_static_rest(model, run%contacts%contact, forces, energy, error)
+            call find_static_rest(model, run%contacts%contact, forces, energy, error, settings%bodies)
          end if
          if (allocated(error)) return
       end if

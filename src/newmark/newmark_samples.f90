@@ -1,8 +1,10 @@
 !> Recording of a Newmark run: histories at the samples, and displacements of the whole beam (shapes) at instants within
 !> a step.
 module newmark_samples
+   use contact_rows, only: row_value
    use history_list, only: acceleration_stop, acceleration_tip, eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
+   use newmark_bodies, only: record_bodies
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_modes, only: in_nodes
    use newmark_moments, only: moments_now
@@ -31,10 +33,19 @@ contains
 
       place = run%sample + 1
       associate (state => run%states(run%now), stepper => run%stepper)
-         sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
+         if (run%release_contact > 0) then
+            associate (contact => run%contacts(run%release_contact))
+               sample%history(eta_stop) = contact%row%sign*(row_value(contact%row, state%beam%displacement) &
+                  - contact%contact%height)
+               sample%history(velocity_stop) = contact%row%sign*row_value(contact%row, state%beam%velocity)
+               sample%history(acceleration_stop) = contact%row%sign*row_value(contact%row, state%beam%acceleration)
+            end associate
+         else
+            sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
+            sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
+            sample%history(acceleration_stop) = state%beam%acceleration(stepper%stop_dof)
+         end if
          sample%history(eta_tip) = state%beam%displacement(stepper%tip_dof) - run%height
-         sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
-         sample%history(acceleration_stop) = state%beam%acceleration(stepper%stop_dof)
          sample%history(acceleration_tip) = state%beam%acceleration(stepper%tip_dof)
          sample%history(force_stop) = run%height_ratio*sum(state%force)
          if (allocated(response%energy)) then
@@ -43,10 +54,12 @@ contains
          end if
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), record => response%contacts(run%contacts(k)%contact%number))
-               if (allocated(record%eta)) record%eta(place) = state%beam%displacement(contact%row%dof) - record%height
-               if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(contact%row%dof)
+               if (allocated(record%eta)) record%eta(place) = contact%row%sign*row_value(contact%row, &
+                  state%beam%displacement) - record%height
+               if (allocated(record%velocity)) record%velocity(place) = contact%row%sign*row_value(contact%row, &
+                  state%beam%velocity)
                if (allocated(record%acceleration)) record%acceleration(place) = &
-                  state%beam%acceleration(contact%row%dof)
+                  contact%row%sign*row_value(contact%row, state%beam%acceleration)
                if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)
                if (.not. allocated(response%energy)) cycle
                energy = contact_energy(run, k, state)
@@ -57,6 +70,7 @@ contains
             end associate
          end do
       end associate
+      if (allocated(response%bodies)) call record_bodies(run, place, response%bodies)
       if (allocated(run%place_weights)) sample%moment = moments_now(run)
       call record_sample(place, sample, run%ledger, response)
    end subroutine take_sample

@@ -3,8 +3,10 @@
 module newmark_start
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
+   use body_modes, only: count_bodies
    use contact_rows, only: band
-   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts
+   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts, &
+      place_bodies
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
@@ -18,13 +20,14 @@ module newmark_start
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_contacts, only: active_contacts, contact_t, penetration_tolerance
+   use stop_contacts, only: active_contacts, contact_t, force_on_body, penetration_tolerance, &
+      shape_of_contact
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: make_start, begin_at_contacts
 
-   !> Finite-element beam with its rigid supports fixed.
+   !> Finite-element beam with its rigid supports fixed, and bodies.
    type, extends(flexible_beam_t) :: finite_beam_t
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
@@ -34,14 +37,14 @@ module newmark_start
 
 contains
 
-   !> Make the initial state of the beam, and the forces of the contacts that carry it.
+   !> Make the initial state of beam and bodies, and the forces of the contacts that carry them.
    subroutine make_start(model, supported, settings, contacts, release_shape, run, error)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed
+      !> The beam with its rigid supports fixed, and bodies
       type(beam_model_t), intent(in) :: supported
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
-      !> The static shape from which the beam is released, [order]; unallocated: the beam starts otherwise
+      !> The static shape from which the beam is released, [order of the beam]; unallocated: the beam starts otherwise
       real(wp), allocatable, intent(in) :: release_shape(:)
       !> The run; its stepper and loads are ready
       type(newmark_run_t), intent(inout) :: run
@@ -56,7 +59,7 @@ contains
       displacement = 0.0_wp
       velocity = 0.0_wp
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      call make_flexible(model, supported, run%stepper%point_shape, contacts, flexible)
+      call make_flexible(model, supported, run%modes, contacts, count_bodies(settings), flexible)
       associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band, &
          start => settings%start)
          allocate (state%beam%displacement(1 - band:last), state%beam%velocity(1 - band:last), &
@@ -77,7 +80,7 @@ contains
                      /dot_product(flexible%row(:, released), shape(:, 1)))
                end associate
             else
-               displacement = release_shape
+               displacement(:size(release_shape)) = release_shape
             end if
          case (start_balance)
             if (run%loads%count > 0) then
@@ -96,7 +99,9 @@ contains
             end if
          end select
          if (allocated(error)) return
-         if (start%kind /= start_release) call check_start(flexible, contacts, state%force, displacement, error)
+         if (allocated(settings%bodies)) call move_bodies(model, settings, contacts, run%modes, displacement, velocity)
+         if (start%kind /= start_release .or. allocated(settings%bodies)) call check_start(flexible, contacts, &
+            state%force, displacement, error)
          if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, state%force, displacement, &
             error)
          if (allocated(error)) return
@@ -106,14 +111,49 @@ contains
       end associate
    end subroutine make_start
 
-   !> Collect the matrices and contact rows of the beam.
-   pure subroutine make_flexible(model, supported, point_shape, contacts, flexible)
+   !> Set displacements and velocities of the bodies.
+   pure subroutine move_bodies(model, settings, contacts, modes, displacement, velocity)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed
-      type(beam_model_t), intent(in) :: supported
-      !> Displacement of each point per unit of each mode; unallocated: the degrees of freedom are not modes
-      real(wp), allocatable, intent(in) :: point_shape(:, :)
+      !> Start, and bodies
+      type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
+      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
+      type(free_modes_t), allocatable, intent(in) :: modes
+      !> Displacements and velocities of the degrees of freedom, of which those of the bodies are set, [order]
+      real(wp), intent(inout) :: displacement(:)
+      real(wp), intent(inout) :: velocity(:)
+
+      real(wp), dimension(size(settings%bodies)) :: coordinate, rate, unit
+      ! degree of freedom of each body
+      integer :: place(size(settings%bodies)), b
+
+      associate (dofs => model%stop_dofs(contacts%stop))
+         if (allocated(modes)) then
+            place = [(findloc(modes%body, b, dim=1), b=1, size(place))]
+            unit = 1.0_wp/sqrt(settings%bodies%mass_ratio)
+            coordinate = unit*displacement(place)
+            call place_bodies(settings, contacts, matmul(modes%mode(dofs, :), displacement), coordinate, rate)
+         else
+            place = [(model%mass%order + b, b=1, size(place))]
+            unit = 1.0_wp
+            coordinate = displacement(place)
+            call place_bodies(settings, contacts, displacement(dofs), coordinate, rate)
+         end if
+      end associate
+      displacement(place) = coordinate/unit
+      velocity(place) = rate/unit
+   end subroutine move_bodies
+
+   !> Collect the matrices and contact rows of the beam and of bodies.
+   pure subroutine make_flexible(model, supported, modes, contacts, bodies, flexible)
+      type(beam_model_t), intent(in) :: model
+      !> The beam with its rigid supports fixed, and bodies
+      type(beam_model_t), intent(in) :: supported
+      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
+      type(free_modes_t), allocatable, intent(in) :: modes
+      type(contact_t), intent(in) :: contacts(:)
+      !> Number of bodies
+      integer, intent(in) :: bodies
       type(finite_beam_t), intent(out) :: flexible
 
       integer :: k
@@ -122,15 +162,14 @@ contains
       flexible%mass = supported%mass
       allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
-         if (allocated(point_shape)) then
-            ! the points follow the modes in a state vector
-            flexible%row(:, k) = contacts(k)%sign*point_shape(:, supported%stop_dofs(contacts(k)%stop) &
-               - supported%stiffness%order)
-            cycle
-         end if
-         associate (dof => model%stop_dofs(contacts(k)%stop))
-            if (.not. any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp)) flexible%row(dof, k) = &
-               contacts(k)%sign
+         associate (dof => model%stop_dofs(contacts(k)%stop), contact => contacts(k), body => contacts(k)%settings%body)
+            if (allocated(modes)) then
+               flexible%row(:, k) = shape_of_contact(contact, dof, bodies, modes%mode)
+               cycle
+            end if
+            if (.not. (any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp) &
+               .or. contact%settings%is_of_base)) flexible%row(dof, k) = contact%sign
+            if (body > 0) flexible%row(model%mass%order + body, k) = force_on_body(contact, body)
          end associate
       end do
    end subroutine make_flexible
@@ -165,7 +204,7 @@ contains
    !> momenta of that motion at the degrees of freedom.
    subroutine set_in_motion(model, supported, start, displacement, velocity, error)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed
+      !> The beam with its rigid supports fixed, and bodies
       type(beam_model_t), intent(in) :: supported
       type(start_settings_t), intent(in) :: start
       !> Displacements and velocities of the degrees of freedom, [order]
@@ -178,17 +217,19 @@ contains
       type(skyline_t) :: factors
       integer :: i
 
-      if (is_in_mode(start)) then
-         call find_free_modes(model, modes, error)
-         if (allocated(error)) return
-         associate (tip => modes%mode(modes%tip_dof, start%mode))
-            if (start%kind == start_mode) displacement = start%displacement/tip*modes%mode(:, start%mode)
-            velocity = start%velocity/tip*modes%mode(:, start%mode)
-         end associate
-         return
-      end if
-      ! until they are multiplied by M^-1, both vectors are products of mass and motion
-      call find_start_momenta(model, start, displacement, velocity)
+      associate (order => model%mass%order)
+         if (is_in_mode(start)) then
+            call find_free_modes(model, modes, error)
+            if (allocated(error)) return
+            associate (tip => modes%mode(modes%tip_dof, start%mode))
+               if (start%kind == start_mode) displacement(:order) = start%displacement/tip*modes%mode(:, start%mode)
+               velocity(:order) = start%velocity/tip*modes%mode(:, start%mode)
+            end associate
+            return
+         end if
+         ! until they are multiplied by M^-1, both vectors are products of mass and motion
+         call find_start_momenta(model, start, displacement(:order), velocity(:order))
+      end associate
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness > 0.0_wp) cycle
          displacement(model%supports(i)%dof) = 0.0_wp
@@ -221,8 +262,10 @@ contains
          return
       end if
       call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
-      displacement = matmul(momentum(:, 1), modes%mode)
-      velocity = matmul(momentum(:, 2), modes%mode)
+      associate (shapes => modes%mode(:size(momentum, 1), :))
+         displacement = matmul(momentum(:, 1), shapes)
+         velocity = matmul(momentum(:, 2), shapes)
+      end associate
    end subroutine set_modes_in_motion
 
    !> Close the contacts that carry the beam at the start, are hit there, or have a compressive reaction.

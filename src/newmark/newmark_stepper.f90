@@ -26,7 +26,8 @@
 !>
 !> The degrees of freedom y may be modes of the beam instead of displacements and slopes of its nodes. K, M* and C* are
 !> then diagonal, and a state vector holds the displacements of points of the beam behind those of the modes (module
-!> `modal_steps`), so that the row of a contact has one entry only in both cases.
+!> `modal_steps`), so that the row of a contact has the same entries in both cases. Bodies that move have the last
+!> entries of a state vector, as degrees of freedom or as points.
 module newmark_stepper
    use banded_steps, only: add_column, add_column_and_correct, correct, negative_product, predict, solve_banded
    use beam_model, only: beam_model_t
@@ -39,7 +40,7 @@ module newmark_stepper
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
    public :: make_newmark_stepper, make_factors, solve_for_row, solve_mass_for_row, predict_step, finish_step
-   public :: restart_acceleration, copy_state, impose_row_value, place_points_in_column
+   public :: restart_acceleration, copy_state, impose_row_value, place_points_in_column, modal_row
 
    !> Maximum number of halvings of a step.
    integer, parameter :: deepest_level = 40
@@ -78,7 +79,7 @@ module newmark_stepper
       !> Number of entries of a state vector without its padding: degrees of freedom, and points behind modes
       integer :: length = 0
       !> Displacement of each point per unit of each mode, [order, points]; unallocated: the degrees of freedom are
-      !> displacements and slopes of nodes
+      !> displacements and slopes of nodes, and coordinates of bodies
       real(wp), allocatable :: point_shape(:, :)
       !> Entries of the stop point and of the tip in a state vector
       integer :: stop_dof = 0
@@ -261,11 +262,24 @@ contains
 
       load = 0.0_wp
       if (allocated(stepper%point_shape)) then
-         load(1:stepper%order) = row%sign*stepper%point_shape(:, row%dof - stepper%order)
+         load(1:stepper%order) = modal_row(stepper, row)
       else
-         call set_row_value(row, 1.0_wp, load)
+         load(row%dof) = row%sign
+         if (row%body > 0) load(row%body) = -row%sign
       end if
    end subroutine load_row
+
+   !> The row of a contact over the modes, if these are the degrees of freedom.
+   pure function modal_row(stepper, row) result(value)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> Row over the points
+      type(contact_row_t), intent(in) :: row
+      !> Normal displacement per unit of each mode, [order]
+      real(wp) :: value(stepper%order)
+
+      value = row%sign*stepper%point_shape(:, row%dof - stepper%order)
+      if (row%body > 0) value = value - row%sign*stepper%point_shape(:, row%body - stepper%order)
+   end function modal_row
 
    !> Set the entries of the points in a vector of modes.
    pure subroutine place_points_in_column(stepper, column)
@@ -293,18 +307,17 @@ contains
       !> x, padded
       real(wp), intent(inout) :: vector(1 - band:)
 
-      real(wp) :: change, norm
+      real(wp) :: change, norm, shape(stepper%order)
       integer :: i
 
       if (allocated(stepper%point_shape)) then
-         change = row%sign*(value - row_value(row, vector))
-         associate (shape => stepper%point_shape, p => row%dof - stepper%order)
-            norm = sum(shape(:, p)**2)
-            if (norm > 0.0_wp) change = change/norm
-            do i = 1, stepper%order
-               vector(i) = vector(i) + change*shape(i, p)
-            end do
-         end associate
+         change = value - row_value(row, vector)
+         shape = modal_row(stepper, row)
+         norm = sum(shape**2)
+         if (norm > 0.0_wp) change = change/norm
+         do i = 1, stepper%order
+            vector(i) = vector(i) + change*shape(i)
+         end do
       end if
       call set_row_value(row, value, vector)
    end subroutine impose_row_value

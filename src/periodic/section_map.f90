@@ -5,6 +5,7 @@
 module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
+   use body_modes, only: count_bodies
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
@@ -84,7 +85,7 @@ contains
       type(mode_check_t) :: check
       ! number of modes in the runs, and number of lowest modes among them, chosen by `choose_modes`
       integer :: mode_count, lowest
-      integer :: bodies, k
+      integer :: k
 
       map%model = model
       map%period = period
@@ -104,13 +105,12 @@ contains
       ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
-      bodies = 0
-      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (contacts, source=contacts_of(settings))
       allocate (map%contacts(size(contacts)), map%value(size(map%modes%square), size(contacts)))
       do k = 1, size(contacts)
          call make_contact_state(contacts(k), map%contacts(k))
-         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), bodies, map%modes%mode)
+         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), count_bodies(settings), &
+            map%modes%mode)
       end do
       allocate (map%branch_contacts(0))
       do k = 1, size(contacts)

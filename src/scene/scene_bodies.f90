@@ -138,15 +138,14 @@ contains
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal) then
          call input%complain('stop', 'impulse', "does not go with &body; take 'momentum'")
       end if
-      if (scene%response%method == method_newmark) then
-         call input%complain('response', 'method', "does not go with &body yet; take 'exact'")
-      end if
       do k = 1, size(scene%bodies)
          associate (body => scene%bodies(k))
             call check_values(input, table, scene, k)
             do i = 1, k - 1
-               if (body%side /= scene%bodies(i)%side .or. &
-                  .not. are_at_one_point(body%position, scene%bodies(i)%position)) cycle
+               associate (other => scene%bodies(i))
+                  if (body%side /= other%side .and. body%side /= side_both .and. other%side /= side_both) cycle
+                  if (.not. are_at_one_point(body%position, other%position)) cycle
+               end associate
                call input%complain('body', 'position position_length side', 'is on the side of &body number ' &
                   //to_text(i)//' at the same point, where both would meet; bodies meet the beam and their floors, ' &
                   //'not each other', k)
@@ -179,6 +178,9 @@ contains
             'needs spring_ratio or spring, whose rest it is', k)
          if (gives('start_gap_ratio') .and. scene%start%kind == start_balance) call input%complain('body', &
             'start_gap_ratio start_gap', "does not go with &start kind = 'balance', which places the body", k)
+         if (scene%start%kind == start_balance .and. .not. has_spring .and. &
+            scene%response%method == method_newmark) call input%complain('response', 'method', &
+            "finds no balance of a body without a spring; take 'exact'")
          if (body%side == side_both .and. body%start_gap > 2.0_wp*body%clearance .and. .not. varies) then
             call input%complain('body', 'start_gap_ratio start_gap', &
                'is wider than the cavity, twice clearance_ratio = '//to_text(body%clearance), k)

@@ -185,7 +185,7 @@ contains
          'too uneven', &
          'contact_tolerance is too small', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
-         'cannot be pulled away from a stop', 'nothing carries the beam', 'is for one stop below the beam alone', &
+         'cannot be pulled away from a stop', 'nothing carries ', 'is for one stop below the beam alone', &
          'the motion does not repeat itself', 'finds no motion that returns', &
          'the mode of the start ', 'displacements of the table ', 'velocities of the table ', &
          'is too near to that of another', 'the stops at ', 'the support at ']
@@ -396,10 +396,16 @@ contains
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
-      if (scene%start%kind /= start_release .or. allocated(response%energy%work)) then
+      integer :: k
+
+      if (scene%start%kind /= start_release .or. scene%has_bodies .or. allocated(response%energy%work)) then
          ! a tip that is held tells nothing of how far loads bend the beam
          unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values)) &
             + sqrt(maxval(response%energy%strain))
+         if (.not. scene%has_bodies) return
+         do k = 1, size(response%bodies)
+            unit = max(unit, maxval(abs(response%bodies(k)%displacement)))
+         end do
          return
       end if
       unit = (1.0_wp + greatest_preload(scene)) &
@@ -423,21 +429,28 @@ contains
       !> Gets what is wrong
       character(:), allocatable, intent(inout) :: complaint
 
-      type(stop_settings_t), allocatable :: stops(:)
+      type(stop_settings_t) :: stop
       real(wp) :: reach
       integer :: k
 
-      stops = [scene%stop]
-      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
       reach = length_scale(scene, response)
       do k = 1, size(response%contacts)
          associate (contact => response%contacts(k))
+            if (contact%body > 0 .and. contact%is_of_base) then
+               stop = scene%bodies(contact%body)%base_contact
+            else if (contact%body > 0) then
+               stop = scene%bodies(contact%body)%contact
+            else if (contact%stop == 1) then
+               stop = scene%stop
+            else
+               stop = scene%more_stops(contact%stop - 1)
+            end if
             if (.not. (all(ieee_is_finite(contact%eta)) .and. all(ieee_is_finite(contact%force)))) &
                complaint = complaint//'a surface has what is not finite; '
             call limit('a surface pulls', -minval(contact%force)/max(maxval(contact%force), &
                response%measures%greatest_force, response%measures%greatest_mean_force, &
-               least_force(stops(contact%stop), reach)), rounding, complaint)
-            if (stops(contact%stop)%law /= law_restitution) cycle
+               least_force(stop, reach)), rounding, complaint)
+            if (stop%law /= law_restitution) cycle
             if (scene%response%method == method_exact) then
                call limit('the beam enters a surface', -minval(real(contact%sign, wp)*contact%eta)/reach, rounding, &
                   complaint)
@@ -536,7 +549,7 @@ contains
          call limit('a loss that is a gain', -min(minval(e%dissipated_beam), minval(e%dissipated_stop), &
             minval(e%dissipated_impact), minval(e%created))/unit, share, complaint)
       end associate
-      if (.not. scene%has_stop) return
+      if (.not. (scene%has_stop .or. scene%has_bodies)) return
       reach = length_scale(scene, response)
       associate (force => response%history(force_stop)%values)
          call limit('the stop pulls', -minval(force)/max(maxval(force), response%measures%greatest_force, &

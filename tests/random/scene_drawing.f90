@@ -38,6 +38,19 @@ module scene_drawing
       usual_t('mass_1', 'rotary_inertia_ratio', 1.0e-4_wp, 0.1_wp, .true.), &
       usual_t('root', 'rotation_stiffness_ratio', 0.01_wp, 1.0e4_wp, .true.), &
       usual_t('root', 'translation_stiffness_ratio', 0.1_wp, 1.0e5_wp, .true.), &
+      usual_t('body', 'position', 0.2_wp, 1.0_wp, .false.), usual_t('body', 'mass_ratio', 0.003_wp, 3.0_wp, .true.), &
+      usual_t('body', 'clearance_ratio', 0.05_wp, 1.0_wp, .false.), &
+      usual_t('body', 'spring_ratio', 0.3_wp, 1.0e3_wp, .true.), &
+      usual_t('body', 'damping_ratio', 0.01_wp, 4.0_wp, .true.), &
+      usual_t('body', 'base_damper_ratio', 1.0e-3_wp, 10.0_wp, .true.), &
+      usual_t('body', 'rest_ratio', -0.5_wp, 0.5_wp, .false.), &
+      usual_t('body', 'start_velocity_ratio', -2.0_wp, 2.0_wp, .false.), &
+      usual_t('body', 'start_gap_ratio', 0.0_wp, 0.6_wp, .false.), &
+      usual_t('body', 'floor_ratio', 0.0_wp, 1.0_wp, .false.), usual_t('body', 'ceiling_ratio', 0.0_wp, 1.0_wp, .false.), &
+      usual_t('body', 'restitution', 0.0_wp, 1.0_wp, .false.), &
+      usual_t('body', 'stiffness_ratio', 1.0_wp, 1.0e4_wp, .true.), &
+      usual_t('body', 'branch_ratio', 0.01_wp, 100.0_wp, .true.), &
+      usual_t('body', 'damper_ratio', 1.0e-3_wp, 100.0_wp, .true.), &
       usual_t('stop', 'clearance_ratio', 0.5_wp, 3.0_wp, .false.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -193,7 +206,76 @@ contains
          call put(draft, 'relay', '', '')
          call draw_group(names, 'relay', 0.7_wp, draft)
       end if
+      if (choice < 0.95_wp .and. chance(0.1_wp)) call draw_bodies(draft)
    end subroutine draw_scene
+
+   !> Bodies with usual values, which may take the place of the stops.
+   subroutine draw_bodies(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: sides(3) = [character(7) :: '''below''', '''above''', '''both''']
+      character(:), allocatable :: group
+      integer :: k
+
+      if (chance(0.5_wp)) call drop_stops(draft)
+      do k = 1, 1 + int(3.0_wp*number())
+         group = 'body_'//to_text(k)
+         call put(draft, group, 'side', trim(sides(1 + int(3.0_wp*number()))))
+         call put_usual('position', 0.7_wp)
+         call put_usual('mass_ratio', 1.0_wp)
+         call put_usual('clearance_ratio', merge(1.0_wp, 0.8_wp, value_of(draft, group, 'side') == sides(3)))
+         if (chance(0.5_wp)) then
+            call put_usual('spring_ratio', 1.0_wp)
+            call put_usual('damping_ratio', 0.5_wp)
+            call put_usual('rest_ratio', 0.4_wp)
+         else
+            call put_usual('base_damper_ratio', 0.3_wp)
+         end if
+         call put_usual('start_velocity_ratio', 0.5_wp)
+         call put_usual('start_gap_ratio', 0.4_wp)
+         call draw_law('')
+         call put_usual('floor_ratio', 0.4_wp)
+         call put_usual('ceiling_ratio', 0.3_wp)
+         if (has_name(draft, group, 'floor_ratio') .or. has_name(draft, group, 'ceiling_ratio')) call draw_law('floor_')
+      end do
+
+   contains
+
+      !> A law of the contacts with the beam, or with floor and ceiling.
+      subroutine draw_law(prefix)
+         character(*), intent(in) :: prefix
+
+         real(wp) :: choice
+
+         choice = number()
+         if (choice < 0.5_wp) then
+            call put_usual('restitution', 0.8_wp, prefix)
+            return
+         end if
+         call put(draft, group, prefix//'law', trim(merge('''spring_damper''', '''three_element''', choice < 0.75_wp)))
+         call put_usual('stiffness_ratio', 1.0_wp, prefix)
+         call put_usual('damper_ratio', 0.7_wp, prefix)
+         if (choice >= 0.75_wp) call put_usual('branch_ratio', 0.6_wp, prefix)
+      end subroutine draw_law
+
+      !> A usual value, with some probability.
+      subroutine put_usual(name, probability, prefix)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: probability
+         !> The name in the scene begins with it
+         character(*), intent(in), optional :: prefix
+
+         character(:), allocatable :: place
+         integer :: k
+
+         if (.not. chance(probability)) return
+         place = name
+         if (present(prefix)) place = prefix//name
+         k = findloc(usual%group == 'body' .and. usual%name == name, .true., dim=1)
+         call put(draft, group, place, to_text(between(usual(k)%least, usual(k)%most, usual(k)%is_logarithmic)))
+      end subroutine put_usual
+   end subroutine draw_bodies
 
    !> &spectrum of a part of the run, mostly, at a few frequencies.
    subroutine draw_spectrum(names, draft)

@@ -1,0 +1,103 @@
+!> Bodies in Newmark's steps. A body adds a degree of freedom of its own behind those of the beam, coupled to them by
+!> contacts alone. If the degrees of freedom are modes, the body is a mode, and its coordinate is a point behind those
+!> of the beam in a state vector (module `modal_steps`).
+module newmark_bodies
+   use beam_model, only: beam_model_t
+   use body_modes, only: damping_rate_of, squared_frequency_of
+   use contact_rows, only: contact_row_t
+   use kinds, only: lambda1_power4, wp
+   use newmark_run, only: newmark_run_t
+   use response_records, only: record_body
+   use response_types, only: body_record_t
+   use run_settings, only: body_settings_t
+   use skyline_matrix, only: skyline_t
+   use stop_contacts, only: contact_t, force_on_body
+   implicit none (type, external)
+   private
+   public :: add_bodies, damp_bodies, row_of_contact, record_bodies
+
+contains
+
+   !> Append the degrees of freedom of bodies to the matrices of the beam.
+   pure subroutine add_bodies(bodies, model)
+      type(body_settings_t), intent(in) :: bodies(:)
+      !> The beam, with its rigid supports fixed
+      type(beam_model_t), intent(inout) :: model
+
+      call append(lambda1_power4*bodies%mass_ratio*squared_frequency_of(bodies), model%stiffness)
+      call append(bodies%mass_ratio, model%mass)
+   end subroutine add_bodies
+
+   !> Append a diagonal to a matrix.
+   pure subroutine append(diagonal, matrix)
+      real(wp), intent(in) :: diagonal(:)
+      type(skyline_t), intent(inout) :: matrix
+
+      integer :: i
+
+      associate (order => matrix%order, entries => size(matrix%values))
+         matrix%first_row = [matrix%first_row, [(order + i, i=1, size(diagonal))]]
+         matrix%diagonal = [matrix%diagonal, [(entries + i, i=1, size(diagonal))]]
+      end associate
+      matrix%values = [matrix%values, diagonal]
+      matrix%order = matrix%order + size(diagonal)
+   end subroutine append
+
+   !> Give bodies the damping of their own dampers, whatever the damping of the beam.
+   pure subroutine damp_bodies(bodies, zeta, entry, mass, damping)
+      type(body_settings_t), intent(in) :: bodies(:)
+      !> The step adds 2 zeta K to the damping of all degrees of freedom
+      real(wp), intent(in) :: zeta
+      !> Degree of freedom of each body, [bodies]
+      integer, intent(in) :: entry(:)
+      type(skyline_t), intent(in) :: mass
+      !> Damping besides 2 zeta K, with the profile of the mass matrix; unallocated: there is none yet
+      type(skyline_t), allocatable, intent(inout) :: damping
+
+      if (.not. allocated(damping)) then
+         allocate (damping, source=mass)
+         damping%values = 0.0_wp
+      end if
+      associate (place => mass%diagonal(entry))
+         damping%values(place) = mass%values(place)*(damping_rate_of(bodies) - 2.0_wp*zeta*squared_frequency_of(bodies))
+      end associate
+   end subroutine damp_bodies
+
+   !> Row of a contact over the entries of a state vector.
+   elemental function row_of_contact(contact, dof, first_body) result(row)
+      type(contact_t), intent(in) :: contact
+      !> Entry of the point of the beam
+      integer, intent(in) :: dof
+      !> Entry of the first body
+      integer, intent(in) :: first_body
+      type(contact_row_t) :: row
+
+      row = contact_row_t(dof, contact%sign)
+      associate (body => contact%settings%body)
+         if (body == 0) return
+         if (contact%settings%is_of_base) then
+            row%dof = first_body - 1 + body
+         else
+            row%body = first_body - 1 + body
+         end if
+      end associate
+   end function row_of_contact
+
+   !> Record the bodies at a sample.
+   pure subroutine record_bodies(run, place, bodies)
+      type(newmark_run_t), intent(in) :: run
+      !> Index of the sample in the histories
+      integer, intent(in) :: place
+      type(body_record_t), intent(inout) :: bodies(:)
+
+      integer :: b
+
+      associate (state => run%states(run%now), last => run%stepper%length - size(bodies))
+         do b = 1, size(bodies)
+            call record_body(place, state%beam%displacement(last + b), state%beam%velocity(last + b), &
+               run%height_ratio*sum(state%force*force_on_body(run%contacts%contact, b)), bodies(b))
+         end do
+      end associate
+   end subroutine record_bodies
+
+end module newmark_bodies
