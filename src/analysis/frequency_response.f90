@@ -122,6 +122,7 @@ contains
       end do
    end function amplitudes_at
 
+   !> Write the response of the displacements at each frequency: amplitudes and phases.
    subroutine write_group(self, group)
       class(frequency_response_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group

@@ -6,7 +6,7 @@ module hdf5_library
    private
    public :: open_hdf5, make_text_type, c_free
 
-   !> The library has been initialised. Each further initialisation would leave copies of its types behind.
+   !> Whether the library has been initialised; each further initialisation would leave copies of its types behind
    logical :: is_open = .false.
 
    interface

@@ -13,6 +13,7 @@ module statistic_groups
 
 contains
 
+   !> Write the statistics of the impacts of a run, of all contacts together and of each alone.
    subroutine write_statistics(group, statistics, names)
       type(quantity_group_t), intent(in) :: group
       type(run_statistics_t), intent(in) :: statistics
