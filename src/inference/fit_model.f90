@@ -27,7 +27,7 @@ module fit_model
 
    !> Model of a signal as a function for the least-squares method.
    type, extends(residuals_t) :: fit_model_t
-      !> Runner of the cases, and sets of closed contacts that its runs fraction
+      !> Runner of the cases, and sets of closed contacts that its runs share
       type(runner_t), pointer :: runner => null()
       type(set_store_t), pointer :: sets => null()
       type(fit_settings_t) :: fit

@@ -65,6 +65,8 @@ contains
          x = coordinates_of(model, found)
          all_evaluations = 0
          sum_of_squares = huge(1.0_wp)
+         ! The last pass, over the whole signal again, is only for a signal with jumps, then without integration. Passes
+         ! before the last minimisation need no more than 1e-4; fewer than two values a parameter do not determine it
          do i = 1, size(fractions)
             count = nint(fractions(i)*real(all_values, wp))
             if (count < min(max(2*n, 8), all_values)) cycle

@@ -12,10 +12,10 @@ module fit_statistics
 
    !> Errors and correlation of fitted parameters.
    type :: certainty_t
-      !> The signal determines the parameter. False: the signal does not depend on it, depends only on a combination of
-      !> it with other parameters, or the interval is wider than the range
+      !> Whether the signal determines the parameter; not if the signal does not depend on it, depends only on a
+      !> combination of it with other parameters, or the interval is wider than the range
       logical, allocatable :: is_determined(:)
-      !> The signal depends on the parameter
+      !> Whether the signal depends on the parameter
       logical, allocatable :: has_influence(:)
       !> Standard errors, and half widths of the 95 % intervals; NaN if the signal does not determine the parameter
       real(wp), allocatable :: error(:)
@@ -100,6 +100,7 @@ contains
          end do
       end do
       t = student_quantile(0.95_wp, certainty%freedom)
+      ! noise that is known, not estimated from the residuals, has a normal distribution: infinite degrees of freedom
       if (noise > 0.0_wp) t = student_quantile(0.95_wp, 1000000)
       certainty%half_width = merge(t*certainty%error, nan, certainty%is_determined)
       do k = 1, n

@@ -20,14 +20,14 @@ module measure_list
       character(160) :: meaning
       !> Name of the physical quantity in `quantity_table`
       character(24) :: quantity
-      !> The values are whole numbers
+      !> Whether the values are whole numbers
       logical :: is_whole
       !> Label of the line on the console; empty: the measure is not printed
       character(24) :: label = ''
       !> Text between the label and the number, such as 'at tau =' before an instant; empty: the number follows the
       !> label. A whole number with such a text is an ordinal number, of which 0 means none
       character(16) :: lead = ''
-      !> Each contact of a run with several contacts has its own value
+      !> Whether each contact of a run with several contacts has its own value
       logical :: is_of_contact = .false.
       !> Group that a scene must have for this measure; empty: every scene has the measure
       character(12) :: group = ''
