@@ -74,14 +74,15 @@ contains
       type(axis_t), intent(in) :: axis
       real(wp) :: probability(size(axis%values))
 
-      real(wp), parameter :: nearest = 1.0e-12_wp
+      ! least distance from the probabilities 0 and 1, whose normal quantiles are infinite
+      real(wp), parameter :: min_distance = 1.0e-12_wp
 
       if (axis%is_logarithmic) then
          probability = log(axis%values/axis%minimum)/log(axis%maximum/axis%minimum)
       else
          probability = (axis%values - axis%minimum)/(axis%maximum - axis%minimum)
       end if
-      probability = min(max(probability, nearest), 1.0_wp - nearest)
+      probability = min(max(probability, min_distance), 1.0_wp - min_distance)
    end function cumulative_probabilities
 
    !> Distribute a parameter normally (lognormally if its range is logarithmic) with 95 % of the values in the range.
