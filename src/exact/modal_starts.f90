@@ -200,6 +200,8 @@ contains
       !> [contacts]
       real(wp), intent(inout) :: forces(:)
 
+      ! a subset with a larger violation, or with larger displacements in units of displacement, is no equilibrium
+      real(wp), parameter :: max_violation = 1.0e-6_wp, max_displacement = 1.0e15_wp
       complex(wp), allocatable :: flexibility(:), contact_force(:)
       complex(wp) :: z(size(load))
       real(wp) :: gap(size(place)), min_violation, violation
@@ -207,8 +209,11 @@ contains
       ! the bits of `choice` tell which contacts the subset holds
       integer :: k, choice
 
-      min_violation = huge(1.0_wp)
+      min_violation = max_violation
       associate (beam => phase%beam)
+         ! if nothing carries the beam or a body, these displacements lead to the message
+         q = load/beam%oscillators%square
+         forces = 0.0_wp
          do choice = 0, 2**min(size(place), max_supports) - 1
             subset = pack([(k, k=1, size(place))], [(btest(choice, k - 1), k=1, size(place))])
             flexibility = [(cmplx(flexibility_of(place(subset(k))), 0.0_wp, wp), k=1, size(subset))]
@@ -220,7 +225,8 @@ contains
             ! violation: the maximum of relative tension and relative penetration
             violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
                + tiny(1.0_wp)), -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
-            if (violation < min_violation) then
+            ! numbers that are not finite, or immense, come from contacts that carry nothing, or twice the same
+            if (violation < min_violation .and. all(abs(z) < max_displacement)) then
                min_violation = violation
                q = real(z, wp)
                forces = 0.0_wp
