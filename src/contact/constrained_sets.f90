@@ -39,6 +39,8 @@ module constrained_sets
 
    !> The constrained modes of one set of closed rigid contacts.
    type :: constrained_set_t
+      !> Number of sets of closed contacts that share these modes
+      integer :: users = 0
       !> Indices of the closed rigid contacts
       integer, allocatable :: closed(:)
       !> Number of constrained modes

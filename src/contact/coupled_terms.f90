@@ -2,7 +2,7 @@
 !> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
    use compliant_stop, only: has_same_impedance, impedance_t
-   use damped_oscillators, only: lanes, padded
+   use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
    use sorting, only: ascending_order
@@ -31,18 +31,29 @@ module coupled_terms
       complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
       !> Each mode of the beam per unit amplitude, [modes, count], and 1 + 2 zeta s, [count]
       complex(wp), allocatable :: shape(:, :), viscous(:)
-      !> Real and imaginary parts of `shape`, [modes, count, 2]
-      real(wp), allocatable :: shape_parts(:, :, :)
+      !> Real and imaginary parts of `shape` in whole SIMD vectors, [padded modes, padded count, 2], shared by terms
+      !> with the same stops on other sides
+      real(wp), pointer, contiguous :: shape_parts(:, :, :) => null()
       !> Weights with which the initial state enters the amplitudes: the heights of the stops and their internal
-      !> variables P2 - beta k u (without a branch: -c u), [stops, count], and the modes, [modes, count]
+      !> variables P2 - beta k u (without a branch: -c u), [stops, count], and the modes, [modes, count], until
+      !> `weight_parts` is made
       complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
-      !> Real and imaginary parts of `mode_weight`, in whole SIMD vectors, [padded, modes, 2]
-      real(wp), allocatable :: weight_parts(:, :, :)
+      !> Real and imaginary parts of `mode_weight` in whole SIMD vectors, [padded count, padded modes, 2], shared
+      !> likewise
+      real(wp), pointer, contiguous :: weight_parts(:, :, :) => null()
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
       !> Displacement and force of static equilibrium per unit height of each stop, [modes, stops], [stops, stops]
       real(wp), allocatable :: static_shape(:, :), static_force(:, :)
    end type coupled_modes_t
+
+   !> Columns of sums over the modes: real part, imaginary part, sum of magnitudes |Re| + |Im|.
+   integer, parameter :: re = 1, im = 2, size_of = 3
+   !> Two forms of the Laplace transform of the heights minus the free motion of the stop points, of which the one with
+   !> the smaller magnitudes is used. The second follows from the first by s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D,
+   !> with D = s^2 + (2 zeta W^2 + alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that cancel for large
+   !> s appear as the indentation.
+   integer, parameter :: direct = 1, alternative = 2
 
 contains
 
@@ -130,7 +141,8 @@ contains
       modes%mode_weight = modes%mode_weight(:, order)
    end subroutine sort_terms
 
-   !> Store copies in whole SIMD vectors for the evaluation of amplitudes and exponentials of all terms.
+   !> Store copies in whole SIMD vectors for the evaluation of amplitudes and exponentials of all terms. The owner of
+   !> the terms deallocates `shape_parts` and `weight_parts`.
    pure subroutine pad_terms(modes)
       !> All terms are stored
       type(coupled_modes_t), intent(inout) :: modes
@@ -139,12 +151,17 @@ contains
          allocate (modes%decay(padded(n)), modes%omega(padded(n)), source=0.0_wp)
          modes%decay(:n) = -real(modes%exponent, wp)
          modes%omega(:n) = aimag(modes%exponent)
-         allocate (modes%weight_parts(padded(n), size(modes%mode_weight, 1), 2), source=0.0_wp)
-         modes%weight_parts(:n, :, 1) = transpose(real(modes%mode_weight, wp))
-         modes%weight_parts(:n, :, 2) = transpose(aimag(modes%mode_weight))
-         allocate (modes%shape_parts(size(modes%shape, 1), n, 2))
-         modes%shape_parts(:, :, 1) = real(modes%shape, wp)
-         modes%shape_parts(:, :, 2) = aimag(modes%shape)
+         associate (beam => size(modes%mode_weight, 1))
+            allocate (modes%weight_parts(padded(n), padded(beam), 2), source=0.0_wp)
+            modes%weight_parts(:n, :beam, 1) = transpose(real(modes%mode_weight, wp))
+            modes%weight_parts(:n, :beam, 2) = transpose(aimag(modes%mode_weight))
+         end associate
+         associate (beam => size(modes%shape, 1))
+            allocate (modes%shape_parts(padded(beam), padded(n), 2), source=0.0_wp)
+            modes%shape_parts(:beam, :n, 1) = real(modes%shape, wp)
+            modes%shape_parts(:beam, :n, 2) = aimag(modes%shape)
+         end associate
+         deallocate (modes%mode_weight)
       end associate
    end subroutine pad_terms
 
@@ -180,7 +197,7 @@ contains
 
    !> Terms with the same stops on other sides of the beam: all forces, indentations and heights at a moved stop change
    !> their signs.
-   pure subroutine mirror_terms(from, place, sign, modes)
+   subroutine mirror_terms(from, place, sign, modes)
       type(coupled_modes_t), intent(in) :: from
       !> Index of each stop in `from`, and -1 if the stop is on the other side there, else 1, [stops]
       integer, intent(in) :: place(:)
@@ -222,116 +239,142 @@ contains
 
       ! columns of `state`: W^2 z, z, v, alpha z
       integer, parameter :: forces = 1, displacements = 2, rates = 3, mass_damping = 4
-      complex(wp) :: direct, at_stop, inverse, alternative, sums(4)
-      real(wp) :: scale, magnitude, alternative_scale, sizes(4), state(size(z), 4)
-      ! sums over the modes for all terms: real part, imaginary part, magnitude (not of v), [padded count, 3, columns of
-      ! `state`]
-      real(wp) :: total(size(modes%decay), 3, 4)
-      ! at the start: P2 - beta k u of a stop with a branch, c u of a stop without one, and k u
-      real(wp), dimension(size(height)) :: memory, viscous, elastic
-      ! the stop has no branch, so that it may have a damper parallel to the spring
-      logical :: has_damper(size(height))
+      ! forms of the transform, the second times s, [terms, columns of sums, forms]
+      real(wp) :: form(size(modes%decay), size_of, 2)
+      ! 1/s, and the magnitude of s, [terms, columns of sums]
+      real(wp) :: inverse(size(modes%decay), size_of)
+      ! columns of the state, and their magnitudes, [columns, padded modes, 2]; sums over the modes
+      real(wp) :: state(4, size(modes%weight_parts, 2), 2), total(size(modes%decay), size_of, 4)
       integer :: j, m
 
-      has_damper = modes%spring%branch_stiffness <= 0.0_wp
-      memory = merge(0.0_wp, branch_force - modes%spring%branch_stiffness*indentation, has_damper)
-      viscous = merge(modes%spring%viscosity*indentation, 0.0_wp, has_damper)
-      elastic = modes%spring%stiffness*indentation
-      state(:, forces) = square*z
-      state(:, displacements) = z
-      state(:, rates) = v
-      state(:, mass_damping) = modes%mass_rate*z
-      call sum_over_modes(size(modes%decay), size(z), modes%weight_parts, state, total)
-      do m = 1, modes%count
-         sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
-         sizes = total(m, 3, :)
-         inverse = 1.0_wp/modes%exponent(m)
-         magnitude = abs(modes%decay(m)) + abs(modes%omega(m))
-         ! Laplace transform of the heights minus the free motion of the stop points, in two forms, of which the one
-         ! with the smaller magnitudes is used. `alternative` follows from `direct` by s (s + 2 zeta W^2 + alpha)/D = 1
-         ! - W^2/D, with D = s^2 + (2 zeta W^2 + alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that
-         ! cancel for large s appear as the indentation.
-         direct = -(modes%exponent(m)*sums(displacements) + sums(mass_damping)) - modes%two_zeta*sums(forces)
-         scale = magnitude*sizes(displacements) + sizes(mass_damping) + modes%two_zeta*sizes(forces)
-         alternative = sums(forces)
-         alternative_scale = sizes(forces)
-         amplitude(m) = -sums(rates)
-         do j = 1, size(height)
-            associate (height_weight => modes%height_weight(j, m), memory_weight => modes%memory_weight(j, m))
-               ! magnitudes as |Re| + |Im|
-               scale = scale + (abs(real(height_weight, wp)) + abs(aimag(height_weight)))*abs(height(j))/magnitude &
-                  + (abs(real(memory_weight, wp)) + abs(aimag(memory_weight)))*abs(viscous(j))
-               at_stop = merge(memory_weight*elastic(j), height_weight*indentation(j), has_damper(j))
-               alternative_scale = alternative_scale + abs(real(at_stop, wp)) + abs(aimag(at_stop))
-               direct = direct + height_weight*height(j)*inverse - memory_weight*viscous(j)
-               alternative = alternative + at_stop
-               amplitude(m) = amplitude(m) + memory_weight*memory(j)
-            end associate
+      state = 0.0_wp
+      state(forces, :size(z), 1) = square*z
+      state(displacements, :size(z), 1) = z
+      state(rates, :size(z), 1) = v
+      state(mass_damping, :size(z), 1) = modes%mass_rate*z
+      state(:, :, 2) = abs(state(:, :, 1))
+      call sum_over_modes(size(modes%decay), size(modes%weight_parts, 2), modes%weight_parts, state, total)
+      associate (decay => modes%decay, omega => modes%omega)
+         !$omp simd
+         do m = 1, size(decay)
+            inverse(m, size_of) = max(abs(decay(m)) + abs(omega(m)), tiny(1.0_wp))
+            inverse(m, re) = -decay(m)/max(decay(m)**2 + omega(m)**2, tiny(1.0_wp))
+            inverse(m, im) = -omega(m)/max(decay(m)**2 + omega(m)**2, tiny(1.0_wp))
+            form(m, re, direct) = decay(m)*total(m, re, displacements) + omega(m)*total(m, im, displacements) &
+               - total(m, re, mass_damping) - modes%two_zeta*total(m, re, forces)
+            form(m, im, direct) = decay(m)*total(m, im, displacements) - omega(m)*total(m, re, displacements) &
+               - total(m, im, mass_damping) - modes%two_zeta*total(m, im, forces)
+            form(m, size_of, direct) = inverse(m, size_of)*total(m, size_of, displacements) &
+               + total(m, size_of, mass_damping) + modes%two_zeta*total(m, size_of, forces)
          end do
-         amplitude(m) = amplitude(m) + merge(alternative*inverse, direct, alternative_scale < scale*magnitude)
+      end associate
+      form(:, :, alternative) = total(:, :, forces)
+      amplitude = -cmplx(total(:modes%count, re, rates), total(:modes%count, im, rates), wp)
+      do j = 1, size(height)
+         call add_stop(modes, j, height(j), indentation(j), branch_force(j), inverse, form, amplitude)
+      end do
+      !$omp simd
+      do m = 1, modes%count
+         if (form(m, size_of, alternative) < form(m, size_of, direct)*inverse(m, size_of)) then
+            form(m, re, direct) = form(m, re, alternative)*inverse(m, re) - form(m, im, alternative)*inverse(m, im)
+            form(m, im, direct) = form(m, re, alternative)*inverse(m, im) + form(m, im, alternative)*inverse(m, re)
+         end if
+         amplitude(m) = amplitude(m) + cmplx(form(m, re, direct), form(m, im, direct), wp)
       end do
    end subroutine coupled_amplitudes
 
-   !> Sums over the modes for all terms, for the columns W^2 z, z, v and alpha z of the state.
+   !> Add the contributions of a stop to the forms of the transform and to the amplitudes.
+   pure subroutine add_stop(modes, j, height, indentation, branch_force, inverse, form, amplitude)
+      type(coupled_modes_t), intent(in) :: modes
+      !> Index of the stop
+      integer, intent(in) :: j
+      !> Height, indentation and branch force as in `coupled_amplitudes`
+      real(wp), intent(in) :: height
+      real(wp), intent(in) :: indentation
+      real(wp), intent(in) :: branch_force
+      !> 1/s and magnitudes of s, [terms, columns of sums]
+      real(wp), intent(in) :: inverse(:, :)
+      !> [terms, columns of sums, forms]
+      real(wp), contiguous, intent(inout) :: form(:, :, :)
+      complex(wp), contiguous, intent(inout) :: amplitude(:)
+
+      ! factors of the weights: P2 - beta k u of a stop with a branch, c u of a stop without one, and those of the
+      ! alternative form
+      real(wp) :: memory, viscous, from_height, from_memory
+      real(wp) :: at_re, at_im, height_re, height_im, memory_re, memory_im
+      ! the stop has no branch, so that it may have a damper parallel to the spring
+      logical :: has_damper
+      integer :: m
+
+      associate (spring => modes%spring(j))
+         has_damper = spring%branch_stiffness <= 0.0_wp
+         memory = merge(0.0_wp, branch_force - spring%branch_stiffness*indentation, has_damper)
+         viscous = merge(spring%viscosity*indentation, 0.0_wp, has_damper)
+         from_memory = merge(spring%stiffness*indentation, 0.0_wp, has_damper)
+         from_height = merge(0.0_wp, indentation, has_damper)
+      end associate
+      !$omp simd private(at_re, at_im, height_re, height_im, memory_re, memory_im)
+      do m = 1, modes%count
+         height_re = real(modes%height_weight(j, m), wp)
+         height_im = aimag(modes%height_weight(j, m))
+         memory_re = real(modes%memory_weight(j, m), wp)
+         memory_im = aimag(modes%memory_weight(j, m))
+         form(m, re, direct) = form(m, re, direct) + height*(height_re*inverse(m, re) - height_im*inverse(m, im)) &
+            - memory_re*viscous
+         form(m, im, direct) = form(m, im, direct) + height*(height_re*inverse(m, im) + height_im*inverse(m, re)) &
+            - memory_im*viscous
+         form(m, size_of, direct) = form(m, size_of, direct) + (abs(height_re) + abs(height_im))*abs(height) &
+            /inverse(m, size_of) + (abs(memory_re) + abs(memory_im))*abs(viscous)
+         at_re = memory_re*from_memory + height_re*from_height
+         at_im = memory_im*from_memory + height_im*from_height
+         form(m, re, alternative) = form(m, re, alternative) + at_re
+         form(m, im, alternative) = form(m, im, alternative) + at_im
+         form(m, size_of, alternative) = form(m, size_of, alternative) + abs(at_re) + abs(at_im)
+         amplitude(m) = amplitude(m) + cmplx(memory*memory_re, memory*memory_im, wp)
+      end do
+   end subroutine add_stop
+
+   !> Sums over the modes for all terms and all columns of the state. Four modes are read at once for all columns.
    pure subroutine sum_over_modes(terms, modes, weight, state, total)
-      !> Number of terms in whole SIMD vectors
+      !> Numbers of terms and of modes in whole SIMD vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
       !> Real and imaginary parts
       real(wp), intent(in) :: weight(terms, modes, 2)
-      real(wp), intent(in) :: state(modes, 4)
-      !> Sums of real parts, imaginary parts, magnitudes (0 for v), [terms, 3, columns of the state]
+      !> Columns of the state, and their magnitudes
+      real(wp), intent(in) :: state(4, modes, 2)
+      !> Sums of real parts, imaginary parts, magnitudes, [terms, 3, columns of the state]
       real(wp), intent(out) :: total(terms, 3, 4)
 
-      ! the sums of one SIMD vector of terms stay in registers
-      real(wp), dimension(lanes) :: real_1, real_2, real_3, real_4, imag_1, imag_2, imag_3, imag_4, &
-         size_1, size_2, size_4
-      real(wp) :: magnitude
-      integer :: first, i, m
+      real(wp) :: magnitude(terms, 4)
+      integer :: column, i, k, m, part
 
-      do first = 0, terms - lanes, lanes
-         real_1 = 0.0_wp
-         real_2 = 0.0_wp
-         real_3 = 0.0_wp
-         real_4 = 0.0_wp
-         imag_1 = 0.0_wp
-         imag_2 = 0.0_wp
-         imag_3 = 0.0_wp
-         imag_4 = 0.0_wp
-         size_1 = 0.0_wp
-         size_2 = 0.0_wp
-         size_4 = 0.0_wp
-         do i = 1, modes
-            !$omp simd private(magnitude)
-            do m = 1, lanes
-               real_1(m) = real_1(m) + weight(first + m, i, 1)*state(i, 1)
-               real_2(m) = real_2(m) + weight(first + m, i, 1)*state(i, 2)
-               real_3(m) = real_3(m) + weight(first + m, i, 1)*state(i, 3)
-               real_4(m) = real_4(m) + weight(first + m, i, 1)*state(i, 4)
-               imag_1(m) = imag_1(m) + weight(first + m, i, 2)*state(i, 1)
-               imag_2(m) = imag_2(m) + weight(first + m, i, 2)*state(i, 2)
-               imag_3(m) = imag_3(m) + weight(first + m, i, 2)*state(i, 3)
-               imag_4(m) = imag_4(m) + weight(first + m, i, 2)*state(i, 4)
-               magnitude = abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2))
-               size_1(m) = size_1(m) + magnitude*abs(state(i, 1))
-               size_2(m) = size_2(m) + magnitude*abs(state(i, 2))
-               size_4(m) = size_4(m) + magnitude*abs(state(i, 4))
+      total = 0.0_wp
+      do i = 1, modes, 4
+         do part = 1, 2
+            !$omp simd
+            do m = 1, terms
+               do column = 1, 4
+                  total(m, part, column) = total(m, part, column) &
+                     + (weight(m, i, part)*state(column, i, 1) + weight(m, i + 1, part)*state(column, i + 1, 1)) &
+                     + (weight(m, i + 2, part)*state(column, i + 2, 1) + weight(m, i + 3, part)*state(column, i + 3, 1))
+               end do
             end do
          end do
-         associate (last => first + lanes)
-            total(first + 1:last, 1, 1) = real_1
-            total(first + 1:last, 1, 2) = real_2
-            total(first + 1:last, 1, 3) = real_3
-            total(first + 1:last, 1, 4) = real_4
-            total(first + 1:last, 2, 1) = imag_1
-            total(first + 1:last, 2, 2) = imag_2
-            total(first + 1:last, 2, 3) = imag_3
-            total(first + 1:last, 2, 4) = imag_4
-            total(first + 1:last, 3, 1) = size_1
-            total(first + 1:last, 3, 2) = size_2
-            total(first + 1:last, 3, 3) = 0.0_wp
-            total(first + 1:last, 3, 4) = size_4
-         end associate
+         do k = 1, 4
+            !$omp simd
+            do m = 1, terms
+               magnitude(m, k) = abs(weight(m, i + k - 1, 1)) + abs(weight(m, i + k - 1, 2))
+            end do
+         end do
+         !$omp simd
+         do m = 1, terms
+            do column = 1, 4
+               total(m, 3, column) = total(m, 3, column) &
+                  + (magnitude(m, 1)*state(column, i, 2) + magnitude(m, 2)*state(column, i + 1, 2)) &
+                  + (magnitude(m, 3)*state(column, i + 2, 2) + magnitude(m, 4)*state(column, i + 3, 2))
+            end do
+         end do
       end do
    end subroutine sum_over_modes
 

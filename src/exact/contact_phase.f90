@@ -5,7 +5,6 @@
 !> beam at a stop) while its contact is open; a massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
-   use contact_sets, only: find_end_terms, point_response
    use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
    use coupled_modes, only: terms_at
@@ -32,6 +31,7 @@ module contact_phase
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: record_bodies, record_modes, state_at
    use section_types, only: section_state_t
+   use set_motions, only: find_end_terms, point_response
    use stop_contacts, only: datum_of
    use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
    implicit none (type, external)
@@ -88,7 +88,8 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      ! under loads the terms of the rows give the losses
+      ! variations change where a contact becomes undeformed
+      self%now%passes_undeformed = .not. allocated(motion%tangent)
       if (self%now%loads%count == 0) then
          if (motion%recorder%asked%energy .or. reads_losses(motion%observers)) call prepare_losses(self%now%set, &
             motion%recorder%asked%energy)
@@ -124,7 +125,7 @@ contains
       self%ended_at = 0
       is_decided = .not. self%now%states%is_active
       if (can_search_rows(self%now)) then
-         call search_contacts(self%now, self%search%time, self%interval%searches, is_decided, self%ended_at, &
+         call search_contacts(self%now, (self%search%time), self%interval%searches, is_decided, self%ended_at, &
             self%ended_by, self%search%time)
          if (self%ended_at > 0) self%search%outcome = found_zero
          ! each evaluation computes the sums of all active contacts
@@ -343,6 +344,7 @@ contains
 
       call end_variations(self, self%ended_at, motion)
       call finish_energy_balance(self, motion)
+      where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
       if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
@@ -376,8 +378,7 @@ contains
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
-         time => self%search%time, &
-         ledger => motion%recorder%ledger)
+         time => self%search%time, ledger => motion%recorder%ledger)
          phasor = phasor_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_end_terms(set, now%amplitude, time, term)
          ! the state is cached, because observers request the state at the end of the phase again
@@ -404,8 +405,7 @@ contains
                if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%indentation)
             else
                call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), &
-                  time, &
-                  now%states(k))
+                  time, now%states(k))
             end if
          end do
          ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
@@ -492,8 +492,7 @@ contains
 
       if (self%search%outcome == found_cancelled) call revert_columns(motion%tangent)
       call apply_transition(self%now, self%ended_at, self%ended_by, self%starts_at_rest, self%search, &
-         self%hop_tolerance, motion, &
-         response)
+         self%hop_tolerance, motion, response)
       call observe_events(motion%observers, response)
    end subroutine make_transition
 

@@ -6,20 +6,18 @@ module contact_sets
    use compliant_stop, only: has_same_impedance, impedance_t, is_rigid_stop
    use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
       make_constrained_set, find_static_state
-   use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms, terms_at
-   use damped_oscillators, only: propagate, sampler_t, step_matrices_t
+   use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms
+   use damped_oscillators, only: sampler_t, step_matrices_t
    use failures, only: failure_t
    use forced_responses, only: unit_responses_t
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use modal_signal, only: modal_state_t
-   use point_forces, only: find_point_forces
-   use power_integrals, only: find_span, power_form_t, span_t
-   use row_basis, only: row_basis_t
-   use row_integrals, only: row_form_t
+   use power_integrals, only: power_form_t, span_t
+   use row_integrals, only: shared_rows_t
    use signal_integrals, only: squares_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, start_sets, find_set, find_end_terms, state_in, state_of_terms, point_response
+   public :: contact_set_t, set_store_t, start_sets, find_set, has_force_row
 
    !> The beam with one combination of closed contacts.
    type :: contact_set_t
@@ -27,8 +25,9 @@ module contact_sets
       integer :: run = 0
       !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
-      !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one mode)
-      type(constrained_set_t) :: constrained
+      !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one mode),
+      !> which sets with other compliant contacts share
+      type(constrained_set_t), pointer :: constrained => null()
       !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
       integer, allocatable :: compliant(:)
       type(coupled_modes_t) :: coupled
@@ -47,12 +46,10 @@ module contact_sets
       type(unit_responses_t), allocatable :: forced
       !> Integrals of products of the terms, for integrals of squared signals
       type(squares_t) :: squares
-      !> Output rows (gaps, forces, tip) as sums of terms and load harmonics; whether they have been made, and whether
-      !> they suit the simultaneous search of all contacts
-      type(row_basis_t) :: rows
+      !> Output rows (gaps, forces, tip) as sums of terms and load harmonics, which sets with the same stops on other
+      !> sides share; whether they have been made, and whether they suit the simultaneous search of all contacts
+      type(shared_rows_t), pointer :: shared => null()
       logical :: has_rows = .false., can_search_rows = .false.
-      !> Quadratic form of the terms of the rows; unallocated: no integral was requested
-      type(row_form_t), allocatable :: row_form
       !> Rows: index of the row of each gap, and of each force that no combination of gap and gap rate gives (0: no
       !> row), [contacts]; contact whose gap a row is, [rows]; gap over its row, 1 or -1, [contacts]; tip displacement
       !> over its row, and index of this row, which may be that of a gap; number of terms besides load harmonics
@@ -72,9 +69,10 @@ module contact_sets
    !> Maximum number of bytes of the sets of each other beam.
    real(wp), parameter :: max_other_bytes = 2.5e7_wp
 
-   !> Element of an array of pointers to contact sets.
+   !> Element of an array of pointers to contact sets, with a number that depends on the closed contacts.
    type :: set_pointer_t
       type(contact_set_t), pointer :: set => null()
+      integer(i8) :: key = 0_i8
    end type set_pointer_t
 
    !> Contact sets of one beam and its contacts.
@@ -93,7 +91,7 @@ module contact_sets
       private
       !> Sets of other beams, those used last first: trial runs, and runs of a sweep, take turns among a few numbers of
       !> modes
-      type(beam_sets_t) :: others(3)
+      type(beam_sets_t) :: others(8)
       !> Number of runs so far
       integer :: run = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
@@ -207,9 +205,9 @@ contains
       do i = 1, store%count
          if (size(store%sets(i)%set%compliant) == 0) then
             remaining = remaining + 1
-            store%sets(remaining)%set => store%sets(i)%set
+            store%sets(remaining) = store%sets(i)
          else
-            deallocate (store%sets(i)%set)
+            call drop_set(store%sets(i)%set)
          end if
       end do
       store%count = remaining
@@ -235,18 +233,21 @@ contains
       !> Set if the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
+      integer(i8) :: key
       integer :: i
 
+      key = 0_i8
+      do i = 1, size(is_closed)
+         if (is_closed(i)) key = ieor(ishftc(key, 1), int(i, i8))
+      end do
       do i = 1, store%count
+         if (store%sets(i)%key /= key) cycle
          set => store%sets(i)%set
          if (.not. all(set%is_closed .eqv. is_closed)) cycle
          is_new = set%run /= store%run
          if (is_new) then
             set%has_rows = .false.
-            if (.not. is_equal(set%constrained%oscillators%two_zeta, store%beam%oscillators%two_zeta)) then
-               call damp_constrained_set(store%beam, set%constrained)
-            end if
-            call find_static_state(store%beam, set%constrained)
+            call update_constrained(store%beam, set%constrained)
             set%sampler = sampler_t(matrices=step_matrices_t())
             call find_equilibrium(set)
             set%run = store%run
@@ -257,10 +258,20 @@ contains
       call make_room(store)
       allocate (set)
       store%count = store%count + 1
-      store%sets(store%count)%set => set
+      store%sets(store%count) = set_pointer_t(set, key)
       set%run = store%run
       call make_set(store, is_closed, set, error)
    end subroutine find_set
+
+   !> Give constrained modes the damping of the present beam and the heights of its contacts.
+   subroutine update_constrained(beam, constrained)
+      type(free_beam_t), intent(in) :: beam
+      type(constrained_set_t), intent(inout) :: constrained
+
+      if (.not. is_equal(constrained%oscillators%two_zeta, beam%oscillators%two_zeta)) call damp_constrained_set(beam, &
+         constrained)
+      call find_static_state(beam, constrained)
+   end subroutine update_constrained
 
    !> Deallocate the oldest sets until one more fits into the store.
    subroutine make_room(store)
@@ -277,7 +288,7 @@ contains
             cycle
          end if
          bytes = bytes - bytes_of(store%sets(first)%set)
-         deallocate (store%sets(first)%set)
+         call drop_set(store%sets(first)%set)
          store%sets(first:store%count - 1) = store%sets(first + 1:store%count)
          store%count = store%count - 1
       end do
@@ -302,7 +313,8 @@ contains
 
       bytes = word*real(set%constrained%count, wp)*(real(3*set%constrained%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*real(set%coupled%count, wp))
-      if (allocated(set%row_form)) bytes = bytes + 3.0_wp*word*real(size(set%row_form%matrix), wp)
+      if (allocated(set%shared%form)) bytes = bytes + 2.0_wp*word*real(size(set%shared%form%matrix), wp) &
+         /real(set%shared%users, wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%coupled%count, wp)**2
    end function bytes_of
@@ -326,10 +338,24 @@ contains
       integer :: i
 
       do i = 1, store%count
-         deallocate (store%sets(i)%set)
+         call drop_set(store%sets(i)%set)
       end do
       store%count = 0
    end subroutine drop_sets
+
+   !> Deallocate a set, and its parts that no other set shares.
+   subroutine drop_set(set)
+      type(contact_set_t), pointer, intent(inout) :: set
+
+      set%constrained%users = set%constrained%users - 1
+      if (set%constrained%users == 0) deallocate (set%constrained)
+      set%shared%users = set%shared%users - 1
+      if (set%shared%users == 0) then
+         deallocate (set%shared)
+         if (associated(set%coupled%weight_parts)) deallocate (set%coupled%weight_parts, set%coupled%shape_parts)
+      end if
+      deallocate (set)
+   end subroutine drop_set
 
    !> Make the set of a combination of closed contacts.
    subroutine make_set(store, is_closed, set, error)
@@ -340,46 +366,94 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), allocatable :: sign(:)
-      integer, allocatable :: place(:)
+      integer, allocatable :: closed(:), place(:)
       integer :: i, m
       logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
       is_constrained = is_closed .and. store%is_rigid .and. are_constraints(store%beam)
-      call make_constrained_set(store%beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
+      closed = pack([(i, i=1, size(is_closed))], is_constrained)
+      do i = 1, store%count - 1
+         associate (constrained => store%sets(i)%set%constrained)
+            if (size(constrained%closed) /= size(closed)) cycle
+            if (all(constrained%closed == closed)) set%constrained => store%sets(i)%set%constrained
+            if (associated(set%constrained)) exit
+         end associate
+      end do
+      if (associated(set%constrained)) then
+         call update_constrained(store%beam, set%constrained)
+      else
+         allocate (set%constrained)
+         call make_constrained_set(store%beam, closed, set%constrained)
+      end if
+      set%constrained%users = set%constrained%users + 1
       associate (n => set%constrained%count)
          allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
       end associate
       allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
-      if (size(set%compliant) == 0) return
       allocate (place(size(set%compliant)), sign(size(set%compliant)))
       do i = 1, store%count - 1
+         if (size(place) == 0) exit
          associate (other => store%sets(i)%set)
-            if (size(other%compliant) /= size(place)) cycle
-            if (size(other%constrained%closed) /= size(set%constrained%closed)) cycle
-            if (any(other%constrained%closed /= set%constrained%closed)) cycle
+            if (size(other%compliant) /= size(place) .or. .not. associated(other%constrained, set%constrained) &
+               .or. .not. allocated(other%gap)) cycle
             call compare_sides(store%spring(set%compliant), set%constrained%value(:, set%compliant), &
                store%spring(other%compliant), other%constrained%value(:, other%compliant), place, sign)
             if (any(place == 0)) cycle
             call mirror_terms(other%coupled, place, sign, set%coupled)
+            set%gap = other%gap
+            set%gap(set%compliant, :) = -set%coupled%indentation
+            set%reaction = other%reaction
+            call share_rows(store%spring(set%compliant), other, set)
             exit
          end associate
       end do
-      if (i == store%count) call make_coupled_modes(set%constrained%oscillators, &
-         set%constrained%value(:, set%compliant), store%spring(set%compliant), set%coupled, error)
-      if (allocated(error)) return
-      associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
-         allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
-         do m = 1, n
-            set%gap(:, m) = matmul(coupled%shape(:, m), constrained%value)
-            set%gap(set%compliant, m) = -coupled%indentation(:, m)
-            set%gap(constrained%closed, m) = 0.0_wp
-            set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &
-               - matmul(constrained%share(:, set%compliant), coupled%force(:, m))
-         end do
-      end associate
+      if (.not. associated(set%shared)) allocate (set%shared)
+      set%shared%users = set%shared%users + 1
+      if (size(place) == 0) return
+      if (.not. allocated(set%gap)) then
+         call make_coupled_modes(set%constrained%oscillators, set%constrained%value(:, set%compliant), &
+            store%spring(set%compliant), set%coupled, error)
+         if (allocated(error)) return
+         associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
+            allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
+            do m = 1, n
+               set%gap(:, m) = matmul(coupled%shape(:, m), constrained%value)
+               set%gap(set%compliant, m) = -coupled%indentation(:, m)
+               set%gap(constrained%closed, m) = 0.0_wp
+               set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &
+                  - matmul(constrained%share(:, set%compliant), coupled%force(:, m))
+            end do
+         end associate
+      end if
       call find_equilibrium(set)
    end subroutine make_set
+
+   !> Let a set share the output rows of a set with the same stops on other sides, unless forces are among the rows: a
+   !> force changes its sign with the side.
+   subroutine share_rows(spring, other, set)
+      !> Impedances of the closed compliant contacts
+      type(impedance_t), intent(in) :: spring(:)
+      type(contact_set_t), intent(in) :: other
+      !> Its terms point to those of the other set
+      type(contact_set_t), intent(inout) :: set
+
+      if (size(set%constrained%closed) == 0 .and. .not. any(has_force_row(spring))) then
+         set%shared => other%shared
+      else
+         allocate (set%coupled%weight_parts, source=other%coupled%weight_parts)
+         allocate (set%coupled%shape_parts, source=other%coupled%shape_parts)
+      end if
+   end subroutine share_rows
+
+   !> Is the force of a closed compliant contact something else than a combination of its gap and gap rate, which the
+   !> force of spring and damper is?
+   elemental function has_force_row(spring) result(answer)
+      type(impedance_t), intent(in) :: spring
+      logical :: answer
+
+      answer = spring%branch_stiffness > 0.0_wp .or. is_rigid_stop(spring)
+   end function has_force_row
 
    !> Static equilibrium on compliant contacts, relative to that of the constrained beam.
    pure subroutine find_equilibrium(set)
@@ -397,97 +471,5 @@ contains
             - matmul(constrained%share(:, set%compliant), set%rest_force)
       end associate
    end subroutine find_equilibrium
-
-   !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (1: velocities
-   !> after a unit impulse, W^2: static displacements). Rigid contacts in `compliant` react so that they do not move.
-   pure function point_response(set, k, divisor) result(shape)
-      type(contact_set_t), intent(in) :: set
-      integer, intent(in) :: k
-      real(wp), intent(in) :: divisor(:)
-      real(wp) :: shape(size(divisor))
-
-      complex(wp), allocatable :: force(:), no_height(:)
-      complex(wp) :: response(size(divisor))
-      integer, allocatable :: rigid(:)
-
-      associate (value => set%constrained%value)
-         shape = value(:, k)/divisor
-         if (size(set%compliant) == 0) return
-         if (.not. any(is_rigid_stop(set%coupled%spring))) return
-         allocate (rigid, source=pack(set%compliant, is_rigid_stop(set%coupled%spring)))
-         allocate (force(size(rigid)), no_height(size(rigid)))
-         no_height = (0.0_wp, 0.0_wp)
-         call find_point_forces(cmplx(divisor, 0.0_wp, wp), value(:, rigid), no_height, &
-            cmplx(value(:, k), 0.0_wp, wp), no_height, force, response)
-         shape = real(response, wp)
-      end associate
-   end function point_response
-
-   !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
-   pure subroutine find_end_terms(set, amplitude, time, term)
-      type(contact_set_t), intent(inout) :: set
-      !> Values of the terms at the start of the phase, [terms]
-      complex(wp), intent(in) :: amplitude(:)
-      !> Since the start of the phase
-      real(wp), intent(in) :: time
-      complex(wp), intent(out) :: term(:)
-
-      if (set%has_stop_losses) then
-         call find_span(set%losses(2), amplitude, time, set%span)
-         term = set%span%term
-      else
-         term = terms_at(set%coupled, amplitude, time)
-      end if
-   end subroutine find_end_terms
-
-   !> State of the constrained modes with closed compliant contacts.
-   pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
-      type(contact_set_t), intent(in) :: set
-      !> Values of the terms at the start of the phase, [terms]
-      complex(wp), intent(in) :: amplitude(:)
-      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
-      real(wp), intent(in) :: z0(:)
-      real(wp), intent(in) :: v0(:)
-      !> Since the start of the phase
-      real(wp), intent(in) :: time
-      real(wp), intent(out) :: z(:)
-      real(wp), intent(out) :: v(:)
-
-      call state_of_terms(set, terms_at(set%coupled, amplitude, time), z0, v0, time, z, v)
-   end subroutine state_in
-
-   !> State of the constrained modes from the values of the terms at a time since the start of the phase.
-   pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
-      type(contact_set_t), intent(in) :: set
-      !> [terms]
-      complex(wp), intent(in) :: term(:)
-      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
-      real(wp), intent(in) :: z0(:)
-      real(wp), intent(in) :: v0(:)
-      real(wp), intent(in) :: time
-      real(wp), intent(out) :: z(:)
-      real(wp), intent(out) :: v(:)
-
-      real(wp), dimension(size(z0)) :: uncoupled, uncoupled_rate
-      complex(wp) :: rate
-      integer :: i, m
-
-      z = set%rest_modes
-      v = 0.0_wp
-      do m = 1, set%coupled%count
-         rate = term(m)*set%coupled%exponent(m)
-         associate (shape_parts => set%coupled%shape_parts)
-            !$omp simd
-            do i = 1, size(z0)
-               z(i) = z(i) + real(term(m), wp)*shape_parts(i, m, 1) - aimag(term(m))*shape_parts(i, m, 2)
-               v(i) = v(i) + real(rate, wp)*shape_parts(i, m, 1) - aimag(rate)*shape_parts(i, m, 2)
-            end do
-         end associate
-      end do
-      if (size(set%coupled%inactive) == 0) return
-      call propagate(set%constrained%oscillators, time, z0, v0, uncoupled, uncoupled_rate)
-      z(set%coupled%inactive) = uncoupled(set%coupled%inactive)
-      v(set%coupled%inactive) = uncoupled_rate(set%coupled%inactive)
-   end subroutine state_of_terms
 
 end module contact_sets

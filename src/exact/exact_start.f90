@@ -1,7 +1,7 @@
 !> Start and end of an exact run with any number of contacts: beam, loads and contacts in the free modes, initial state,
 !> opening of observers and records; at the end, records, measures and energy balance of the run.
 module exact_start
-   use applied_loads, only: gather_loads, has_loads
+   use applied_loads, only: are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, is_mechanism
    use body_modes, only: count_bodies
    use complementarity, only: solve_complementarity
@@ -221,6 +221,7 @@ contains
       type(phase_state_t), intent(inout) :: now
 
       call gather_loads(model, settings, now%loads)
+      if (are_mergeable(settings)) call merge_loads(now%loads)
       allocate (now%loads%mode, source=matmul(transpose(modes%mode), now%loads%vector))
       allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
       call find_load(now, 0.0_wp)

@@ -6,11 +6,15 @@ module phase_integrals
    use kinds, only: wp
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use moment_signals, only: find_load_terms, moment_row_t
+   use motion_intervals, only: output_row_t
+   use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: force_terms, phase_state_t
+   use row_integrals, only: find_row_span, integrate_rows, make_row_form
+   use row_signals, only: row_signal_t
    use signal_integrals, only: signals_t
    implicit none (type, external)
    private
-   public :: find_signals
+   public :: find_signals, integrate_on_path, integrate_rates_on_path
 
 contains
 
@@ -197,5 +201,53 @@ contains
       end associate
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_load_response
+
+   !> Integrals of signals without slope, and of their squares, over a part of a phase that the path covers.
+   subroutine integrate_on_path(self, from, length, signals, first, second)
+      type(phase_state_t), intent(inout) :: self
+      !> Start of the part, since the start of the phase, and its length
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+      type(row_signal_t), intent(in) :: signals(:)
+      !> Integrals of each signal and, if requested, of its square, [signals]
+      real(wp), intent(out) :: first(:)
+      real(wp), intent(out), optional :: second(:)
+
+      associate (set => self%set)
+         if (.not. allocated(set%shared%form)) then
+            allocate (set%shared%form)
+            call make_row_form(set%shared%basis, set%shared%form)
+         end if
+         call find_row_span(set%shared%basis, set%shared%form, self%path%z(:, :, 0), from, length, self%span)
+         call integrate_rows(set%shared%basis, set%shared%form, self%span, signals, first, second)
+      end associate
+   end subroutine integrate_on_path
+
+   !> Integrals of the squared indentation rates of closed compliant contacts, from the start of a phase.
+   subroutine integrate_rates_on_path(self, length, has_integrals, second)
+      type(phase_state_t), intent(inout) :: self
+      !> End of the integrals, since the start of the phase
+      real(wp), intent(in) :: length
+      !> The path covers the integrals
+      logical, intent(out) :: has_integrals
+      !> [compliant contacts of the set]
+      real(wp), intent(out) :: second(:)
+
+      type(row_signal_t) :: signals(size(second))
+      real(wp) :: first(size(second))
+      integer :: j
+
+      has_integrals = size(second) > 0
+      do j = 1, size(second)
+         associate (k => self%set%compliant(j))
+            has_integrals = is_on_path(self, length, output_row_t(k))
+            if (has_integrals) signals(j) = signal_of_row(self, output_row_t(k))
+            if (has_integrals) has_integrals = .not. abs(signals(j)%slope) > 0.0_wp
+            if (.not. has_integrals) return
+            signals(j) = row_signal_t(row=signals(j)%row, factor=0.0_wp, rate_factor=1.0_wp)
+         end associate
+      end do
+      if (has_integrals) call integrate_on_path(self, 0.0_wp, length, signals, first, second)
+   end subroutine integrate_rates_on_path
 
 end module phase_integrals

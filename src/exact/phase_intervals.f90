@@ -12,13 +12,13 @@ module phase_intervals
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
-   use phase_integrals, only: find_signals
+   use phase_integrals, only: find_signals, integrate_on_path
    use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
-   use phase_rows, only: integrate_on_path, is_on_path, signal_of_row
+   use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_sums
    use response_types, only: settling_level
-   use row_peaks, only: max_on_path
+   use row_peaks, only: max_on_path, range_on_path
    use row_signals, only: node_at_time, row_signal_t, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
@@ -48,6 +48,7 @@ module phase_intervals
       procedure :: exceeds
       procedure :: seek_peak
       procedure :: seek_turn
+      procedure :: range_of
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
@@ -92,7 +93,7 @@ contains
       node = -1
       if (is_on_path(self%now, self%length, row)) node = node_at_time(self%now%path, time)
       if (node >= 0) then
-         state = value_at_node(self%now%set%rows, self%now%path, signal_of_row(self%now, row), node)
+         state = value_at_node(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), node)
          return
       end if
       call find_signal(self, row, signal)
@@ -158,8 +159,8 @@ contains
       end if
       if (is_on_path(self%now, self%length, row)) then
          maximum = level
-         call max_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), [0.0_wp, self%length], &
-            0.0_wp, does, maximum, time)
+         call max_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), &
+            [0.0_wp, self%length], 0.0_wp, does, maximum, time)
          return
       end if
       call find_signal(self, row, signal)
@@ -203,7 +204,7 @@ contains
       threshold = known
       if (is_on_path(self%now, self%length, row)) then
          peak%value = known
-         call max_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), stretch, &
+         call max_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), stretch, &
             max(row%scale, 0.0_wp), peak%is_found, peak%value, peak%time)
          peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
          return
@@ -243,6 +244,17 @@ contains
       peak%value = known_max
    end subroutine seek_peak
 
+   !> Lower and upper bound of an output row over the phase, if the path of the simultaneous search gives them.
+   function range_of(self, row) result(bounds)
+      class(phase_interval_t), intent(in) :: self
+      type(output_row_t), intent(in) :: row
+      real(wp) :: bounds(2)
+
+      bounds = [-huge(1.0_wp), huge(1.0_wp)]
+      if (is_on_path(self%now, self%length, row)) bounds = range_on_path(self%now%set%shared%basis, self%now%path, &
+         signal_of_row(self%now, row))
+   end function range_of
+
    !> Find the first turning point of an output row.
    subroutine seek_turn(self, row, stretch, direction, is_found, time)
       class(phase_interval_t), intent(inout) :: self
@@ -274,7 +286,11 @@ contains
       type is (signal_curve_t)
          call signal_of(self%now, k, observed_gap, signal)
          if (allocated(curve%signal)) deallocate (curve%signal)
-         allocate (curve%signal, source=signal)
+         if (associated(signal, self%now%signal)) then
+            call move_alloc(self%now%signal, curve%signal)
+         else
+            allocate (curve%signal, source=signal)
+         end if
          curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_deformed)
          if (allocated(self%at_start)) curve%is_above = curve%is_above &
             .and. self%at_start(k)%indentation <= settling_level

@@ -6,10 +6,10 @@ module phase_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, propagate
    use driven_modes, only: integral_of_free_motion, make_driven_mode
    use driven_signal, only: phasor_of
-   use forced_responses, only: forced_rows_at
+   use forced_responses, only: find_rows_at
    use kinds, only: wp
    use load_work, only: load_response_impulse, loss_in_stop, work_of_loads
-   use phase_rows, only: integrate_rates_on_path
+   use phase_integrals, only: integrate_rates_on_path
    use phase_state, only: find_homogeneous_state, find_state, force_terms, phase_state_t
    use point_forces, only: slow_frequency
    use power_integrals, only: energy_over, find_span, integrals_in, make_power_form
@@ -28,12 +28,17 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: driven(3)
 
+      ! rate of a row, which is not needed
+      real(wp) :: rate(1)
+      integer :: i, row(3)
+
       driven = 0.0_wp
       if (self%loads%count == 0) return
-      associate (set => self%set%forced, forced => self%forced)
-         driven = [forced_rows_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
-            forced_rows_at(set, forced, set%at%indentations + k, set%at%indentations + k, time, 0), &
-            forced_rows_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
+      associate (at => self%set%forced%at, phasor => phasor_of(self%forced%frequency, time))
+         row = [at%forces, at%indentations, at%branches] + k
+         do i = 1, size(row)
+            call find_rows_at(self%set%forced, self%forced, row(i), row(i), time, driven(i:i), rate, phasor)
+         end do
       end associate
    end function load_response_of
 
@@ -88,9 +93,8 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      type(contact_state_t) :: contact
-      ! integrals of the squared indentation rates, [compliant]
-      real(wp) :: squares(size(lost) - 1)
+      ! indentation and branch force of a contact at the end; integrals of the squared indentation rates, [compliant]
+      real(wp) :: branch_force, indentation, squares(size(lost) - 1)
       logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
@@ -107,15 +111,14 @@ contains
             associate (k => set%compliant(place))
                lost(1 + place) = 0.0_wp
                if (self%states(k)%is_rigid) cycle
-               contact = at_start(k)
                if (has_squares .and. set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
                   lost(1 + place) = set%coupled%spring(place)%viscosity*squares(place)
                else
                   lost(1 + place) = loss_in_stop(self, place, time)
                end if
-               lost(1) = lost(1) + energy_in(contact) - lost(1 + place)
-               call update_indentation(self, place, time, term, contact)
-               lost(1) = lost(1) - energy_in(contact)
+               call find_indentation(self, place, time, term, indentation, branch_force)
+               lost(1) = lost(1) + energy_in(at_start(k)) - lost(1 + place) &
+                  - self%states(k)%spring%energy(indentation, branch_force)
             end associate
          end do
       end associate
@@ -135,7 +138,8 @@ contains
 
       type(contact_state_t) :: contact
       real(wp), dimension(size(self%z)) :: z, v
-      real(wp) :: lost(1 + size(self%set%compliant))
+      real(wp) :: lost(1 + size(self%set%compliant)), squares(size(self%set%compliant))
+      logical :: has_squares
       ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place
 
@@ -152,7 +156,12 @@ contains
             contact)
          loss = contact%dissipated - at_start%dissipated
       else if (self%loads%count > 0) then
-         loss = loss_in_stop(self, place, time)
+         call integrate_rates_on_path(self, time, has_squares, squares)
+         if (has_squares .and. self%set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
+            loss = self%set%coupled%spring(place)%viscosity*squares(place)
+         else
+            loss = loss_in_stop(self, place, time)
+         end if
       else
          call losses_in(self%set, self%amplitude, self%z, self%v, time, lost)
          loss = lost(1 + place)
@@ -169,15 +178,34 @@ contains
       complex(wp), intent(in) :: term(:)
       type(contact_state_t), intent(inout) :: state
 
-      real(wp) :: driven(3)
-
-      associate (set => self%set)
-         driven = load_response_of(self, set%compliant(place), time)
-         state%indentation = set%rest_force(place)/state%spring%stiffness &
-            + sum(real(set%coupled%indentation(place, :)*term, wp)) + driven(2)
-         state%branch_force = sum(real(set%coupled%branch(place, :)*term, wp)) + driven(3)
-      end associate
+      call find_indentation(self, place, time, term, state%indentation, state%branch_force)
    end subroutine update_indentation
+
+   !> Find indentation and branch force of a closed compliant contact at a time in the phase.
+   subroutine find_indentation(self, place, time, term, indentation, branch_force)
+      type(phase_state_t), intent(in) :: self
+      !> Index among the compliant contacts of the set
+      integer, intent(in) :: place
+      real(wp), intent(in) :: time
+      !> Values of the terms exp(s t) at that time, [terms]
+      complex(wp), intent(in) :: term(:)
+      real(wp), intent(out) :: indentation
+      real(wp), intent(out) :: branch_force
+
+      real(wp) :: driven(3)
+      integer :: m
+
+      associate (set => self%set, spring => self%set%coupled%spring(place))
+         driven = load_response_of(self, set%compliant(place), time)
+         indentation = set%rest_force(place)/self%states(set%compliant(place))%spring%stiffness + driven(2)
+         do m = 1, size(term)
+            indentation = indentation + real(set%coupled%indentation(place, m)*term(m), wp)
+         end do
+         branch_force = driven(3)
+         if (spring%branch_stiffness <= 0.0_wp) return
+         branch_force = branch_force + sum(real(set%coupled%branch(place, :)*term, wp))
+      end associate
+   end subroutine find_indentation
 
    !> Recovery of the stop of an open compliant contact over a time span. If `is_deformed`, the surface moves with the
    !> beam, else it recovers freely.

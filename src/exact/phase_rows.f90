@@ -3,20 +3,20 @@
 !> so finds the contact that ends the phase (docs/theory.md, section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
-   use compliant_stop, only: is_rigid_stop, impedance_t
+   use compliant_stop, only: impedance_t
+   use contact_sets, only: has_force_row
    use contact_states, only: impedance_of
    use damped_oscillators, only: lanes
    use kinds, only: wp
    use motion_intervals, only: output_row_t
    use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t, observed_gap, &
       observed_tip
-   use row_basis, only: make_row_basis, set_row
-   use row_integrals, only: find_row_span, integrate_rows, make_row_form
+   use row_basis, only: has_terms, make_row_basis, row_basis_t, set_row
    use row_search, only: search_rows
    use row_signals, only: max_nodes, row_signal_t
    implicit none (type, external)
    private
-   public :: can_search_rows, search_contacts, is_on_path, signal_of_row, integrate_on_path, integrate_rates_on_path
+   public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
    !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
    !> the amplitudes of the two terms become too large.
@@ -48,14 +48,12 @@ contains
       type(phase_state_t), intent(inout) :: self
 
       complex(wp), allocatable :: exponent(:)
-      type(impedance_t) :: spring
       ! number of contacts, and number of rows so far
       integer :: j, k, n, rows
 
       n = size(self%states)
       associate (set => self%set)
          set%has_rows = .true.
-         if (allocated(set%row_form)) deallocate (set%row_form)
          allocate (exponent, source=exponents_of(self))
          set%motion_terms = size(exponent)
          set%can_search_rows = .not. is_unsuitable(self, exponent)
@@ -75,9 +73,7 @@ contains
             set%gap_row(k) = merge(rows, set%gap_row(j), j == k)
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
             if (.not. set%is_closed(k)) cycle
-            spring = impedance_of(self%states(k))
-            ! the force k u + c u' of spring and damper is a combination of gap and gap rate
-            if (any(set%compliant == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. is_rigid_stop(spring)) cycle
+            if (any(set%compliant == k) .and. .not. has_force_row(impedance_of(self%states(k)))) cycle
             rows = rows + 1
             set%force_row(k) = rows
          end do
@@ -92,17 +88,34 @@ contains
             set%tip_row = rows
             set%tip_row_sign = 1.0_wp
          end if
-         call make_row_basis(exponent, rows, set%rows)
-         do k = 1, n
-            if (set%gap_row(k) == 0) cycle
-            if (set%row_contact(set%gap_row(k)) == k) call set_row(set%rows, set%gap_row(k), 1, &
-               set%gap_sign(k)*coefficients_of(self, k, end_gap))
-            if (set%force_row(k) > 0) call set_row(set%rows, set%force_row(k), 1, coefficients_of(self, k, end_force))
-         end do
-         if (all(set%gap_row /= set%tip_row)) call set_row(set%rows, set%tip_row, 1, &
-            coefficients_of(self, 0, observed_tip))
+         if (set%shared%run == set%run) return
+         set%shared%run = set%run
+         if (.not. has_terms(set%shared%basis, exponent, rows)) then
+            if (allocated(set%shared%form)) deallocate (set%shared%form)
+            call make_row_basis(exponent, rows, set%shared%basis)
+         end if
+         call set_coefficients(self, set%shared%basis)
       end associate
    end subroutine make_rows
+
+   !> Set the coefficients of the output rows but those of load harmonics.
+   subroutine set_coefficients(self, basis)
+      type(phase_state_t), intent(in) :: self
+      type(row_basis_t), intent(inout) :: basis
+
+      integer :: k
+
+      associate (set => self%set)
+         do k = 1, size(self%states)
+            if (set%gap_row(k) == 0) cycle
+            if (set%row_contact(set%gap_row(k)) == k) call set_row(basis, set%gap_row(k), 1, &
+               set%gap_sign(k)*coefficients_of(self, k, end_gap))
+            if (set%force_row(k) > 0) call set_row(basis, set%force_row(k), 1, coefficients_of(self, k, end_force))
+         end do
+         if (all(set%gap_row /= set%tip_row)) call set_row(basis, set%tip_row, 1, &
+            coefficients_of(self, 0, observed_tip))
+      end associate
+   end subroutine set_coefficients
 
    !> Exponents of the motion of the set without loads: one of each conjugate pair, and both of each overdamped mode.
    pure function exponents_of(self) result(exponent)
@@ -195,7 +208,7 @@ contains
       integer :: harmonics, i, k, m, n
 
       self%span%length = -1.0_wp
-      associate (set => self%set, path => self%path, basis => self%set%rows)
+      associate (set => self%set, path => self%path, basis => self%set%shared%basis)
          n = size(basis%decay)
          if (allocated(path%z)) then
             if (size(path%z, 1) /= n .or. size(path%rows, 1) /= lanes*basis%blocks) deallocate (path%z, path%rows, &
@@ -339,8 +352,8 @@ contains
       ! signals to search, their contacts and their `end_` constants; a deformed open contact has two signals
       type(row_signal_t) :: signals(2*size(searches))
       integer, dimension(2*size(searches)) :: contact, kind
-      ! index of the signal with the first zero, 0: none; number of signals
-      integer :: first, k, n
+      ! index of the signal with the first zero, 0: none; last node of the path; number of signals
+      integer :: first, k, last, n
 
       call start_path(self)
       n = 0
@@ -363,7 +376,20 @@ contains
             signals(n) = row_signal(self, k, end_undeformed)
          end associate
       end do
-      call search_rows(self%set%rows, limit, signals(:n), self%path, first, time)
+      call search_rows(self%set%shared%basis, limit, signals(:n), self%path, first, time)
+      do while (passes_undeformed(self, first, contact, kind, signals))
+         self%undeformed_at(contact(first)) = time
+         ! from here on the gap of the contact is searched, instead of the two signals of a deformed contact
+         signals(first - 1) = row_signal(self, contact(first), end_gap)
+         signals(first - 1)%start_order = 1
+         kind(first - 1) = end_gap
+         n = n - 1
+         signals(first:n) = signals(first + 1:n + 1)
+         contact(first:n) = contact(first + 1:n + 1)
+         kind(first:n) = kind(first + 1:n + 1)
+         last = self%path%count
+         call search_rows(self%set%shared%basis, limit, signals(:n), self%path, first, time, last)
+      end do
       ended_at = 0
       ended_by = end_gap
       if (first > 0) then
@@ -382,9 +408,28 @@ contains
          if (kind(k) == end_undeformed) cycle
          searches(contact(k)) = search_t(outcome=found_none, time=time, max_value=signals(k)%max_value, &
             rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)
+         ! before the contact became undeformed its gap was not searched
+         if (self%undeformed_at(contact(k)) < time) searches(contact(k))%ceiling = huge(1.0_wp)
       end do
       if (ended_at > 0) searches(ended_at)%outcome = found_zero
    end subroutine search_contacts
+
+   !> Does the phase continue although a deformed contact becomes undeformed?
+   pure function passes_undeformed(self, first, contact, kind, signals) result(passes)
+      type(phase_state_t), intent(in) :: self
+      !> Index of the signal that vanishes, 0: none
+      integer, intent(in) :: first
+      !> Contact of each signal and its `end_` constant, [signals]
+      integer, intent(in) :: contact(:)
+      integer, intent(in) :: kind(:)
+      type(row_signal_t), intent(in) :: signals(:)
+      logical :: passes
+
+      passes = self%passes_undeformed .and. first > 0
+      if (passes) passes = kind(first) == end_undeformed
+      if (passes) passes = is_row(self, contact(first), end_gap) .and. &
+         signals(first)%max_value > 64.0_wp*signals(first)%rounding
+   end function passes_undeformed
 
    !> Does the path of the simultaneous search cover the phase, and can this output row be evaluated from it?
    pure function is_on_path(self, length, row) result(is)
@@ -420,53 +465,5 @@ contains
       signal%factor = row%factor*signal%factor
       signal%rate_factor = row%factor*signal%rate_factor
    end function signal_of_row
-
-   !> Integrals of signals without slope, and of their squares, over a part of a phase that the path covers.
-   subroutine integrate_on_path(self, from, length, signals, first, second)
-      type(phase_state_t), intent(inout) :: self
-      !> Start of the part, since the start of the phase, and its length
-      real(wp), intent(in) :: from
-      real(wp), intent(in) :: length
-      type(row_signal_t), intent(in) :: signals(:)
-      !> Integrals of each signal and, if requested, of its square, [signals]
-      real(wp), intent(out) :: first(:)
-      real(wp), intent(out), optional :: second(:)
-
-      associate (set => self%set)
-         if (.not. allocated(set%row_form)) then
-            allocate (set%row_form)
-            call make_row_form(set%rows, set%row_form)
-         end if
-         call find_row_span(set%rows, set%row_form, self%path%z(:, :, 0), from, length, self%span)
-         call integrate_rows(set%rows, set%row_form, self%span, signals, first, second)
-      end associate
-   end subroutine integrate_on_path
-
-   !> Integrals of the squared indentation rates of closed compliant contacts, from the start of a phase.
-   subroutine integrate_rates_on_path(self, length, has_integrals, second)
-      type(phase_state_t), intent(inout) :: self
-      !> End of the integrals, since the start of the phase
-      real(wp), intent(in) :: length
-      !> The path covers the integrals
-      logical, intent(out) :: has_integrals
-      !> [compliant contacts of the set]
-      real(wp), intent(out) :: second(:)
-
-      type(row_signal_t) :: signals(size(second))
-      real(wp) :: first(size(second))
-      integer :: j
-
-      has_integrals = size(second) > 0
-      do j = 1, size(second)
-         associate (k => self%set%compliant(j))
-            has_integrals = is_on_path(self, length, output_row_t(k))
-            if (has_integrals) signals(j) = row_signal(self, k, observed_gap)
-            if (has_integrals) has_integrals = .not. abs(signals(j)%slope) > 0.0_wp
-            if (.not. has_integrals) return
-            signals(j) = row_signal_t(row=signals(j)%row, factor=0.0_wp, rate_factor=1.0_wp)
-         end associate
-      end do
-      if (has_integrals) call integrate_on_path(self, 0.0_wp, length, signals, first, second)
-   end subroutine integrate_rates_on_path
 
 end module phase_rows

@@ -4,20 +4,21 @@ module phase_state
    use certified_search, only: search_history_t, transformable_signal_t
    use compliant_stop, only: impedance_t
    use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
-   use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t, state_in, state_of_terms
+   use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use contact_states, only: impedance_of, reactions_t, contact_state_t
    use coupled_modes, only: coupled_amplitudes
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: add_decay, exponential_signal_t
    use failures, only: failure_t
-   use forced_responses, only: forced_rows_at, find_rows_at, make_unit_responses, forced_response_t, &
+   use forced_responses, only: find_rows_at, make_unit_responses, forced_response_t, &
       start_forced_response
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
    use row_integrals, only: row_span_t
    use row_signals, only: row_path_t
+   use set_motions, only: state_in, state_of_terms
    use summed_signal, only: summed_signal_t
    use surrogate_loads, only: forced_terms
    implicit none (type, external)
@@ -73,6 +74,9 @@ module phase_state
       !> the same side of the beam, else -1, [contacts]
       integer, allocatable :: colocated(:)
       real(wp), allocatable :: colocated_sign(:)
+      !> The phase need not end when an open contact becomes undeformed; time at which that happens in it, [contacts]
+      logical :: passes_undeformed = .false.
+      real(wp), allocatable :: undeformed_at(:)
       !> Steps of the simultaneous search of all contacts, and terms of the rows over the part integrated last
       type(row_path_t) :: path
       type(row_span_t) :: span
@@ -89,7 +93,7 @@ contains
 
       call start_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
-      allocate (self%forced%frequency(0))
+      allocate (self%forced%frequency(0), self%undeformed_at(size(self%states)))
       self%colocated = [(k, k=1, size(self%states))]
       self%colocated_sign = [(1.0_wp, k=1, size(self%states))]
       do k = 1, size(self%states)
@@ -122,6 +126,7 @@ contains
       self%force_signal_at = 0
       self%history_of = 0
       self%path%is_complete = .false.
+      self%undeformed_at(:) = huge(1.0_wp)
       self%node_depth = sum(self%states%indentation, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
@@ -130,18 +135,11 @@ contains
       self%set%last%time = -1.0_wp
       associate (constrained => self%set%constrained, coupled => self%set%coupled, compliant => self%set%compliant)
          call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
+         indentation = self%states%indentation
+         branch_force = self%states%branch_force
          if (self%loads%count > 0) call start_load_response(self, tau, is_new)
+         if (self%loads%count > 0) call subtract_load_response(self, indentation, branch_force)
          if (size(compliant) > 0) then
-            indentation = self%states%indentation
-            branch_force = self%states%branch_force
-            if (self%loads%count > 0) then
-               associate (at => self%set%forced%at)
-                  indentation = indentation - forced_rows_at(self%set%forced, self%forced, at%indentations + 1, &
-                     at%branches, 0.0_wp, 0)
-                  branch_force = branch_force - forced_rows_at(self%set%forced, self%forced, at%branches + 1, at%tip, &
-                     0.0_wp, 0)
-               end associate
-            end if
             if (allocated(self%amplitude)) then
                if (size(self%amplitude) /= coupled%count) deallocate (self%amplitude)
             end if
@@ -175,36 +173,47 @@ contains
       end do
    end subroutine find_load
 
-   !> Start the load response of a phase, and subtract it from the initial state: the homogeneous part remains.
+   !> Start the load response of a phase.
    subroutine start_load_response(self, tau, is_new)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
       !> The run uses the set for the first time: unit responses of an earlier run are not valid
       logical, intent(in) :: is_new
 
-      real(wp), dimension(size(self%z)) :: rows, rates
       type(impedance_t) :: spring(size(self%states))
       integer :: k
 
       associate (set => self%set)
-         if (is_new .or. size(set%compliant) > 0) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
-         if (is_new) then
-            if (allocated(set%forced)) deallocate (set%forced)
-            allocate (set%forced)
-            call make_unit_responses(self%beam, set%constrained, set%compliant, spring, self%loads, set%forced)
-         end if
+         if (is_new .and. allocated(set%forced)) deallocate (set%forced)
+         if (is_new) allocate (set%forced)
+         if (set%forced%has_slow_terms) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
+         if (is_new) call make_unit_responses(self%beam, set%constrained, set%compliant, spring, self%loads, set%forced)
          call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
-         if (size(set%compliant) > 0) call forced_terms(set%constrained, set%coupled, set%compliant, spring, &
+         if (set%forced%has_slow_terms) call forced_terms(set%constrained, set%coupled, set%compliant, spring, &
             self%loads, is_new, set%forced, self%forced)
          self%max_length = self%forced%until - tau
-         call find_rows_at(set%forced, self%forced, 1, set%forced%at%gaps, 0.0_wp, rows, rates)
-         !$omp simd
-         do k = 1, size(rows)
-            self%z(k) = self%z(k) - rows(k)
-            self%v(k) = self%v(k) - rates(k)
-         end do
       end associate
    end subroutine start_load_response
+
+   !> Subtract the load response at the start of a phase from the initial state: the homogeneous part remains.
+   subroutine subtract_load_response(self, indentation, branch_force)
+      type(phase_state_t), intent(inout) :: self
+      !> Indentation and branch force of each contact, [contacts]
+      real(wp), intent(inout) :: indentation(:)
+      real(wp), intent(inout) :: branch_force(:)
+
+      real(wp), dimension(self%set%forced%at%tip) :: rows, rates
+      integer :: k
+
+      call find_rows_at(self%set%forced, self%forced, 1, size(rows), 0.0_wp, rows, rates, &
+         [((1.0_wp, 0.0_wp), k=1, size(self%forced%frequency))])
+      self%z(:) = self%z - rows(:size(self%z))
+      self%v(:) = self%v - rates(:size(self%v))
+      associate (at => self%set%forced%at)
+         indentation = indentation - rows(at%indentations + 1:at%branches)
+         branch_force = branch_force - rows(at%branches + 1:at%tip)
+      end associate
+   end subroutine subtract_load_response
 
    !> A signal of a contact in the present phase, valid until the next call.
    subroutine signal_of(self, k, kind, signal)
@@ -248,8 +257,6 @@ contains
       integer, intent(in) :: k
       type(modal_signal_t), pointer, intent(out) :: gap
 
-      integer :: i
-
       gap => self%set%constrained%gap(k)
       if (self%loads%count > 0) then
          select type (free => self%set%forced%gap(k)%free)
@@ -257,11 +264,8 @@ contains
             gap => free
          end select
       end if
-      !$omp simd
-      do i = 1, size(self%z)
-         gap%z(i) = self%z(i)
-         gap%v(i) = self%v(i)
-      end do
+      gap%z(:) = self%z
+      gap%v(:) = self%v
       gap%start_order = 0
       gap%relaxation = 0.0_wp
       gap%last => null()
@@ -453,16 +457,12 @@ contains
       complex(wp), intent(in), optional :: phasor(:)
 
       real(wp), dimension(size(z)) :: rows, rates
-      integer :: i
 
       call find_homogeneous_state(self, time, z, v)
       if (self%loads%count == 0) return
       call find_rows_at(self%set%forced, self%forced, 1, size(z), time, rows, rates, phasor)
-      !$omp simd
-      do i = 1, size(z)
-         z(i) = z(i) + rows(i)
-         v(i) = v(i) + rates(i)
-      end do
+      z(:) = z + rows
+      v(:) = v + rates
    end subroutine find_state
 
    !> Homogeneous part of the state of the constrained modes at a time in the phase.

@@ -51,7 +51,7 @@ contains
             end if
          end if
          state%is_closed(k) = contact%is_closed
-         state%is_deformed(k) = contact%is_deformed
+         state%is_deformed(k) = contact%is_deformed .and. self%undeformed_at(k) > time
          state%indentation(k) = contact%indentation
          state%branch_force(k) = contact%branch_force
          state%hop_tolerance(k) = contact%hop_tolerance

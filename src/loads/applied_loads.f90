@@ -14,7 +14,8 @@ module applied_loads
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
-   public :: applied_loads_t, gather_loads, has_loads, drop_balanced, count_forces, courses_of
+   public :: applied_loads_t, gather_loads, are_mergeable, merge_loads, has_loads, drop_balanced, count_forces, &
+      courses_of
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
    !> table, exceeds `max_units` units of displacement: gaps computed relative to such a response would lose too many
@@ -125,6 +126,59 @@ contains
       loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, &
          min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
+
+   !> May loads be merged? Moments refer to single forces, derivatives by an amplitude to a single load.
+   pure function are_mergeable(settings) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = .not. (allocated(settings%stress) .or. allocated(settings%poincare))
+   end function are_mergeable
+
+   !> Merge loads whose time courses differ only by a factor: the work of a phase grows with the number of loads.
+   pure subroutine merge_loads(loads)
+      !> Its modal loads are not known yet
+      type(applied_loads_t), intent(inout) :: loads
+
+      integer :: g, h, remaining
+
+      remaining = 0
+      do g = 1, loads%count
+         do h = 1, remaining
+            if (loads%power(g) == loads%power(h) .and. is_proportional(loads%course(g), loads%course(h))) exit
+         end do
+         if (h <= remaining) then
+            loads%vector(:, h) = loads%vector(:, h) &
+               + loads%course(g)%amplitude/loads%course(h)%amplitude*loads%vector(:, g)
+            cycle
+         end if
+         remaining = h
+         if (remaining == g) cycle
+         loads%course(remaining) = loads%course(g)
+         loads%vector(:, remaining) = loads%vector(:, g)
+         loads%power(remaining) = loads%power(g)
+         loads%frequency(remaining) = loads%frequency(g)
+         loads%harmonic(remaining) = loads%harmonic(g)
+      end do
+      loads%count = remaining
+      loads%course = loads%course(:remaining)
+      loads%vector = loads%vector(:, :remaining)
+      loads%power = loads%power(:remaining)
+      loads%frequency = loads%frequency(:remaining)
+      loads%harmonic = loads%harmonic(:remaining)
+   end subroutine merge_loads
+
+   !> Is a time course a multiple of another one, to the last bit of its parameters? Tables are not compared.
+   pure function is_proportional(course, other) result(answer)
+      type(time_course_t), intent(in) :: course
+      type(time_course_t), intent(in) :: other
+      logical :: answer
+
+      answer = course%kind == other%kind .and. course%shape == other%shape .and. abs(other%amplitude) > 0.0_wp &
+         .and. .not. (allocated(course%time) .or. allocated(other%time))
+      answer = answer .and. all(abs([course%frequency - other%frequency, course%phase - other%phase, &
+         course%start - other%start, course%end - other%end, course%duration - other%duration]) <= 0.0_wp)
+   end function is_proportional
 
    !> Maximum magnitude of all time courses and of the slopes of tables, a measure of the modal forces.
    pure function max_amplitude(loads) result(maximum)

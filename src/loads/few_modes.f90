@@ -2,7 +2,7 @@
 !> all other modes to forces at the stops and to the loads (docs/theory.md, section 13). Mode shapes are also given in
 !> the coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
 module few_modes
-   use applied_loads, only: applied_loads_t, gather_loads, has_loads
+   use applied_loads, only: applied_loads_t, are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use failures, only: failure_t
    use free_modes, only: complete_modes, find_free_modes, free_modes_t
@@ -247,7 +247,10 @@ contains
       if (settings%has_stop) stops = size(model%stop_dofs)
       allocate (has_impulses(stops), source=.false.)
       if (stops > 0) has_impulses = is_rigid(stops_of(settings)) .and. .not. model%has_massless_node
-      if (has_loads(settings)) call gather_loads(model, settings, loads)
+      if (has_loads(settings)) then
+         call gather_loads(model, settings, loads)
+         if (are_mergeable(settings)) call merge_loads(loads)
+      end if
       allocate (forces(beam%dofs, stops + loads%count), source=0.0_wp)
       do j = 1, stops
          forces(model%stop_dofs(j), j) = 1.0_wp

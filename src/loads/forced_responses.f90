@@ -82,6 +82,9 @@ module forced_responses
       integer, allocatable :: resonant_terms(:), resonant_load(:)
       !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
+      !> A term with closed compliant contacts is so slow that surrogate harmonics replace the loads, or this is not
+      !> known yet
+      logical :: has_slow_terms = .true.
       !> Without closed compliant contacts: gaps as signals, whose state and load response the caller sets, [contacts]
       type(driven_signal_t), allocatable :: gap(:)
    end type unit_responses_t
@@ -124,6 +127,7 @@ contains
 
       contacts = size(constrained%gap)
       total = loads%count
+      forced%has_slow_terms = size(compliant) > 0
       forced%at%gaps = constrained%count
       forced%at%forces = forced%at%gaps + contacts
       forced%at%indentations = forced%at%forces + contacts

@@ -48,11 +48,9 @@ contains
       !> Contains the load response of the set without surrogates
       type(forced_response_t), intent(inout) :: forced
 
-      logical :: is_slow
-
-      is_slow = any(abs(coupled%exponent)*loads%duration < max_slow)
-      if (is_slow) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
-      if (is_slow .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
+      if (is_new) set%has_slow_terms = any(abs(coupled%exponent)*loads%duration < max_slow)
+      if (set%has_slow_terms) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
+      if (set%has_slow_terms .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
    end subroutine forced_terms
 
    !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.

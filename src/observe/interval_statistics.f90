@@ -212,8 +212,10 @@ contains
       !> Value below which the row never falls; default: none
       real(wp), intent(in), optional :: least
 
-      real(wp) :: negated_minimum, scale
+      real(wp) :: bounds(2), negated_minimum, scale
 
+      bounds = interval%range_of(row)
+      if (.not. (bounds(1) < range(1) .or. bounds(2) > range(2))) return
       call include_ends(interval, row, stretch, range)
       ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))

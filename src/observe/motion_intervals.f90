@@ -90,6 +90,7 @@ module motion_intervals
       procedure(gap_magnitude_interface), deferred :: gap_bound
       procedure(gap_magnitude_interface), deferred :: rounding
       procedure(exceeds_interface), deferred :: exceeds
+      procedure(range_interface), deferred :: range_of
       procedure(seek_peak_interface), deferred :: seek_peak
       procedure(seek_turn_interface), deferred :: seek_turn
       procedure(record_gap_interface), deferred :: record_gap
@@ -154,6 +155,15 @@ module motion_intervals
          real(wp), intent(in) :: level
          logical :: does
       end function exceeds_interface
+
+      !> Lower and upper bound of a row over the interval, known without a search; infinite bounds are `huge`.
+      function range_interface(self, row) result(bounds)
+         import :: interval_t, output_row_t, wp
+         implicit none (type, external)
+         class(interval_t), intent(in) :: self
+         type(output_row_t), intent(in) :: row
+         real(wp) :: bounds(2)
+      end function range_interface
 
       !> Find the maximum of a row on a stretch of the interval, if it exceeds a known value.
       subroutine seek_peak_interface(self, row, stretch, known, peak)

@@ -34,6 +34,7 @@ module step_intervals
       procedure :: gap_bound
       procedure :: rounding
       procedure :: exceeds
+      procedure :: range_of
       procedure :: seek_peak
       procedure :: seek_turn
       procedure :: record_gap
@@ -124,24 +125,32 @@ contains
       real(wp), intent(in) :: level
       logical :: does
 
+      real(wp) :: bounds(2)
+
       does = .false.
-      if (.not. upper_bound(self, row) > level) return
+      bounds = self%range_of(row)
+      if (.not. bounds(2) > level) return
       does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
-   !> Upper bound of a row over the step. For most steps the bound is below the level or maximum sought, so that no
-   !> search is needed.
-   pure function upper_bound(self, row) result(bound)
+   !> Lower and upper bound of a row over the step, from the control points of its cubic. For most steps the bounds are
+   !> within the level or the extremes sought, so that no search is needed.
+   function range_of(self, row) result(bounds)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
-      real(wp) :: bound
+      real(wp) :: bounds(2)
+
+      real(wp) :: ends(4)
 
       if (row%number <= self%contacts + 1) then
-         bound = row%offset + abs(row%factor)*self%gap_bound(row%number)
+         ends = row%factor*self%ends(:, row%number)
+         ends(3:) = [ends(1) + self%length*ends(3)/3.0_wp, ends(2) - self%length*ends(4)/3.0_wp]
+         bounds = row%offset + [minval(ends), maxval(ends)]
       else
-         bound = row%offset + maxval(row%factor*self%line(:, row%number - self%contacts - 1))
+         ends(:2) = row%factor*self%line(:, row%number - self%contacts - 1)
+         bounds = row%offset + [minval(ends(:2)), maxval(ends(:2))]
       end if
-   end function upper_bound
+   end function range_of
 
    !> Find the maximum of a row on a stretch of the step.
    subroutine seek_peak(self, row, stretch, known, peak)
@@ -153,11 +162,12 @@ contains
 
       type(cubic_t) :: cubic
       ! both ends of the stretch and up to two turning points between them, as fractions of the stretch
-      real(wp) :: s(4), value
+      real(wp) :: bounds(2), s(4), value
       integer :: k, turn_count
 
       peak%is_found = .false.
-      if (.not. upper_bound(self, row) > known) return
+      bounds = self%range_of(row)
+      if (.not. bounds(2) > known) return
       cubic = cubic_of_row(self, row, stretch)
       ! no cubic exceeds its control points
       associate (c => cubic%c)

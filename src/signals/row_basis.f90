@@ -11,7 +11,7 @@ module row_basis
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, index_of
+   public :: row_basis_t, has_terms, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, index_of
    public :: lowest_step, sixth_column, seventh_column, magnitude_column, rate_magnitude_column
 
    !> The shortest stored step is 2**lowest_step.
@@ -41,6 +41,8 @@ module row_basis
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row; row and k together make an index
       !> (`index_of`), which is divided into SIMD vectors, [lanes, 2, padded terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
+      !> Real and minus imaginary part of c for each row, then those of c s, [padded terms, 2, 2 rows]
+      real(wp), allocatable :: coefficient(:, :, :)
       !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, padded terms, blocks]
       real(wp), allocatable :: weight(:, :, :)
       !> Real and imaginary part of exp(s 2**k), computed at first use, [padded terms, 2, lowest_step:highest]
@@ -70,12 +72,26 @@ contains
       basis%modulus(:n) = abs(exponents)
       allocate (basis%column(lanes, 2, padded(n), basis%blocks), basis%weight(lanes, padded(n), basis%blocks), &
          source=0.0_wp)
+      allocate (basis%coefficient(padded(n), 2, 2*rows), source=0.0_wp)
       ! The longest step is at most four radians of the slowest term, whose frequency counts as 2**-20 to 2**20
       slowest = minval(basis%modulus(:n), mask=basis%modulus(:n) > 0.0_wp)
       basis%highest = 2 - min(max(exponent(slowest), -20), 20)
       allocate (basis%power(padded(n), 2, lowest_step:basis%highest))
       allocate (basis%has_power(lowest_step:basis%highest), source=.false.)
    end subroutine make_row_basis
+
+   !> Has a basis these exponents and this number of rows?
+   pure function has_terms(basis, exponents, rows) result(answer)
+      type(row_basis_t), intent(in) :: basis
+      !> [terms]
+      complex(wp), intent(in) :: exponents(:)
+      integer, intent(in) :: rows
+      logical :: answer
+
+      answer = basis%rows == rows .and. basis%terms == size(exponents)
+      if (answer) answer = all(abs(basis%decay(:basis%terms) + real(exponents, wp)) <= 0.0_wp .and. &
+         abs(basis%omega(:basis%terms) - aimag(exponents)) <= 0.0_wp)
+   end function has_terms
 
    !> Index of a derivative of a row, or of one of its bounds, in the arrays of all rows.
    elemental function index_of(basis, row, column) result(place)
@@ -114,6 +130,7 @@ contains
             basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(scaled, wp)
             basis%column(mod(place, lanes) + 1, 2, m, place/lanes + 1) = -aimag(scaled)
             basis%weight(mod(place, lanes) + 1, m, place/lanes + 1) = weight(k)
+            if (k < 2) basis%coefficient(m, :, place + 1) = [real(scaled, wp), -aimag(scaled)]
             scaled = s*scaled
          end do
       end do

@@ -5,7 +5,7 @@
 !> quadratic form of the terms, whose matrix depends only on the exponents of the set, so one product of this matrix
 !> with the amplitudes of all signals gives the integrals of all squares.
 module row_integrals
-   use damped_oscillators, only: lanes
+   use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials_less_one
    use kinds, only: wp
    use power_integrals, only: decay_integral, integral, make_power_form, power_form_t
@@ -13,7 +13,7 @@ module row_integrals
    use row_signals, only: row_signal_t
    implicit none (type, external)
    private
-   public :: row_form_t, row_span_t, make_row_form, find_row_span, integrate_rows
+   public :: row_span_t, shared_rows_t, make_row_form, find_row_span, integrate_rows
 
    !> Number of signals for which the matrix is read once.
    integer, parameter :: signals_at_once = 4
@@ -22,11 +22,25 @@ module row_integrals
    type :: row_form_t
       !> The form for a signal with all coefficients 1; its matrix is moved to `matrix`, its other components are used
       type(power_form_t) :: power
-      !> The symmetric matrix of the form, rows in whole SIMD vectors, [lanes, 2 terms, blocks]
-      real(wp), allocatable :: matrix(:, :, :)
+      !> The symmetric matrix of the form, padded with zeros to whole SIMD vectors, [padded 2 terms, padded 2 terms]
+      real(wp), allocatable :: matrix(:, :)
       !> Real and imaginary part of 1/s, [padded terms, 2]
       real(wp), allocatable :: inverse(:, :)
    end type row_form_t
+
+   !> Rows that several sets of closed contacts share.
+   type :: shared_rows_t
+      !> Number of these sets, and the run, as the sets count runs, for which the rows are made
+      integer :: users = 0
+      integer :: run = 0
+      type(row_basis_t) :: basis
+      !> Quadratic form of the terms of the rows; unallocated: no integral was requested
+      type(row_form_t), allocatable :: form
+   end type shared_rows_t
+
+   !> Columns of the sums of a row over a part of a phase: its integral, its value at the start and the change of this
+   !> value, and the integral of its square.
+   integer, parameter :: integral_sum = 1, start_sum = 2, change_sum = 3, square_sum = 4
 
    !> The terms z of a row basis over a part of a phase.
    type :: row_span_t
@@ -36,6 +50,10 @@ module row_integrals
       !> Terms at the start of the part, their change and their integral, real and imaginary parts, [padded terms, 2];
       !> integrals of |z|^2, [padded terms]
       real(wp), allocatable :: start(:, :), change(:, :), integral(:, :), square(:)
+      !> Sums of rows and then of their rates, which several signals share, [4, 2 rows], and how many of their columns
+      !> are computed, [2 rows]
+      real(wp), allocatable :: sums(:, :)
+      integer, allocatable :: known(:)
    end type row_span_t
 
 contains
@@ -46,16 +64,14 @@ contains
       type(row_form_t), intent(out) :: form
 
       complex(wp) :: exponent(basis%terms), rate(1, basis%terms)
-      integer :: i, n
+      integer :: n
 
       n = basis%terms
       exponent = cmplx(-basis%decay(:n), basis%omega(:n), wp)
       rate = (1.0_wp, 0.0_wp)
       call make_power_form(exponent, rate, form%power)
-      allocate (form%matrix(lanes, 2*n, (2*n - 1)/lanes + 1), form%inverse(size(basis%decay), 2), source=0.0_wp)
-      do i = 1, 2*n
-         form%matrix(mod(i - 1, lanes) + 1, :, (i - 1)/lanes + 1) = form%power%matrix(i, :)
-      end do
+      allocate (form%matrix(padded(2*n), padded(2*n)), form%inverse(size(basis%decay), 2), source=0.0_wp)
+      form%matrix(:2*n, :2*n) = form%power%matrix
       ! only one copy of the matrix is stored, because many sets share the caches of the processor
       deallocate (form%power%matrix, form%power%product)
       form%inverse(:n, 1) = real(1.0_wp/exponent, wp)
@@ -80,10 +96,15 @@ contains
       if (.not. (abs(span%length - length) > 0.0_wp .or. abs(span%from - from) > 0.0_wp)) return
       n = size(z, 1)
       if (allocated(span%square)) then
-         if (size(span%square) /= n) deallocate (span%start, span%change, span%integral, span%square)
+         if (size(span%square) /= n .or. size(span%known) /= size(basis%coefficient, 3)) deallocate (span%start, &
+            span%change, span%integral, span%square, span%sums, span%known)
       end if
-      if (.not. allocated(span%square)) allocate (span%start(n, 2), span%change(n, 2), span%integral(n, 2), &
-         span%square(n))
+      if (.not. allocated(span%square)) then
+         allocate (span%start(n, 2), span%change(n, 2), span%integral(n, 2), span%square(n))
+         allocate (span%known(size(basis%coefficient, 3)), span%sums(square_sum, size(basis%coefficient, 3)))
+      end if
+      span%known(:) = 0
+      span%sums(:, :) = 0.0_wp
       span%from = from
       span%length = length
       if (from > 0.0_wp) then
@@ -103,135 +124,167 @@ contains
       end do
    end subroutine find_row_span
 
-   !> Integrals of signals without slope, and of their squares.
+   !> Integrals of signals without slope, and of their squares. Signals made of the same rows share their sums: the
+   !> square of f y + g y' is f^2 y^2 + f g d(y^2)/dt + g^2 y'^2.
    pure subroutine integrate_rows(basis, form, span, signals, first, second)
       type(row_basis_t), intent(in) :: basis
       type(row_form_t), intent(in) :: form
-      !> From `find_row_span`
-      type(row_span_t), intent(in) :: span
+      !> From `find_row_span`; receives the sums of rows
+      type(row_span_t), intent(inout) :: span
       !> Signals whose `slope` is zero
       type(row_signal_t), intent(in) :: signals(:)
       !> Integrals of each signal and, if requested, of its square, [signals]
       real(wp), intent(out) :: first(:)
       real(wp), intent(out), optional :: second(:)
 
-      ! coefficients of the terms, real part and minus imaginary part; changes of the parts of the signal's terms, and
-      ! sums of these parts at both ends, [2 terms in whole SIMD vectors]
-      real(wp) :: c(basis%terms, 2, signals_at_once)
-      real(wp), dimension(size(form%matrix, 3)*lanes, signals_at_once) :: changes, sums
-      real(wp) :: quadratic(signals_at_once), square, total
-      complex(wp) :: s
-      ! number of signals of one product, and of those before it
-      integer :: count, last
-      integer :: i, k, m, n
+      ! a square that is a smaller share of the squares of its two parts would lose digits
+      real(wp), parameter :: min_share = 1.0e-3_wp
+      real(wp) :: separate, square, sums(square_sum, 1), total
+      integer :: i, rate, value
 
-      n = basis%terms
-      do last = 0, size(signals) - 1, signals_at_once
-         count = min(signals_at_once, size(signals) - last)
-         changes = 0.0_wp
-         sums = 0.0_wp
-         do i = 1, count
-            associate (asked => signals(last + i))
-               call gather_coefficients(basis, asked, c(:, :, i))
-               total = 0.0_wp
-               square = 0.0_wp
-               !$omp simd reduction(+:total, square)
-               do m = 1, n
-                  total = total + (c(m, 1, i)*span%integral(m, 1) + c(m, 2, i)*span%integral(m, 2))
-                  changes(m, i) = c(m, 1, i)*span%change(m, 1) + c(m, 2, i)*span%change(m, 2)
-                  changes(m + n, i) = c(m, 1, i)*span%change(m, 2) - c(m, 2, i)*span%change(m, 1)
-                  sums(m, i) = 2.0_wp*(c(m, 1, i)*span%start(m, 1) + c(m, 2, i)*span%start(m, 2)) + changes(m, i)
-                  sums(m + n, i) = 2.0_wp*(c(m, 1, i)*span%start(m, 2) - c(m, 2, i)*span%start(m, 1)) &
-                     + changes(m + n, i)
-                  square = square + form%power%diagonal(m)*(c(m, 1, i)**2 + c(m, 2, i)**2)*span%square(m)
-               end do
-               first(last + i) = asked%offset*span%length + total
-               if (present(second)) second(last + i) = square + asked%offset*(asked%offset*span%length + 2.0_wp*total)
-            end associate
+      call find_row_sums(basis, form, span, signals, merge(square_sum, change_sum, present(second)))
+      do i = 1, size(signals)
+         associate (signal => signals(i), f => signals(i)%factor, g => signals(i)%rate_factor)
+            value = index_of(basis, signal%row, 0)
+            rate = index_of(basis, signal%row, 1)
+            total = f*span%sums(integral_sum, value) + g*span%sums(integral_sum, rate)
+            first(i) = signal%offset*span%length + total
+            if (.not. present(second)) cycle
+            separate = f**2*span%sums(square_sum, value) + g**2*span%sums(square_sum, rate)
+            square = separate + f*g*span%sums(change_sum, value)*(2.0_wp*span%sums(start_sum, value) &
+               + span%sums(change_sum, value))
+            if (square < min_share*separate) then
+               call sum_rows(basis%terms, form, span, square_sum, &
+                  reshape(f*basis%coefficient(:, :, value) + g*basis%coefficient(:, :, rate), &
+                  [size(basis%decay), 2, 1]), sums)
+               square = sums(square_sum, 1)
+            end if
+            second(i) = square + signal%offset*(signal%offset*span%length + 2.0_wp*total)
+         end associate
+      end do
+   end subroutine integrate_rows
+
+   !> Compute the sums of all rows, and of the rates of rows, of which some signals are made.
+   pure subroutine find_row_sums(basis, form, span, signals, columns)
+      type(row_basis_t), intent(in) :: basis
+      type(row_form_t), intent(in) :: form
+      type(row_span_t), intent(inout) :: span
+      type(row_signal_t), intent(in) :: signals(:)
+      !> Number of columns of the sums
+      integer, intent(in) :: columns
+
+      real(wp) :: sums(square_sum, signals_at_once)
+      ! places of the rows and rates that are not known yet
+      integer :: count, i, last, order, place, places(2*size(signals))
+
+      count = 0
+      do i = 1, size(signals)
+         do order = 0, 1
+            if (.not. abs(merge(signals(i)%factor, signals(i)%rate_factor, order == 0)) > 0.0_wp) cycle
+            place = index_of(basis, signals(i)%row, order)
+            if (span%known(place) >= columns) cycle
+            span%known(place) = columns
+            count = count + 1
+            places(count) = place
          end do
-         if (.not. present(second)) cycle
-         call quadratic_forms(n, size(form%matrix, 3), form%matrix, changes, sums, quadratic)
-         second(last + 1:last + count) = second(last + 1:last + count) + quadratic(:count)
-         do k = 1, size(form%power%pairs, 2)
-            associate (a => form%power%pairs(1, k), b => form%power%pairs(2, k))
-               s = cmplx(-(basis%decay(a) + basis%decay(b)), basis%omega(a) - basis%omega(b), wp)
-               s = integral(s, span%length, exp(s*span%length))
-               do i = 1, count
-                  second(last + i) = second(last + i) + 0.5_wp*real(s*start_of(a)*conjg(start_of(b)), wp)
-               end do
-            end associate
+      end do
+      do last = 0, count - 1, signals_at_once
+         associate (batch => places(last + 1:min(last + signals_at_once, count)))
+            call sum_rows(basis%terms, form, span, columns, basis%coefficient(:, :, batch), sums(:, :size(batch)))
+            span%sums(:columns, batch) = sums(:columns, :size(batch))
+         end associate
+      end do
+   end subroutine find_row_sums
+
+   !> Sums of up to `signals_at_once` rows.
+   pure subroutine sum_rows(terms, form, span, columns, c, sums)
+      integer, intent(in) :: terms
+      type(row_form_t), intent(in) :: form
+      type(row_span_t), intent(in) :: span
+      !> Number of columns of the sums
+      integer, intent(in) :: columns
+      !> Coefficients of the terms, real part and minus imaginary part, [padded terms, 2, rows]
+      real(wp), contiguous, intent(in) :: c(:, :, :)
+      !> [4, rows]
+      real(wp), contiguous, intent(inout) :: sums(:, :)
+
+      ! changes of the parts of the terms of each row, and sums of these parts at both ends
+      real(wp) :: changes(signals_at_once, size(form%matrix, 1)), ends(size(form%matrix, 1), signals_at_once)
+      real(wp) :: change, part, part_change, quadratic(signals_at_once), square, start, total
+      complex(wp) :: s
+      integer :: i, k, m
+
+      changes = 0.0_wp
+      ends = 0.0_wp
+      do i = 1, size(c, 3)
+         total = 0.0_wp
+         start = 0.0_wp
+         change = 0.0_wp
+         square = 0.0_wp
+         !$omp simd reduction(+:total, start, change, square) private(part, part_change)
+         do m = 1, terms
+            total = total + (c(m, 1, i)*span%integral(m, 1) + c(m, 2, i)*span%integral(m, 2))
+            part = c(m, 1, i)*span%start(m, 1) + c(m, 2, i)*span%start(m, 2)
+            part_change = c(m, 1, i)*span%change(m, 1) + c(m, 2, i)*span%change(m, 2)
+            start = start + part
+            change = change + part_change
+            changes(i, m) = part_change
+            ends(m, i) = 2.0_wp*part + part_change
+            part_change = c(m, 1, i)*span%change(m, 2) - c(m, 2, i)*span%change(m, 1)
+            changes(i, m + terms) = part_change
+            ends(m + terms, i) = 2.0_wp*(c(m, 1, i)*span%start(m, 2) - c(m, 2, i)*span%start(m, 1)) + part_change
+            square = square + form%power%diagonal(m)*(c(m, 1, i)**2 + c(m, 2, i)**2)*span%square(m)
          end do
+         sums([integral_sum, start_sum, change_sum, square_sum], i) = [total, start, change, square]
+      end do
+      if (columns < square_sum) return
+      call quadratic_forms(size(form%matrix, 1), form%matrix, changes, ends, quadratic)
+      sums(square_sum, :) = sums(square_sum, :) + quadratic(:size(c, 3))
+      do k = 1, size(form%power%pairs, 2)
+         associate (a => form%power%pairs(1, k), b => form%power%pairs(2, k))
+            s = cmplx(-(form%power%decay(a) + form%power%decay(b)), form%power%omega(a) - form%power%omega(b), wp)
+            s = integral(s, span%length, exp(s*span%length))
+            do i = 1, size(c, 3)
+               sums(square_sum, i) = sums(square_sum, i) + 0.5_wp*real(s*start_of(a)*conjg(start_of(b)), wp)
+            end do
+         end associate
       end do
 
    contains
 
-      !> A term of signal i at the start.
+      !> A term of row i at the start.
       pure function start_of(m) result(term)
          integer, intent(in) :: m
          complex(wp) :: term
 
          term = cmplx(c(m, 1, i), -c(m, 2, i), wp)*cmplx(span%start(m, 1), span%start(m, 2), wp)
       end function start_of
-   end subroutine integrate_rows
+   end subroutine sum_rows
 
-   !> Coefficients of the terms in a signal: real parts and minus imaginary parts.
-   pure subroutine gather_coefficients(basis, signal, c)
-      type(row_basis_t), intent(in) :: basis
-      type(row_signal_t), intent(in) :: signal
-      real(wp), intent(out) :: c(:, :)
-
-      integer :: m, place, rate
-
-      place = index_of(basis, signal%row, 0) - 1
-      rate = index_of(basis, signal%row, 1) - 1
-      do m = 1, basis%terms
-         c(m, :) = signal%factor*basis%column(mod(place, lanes) + 1, :, m, place/lanes + 1) &
-            + signal%rate_factor*basis%column(mod(rate, lanes) + 1, :, m, rate/lanes + 1)
-      end do
-   end subroutine gather_coefficients
-
-   !> sums^T A changes for several pairs of vectors. The products with one SIMD vector of rows of the matrix stay in
-   !> registers.
-   pure subroutine quadratic_forms(terms, blocks, matrix, changes, sums, value)
-      integer, intent(in) :: terms
-      integer, intent(in) :: blocks
+   !> y^T A x for several pairs of vectors x and y. Four columns of the matrix are read at once for all of them.
+   pure subroutine quadratic_forms(order, matrix, x, y, value)
+      !> A multiple of four
+      integer, intent(in) :: order
       !> The matrix A
-      real(wp), intent(in) :: matrix(lanes, 2*terms, blocks)
-      real(wp), dimension(lanes*blocks, signals_at_once), intent(in) :: changes, sums
+      real(wp), intent(in) :: matrix(order, order)
+      real(wp), intent(in) :: x(signals_at_once, order)
+      real(wp), intent(in) :: y(order, signals_at_once)
       real(wp), intent(out) :: value(signals_at_once)
 
-      real(wp), dimension(lanes) :: a, b, c, d
-      real(wp), dimension(lanes) :: total_a, total_b, total_c, total_d
-      integer :: block, i, k, n
+      real(wp) :: product(order, signals_at_once)
+      integer :: i, m, n
 
-      total_a = 0.0_wp
-      total_b = 0.0_wp
-      total_c = 0.0_wp
-      total_d = 0.0_wp
-      do block = 1, blocks
-         a = 0.0_wp
-         b = 0.0_wp
-         c = 0.0_wp
-         d = 0.0_wp
-         do n = 1, 2*terms
-            !$omp simd
-            do i = 1, lanes
-               a(i) = a(i) + matrix(i, n, block)*changes(n, 1)
-               b(i) = b(i) + matrix(i, n, block)*changes(n, 2)
-               c(i) = c(i) + matrix(i, n, block)*changes(n, 3)
-               d(i) = d(i) + matrix(i, n, block)*changes(n, 4)
+      product = 0.0_wp
+      do n = 1, order, 4
+         !$omp simd
+         do m = 1, order
+            do i = 1, signals_at_once
+               product(m, i) = product(m, i) + (matrix(m, n)*x(i, n) + matrix(m, n + 1)*x(i, n + 1)) &
+                  + (matrix(m, n + 2)*x(i, n + 2) + matrix(m, n + 3)*x(i, n + 3))
             end do
          end do
-         k = lanes*(block - 1)
-         !$omp simd
-         do i = 1, lanes
-            total_a(i) = total_a(i) + a(i)*sums(k + i, 1)
-            total_b(i) = total_b(i) + b(i)*sums(k + i, 2)
-            total_c(i) = total_c(i) + c(i)*sums(k + i, 3)
-            total_d(i) = total_d(i) + d(i)*sums(k + i, 4)
-         end do
       end do
-      value = [sum(total_a), sum(total_b), sum(total_c), sum(total_d)]
+      value = sum(product*y, dim=1)
    end subroutine quadratic_forms
 
 end module row_integrals

@@ -3,10 +3,11 @@
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, row_path_t, row_signal_t, values_of
+   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, powers_of, row_path_t, row_signal_t, &
+      values_of
    implicit none (type, external)
    private
-   public :: max_on_path, peak_tolerance
+   public :: max_on_path, range_on_path, peak_tolerance
 
    !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
@@ -45,10 +46,12 @@ contains
 
       type(maximum_t) :: best
       type(interval_t) :: step(0:max_nodes - 1)
+      real(wp) :: range(2)
       integer :: first, last, node
 
       is_found = .false.
-      if (.not. ceiling_on_path(basis, path, signal) > value) return
+      range = range_on_path(basis, path, signal)
+      if (.not. range(2) > value) return
       best%value = value
       first = 0
       last = path%count - 1
@@ -85,12 +88,13 @@ contains
       if (is_found) time = best%time
    end subroutine max_on_path
 
-   !> An upper bound of a signal on a whole path. The bounds of all rows are computed once for all signals of the path.
-   function ceiling_on_path(basis, path, signal) result(ceiling)
+   !> Lower and upper bound of a signal on a whole path. The bounds of all rows are computed once for all signals of the
+   !> path.
+   function range_on_path(basis, path, signal) result(bounds)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
-      real(wp) :: ceiling
+      real(wp) :: bounds(2)
 
       real(wp) :: curvature, end_curvature, error, length, inner(4)
       integer :: i, n, node
@@ -124,11 +128,12 @@ contains
          end do
          path%has_range = .true.
       end if
-      associate (row => path%range(signal%row, :), rate => path%range(signal%row + n, :))
-         ceiling = signal%offset + max(0.0_wp, signal%slope*path%time(path%count)) + maxval(signal%factor*row) &
-            + maxval(signal%rate_factor*rate)
+      associate (row => signal%factor*path%range(signal%row, :), ramp => signal%slope*path%time(path%count), &
+         rate => signal%rate_factor*path%range(signal%row + n, :))
+         bounds = signal%offset + [min(0.0_wp, ramp), max(0.0_wp, ramp)] + [minval(row), maxval(row)] &
+            + [minval(rate), maxval(rate)]
       end associate
-   end function ceiling_on_path
+   end function range_on_path
 
    !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at the
    !> highest point of its polynomial.
@@ -262,45 +267,29 @@ contains
       real(wp) :: top
 
       integer, parameter :: samples = 8, max_rounds = 3
-      real(wp) :: best, c(0:5), x
-      integer :: i
+      integer :: i, k
+      real(wp), parameter :: shares(samples - 1) = [(real(i, wp)/real(samples, wp), i=1, samples - 1)]
+      real(wp) :: c(0:5), curvature, slope, value(samples - 1), x
 
-      best = -huge(1.0_wp)
-      top = 0.5_wp
-      do i = 1, samples - 1
-         c = casteljau(real(i, wp)/real(samples, wp))
-         if (c(0) <= best) cycle
-         best = c(0)
-         top = real(i, wp)/real(samples, wp)
+      c = powers_of(b)
+      value = c(5)
+      do k = 4, 0, -1
+         value = c(k) + shares*value
       end do
+      top = shares(maxloc(value, dim=1))
       ! Newton's method for a zero of the slope
       do i = 1, max_rounds
-         c = casteljau(top)
-         if (.not. c(2) < 0.0_wp) return
-         x = top - 0.25_wp*c(1)/c(2)
+         slope = 5.0_wp*c(5)
+         curvature = 0.0_wp
+         do k = 4, 1, -1
+            curvature = slope + top*curvature
+            slope = real(k, wp)*c(k) + top*slope
+         end do
+         if (.not. curvature < 0.0_wp) return
+         x = top - slope/curvature
          if (.not. abs(x - top) < 1.0_wp/real(samples, wp) .or. x <= 0.0_wp .or. x >= 1.0_wp) return
          top = x
       end do
-
-   contains
-
-      !> De Casteljau's algorithm at the position x: value, a fifth of the slope and a twentieth of the curvature, per
-      !> share of the step.
-      pure function casteljau(x) result(c)
-         real(wp), intent(in) :: x
-         real(wp) :: c(0:5)
-
-         real(wp) :: second
-         integer :: k
-
-         c = b
-         do k = 5, 3, -1
-            c(:k - 1) = c(:k - 1) + x*(c(1:k) - c(:k - 1))
-         end do
-         second = c(2) - 2.0_wp*c(1) + c(0)
-         c(0:1) = c(0:1) + x*(c(1:2) - c(0:1))
-         c(:2) = [c(0) + x*(c(1) - c(0)), c(1) - c(0), second]
-      end function casteljau
    end function highest_point
 
 end module row_peaks

@@ -7,7 +7,8 @@ module row_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    use row_basis, only: advance, advance_by, bound_rows, evaluate_rows, lowest_step, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, row_path_t, row_signal_t, values_of
+   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, powers_of, row_path_t, &
+      row_signal_t, values_of
    implicit none (type, external)
    private
    public :: search_rows
@@ -43,7 +44,7 @@ module row_search
 contains
 
    !> Advance until the first signal vanishes, or to the limit.
-   subroutine search_rows(basis, limit, signals, path, first_signal, time)
+   subroutine search_rows(basis, limit, signals, path, first_signal, time, first_node)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
       !> Signals that are not `is_certified` on return must be searched one by one
@@ -54,6 +55,8 @@ contains
       integer, intent(out) :: first_signal
       !> Instant of the zero, or the limit
       real(wp), intent(out) :: time
+      !> Last node of an earlier search of the phase, at which this search begins; absent: it begins at the start
+      integer, intent(in), optional :: first_node
 
       type(step_t) :: step
       integer :: node, n
@@ -62,11 +65,20 @@ contains
          step%floor(size(signals)), step%noise(size(signals)), step%answer(size(signals)))
       first_signal = 0
       node = 0
-      path%time(0) = 0.0_wp
+      if (present(first_node)) node = first_node
+      step%count = node
+      if (node == 0) then
+         path%time(0) = 0.0_wp
+         path%evaluations = 0_i8
+      else
+         ! the amplitudes are those before the last correction of the zero at the node
+         call advance_by(basis, path%time(node) - path%time(node - 1), path%z(:, :, node - 1), path%z(:, :, node))
+      end if
+      step%from = path%time(node)
       path%is_complete = .true.
       path%has_range = .false.
-      path%evaluations = 1_i8
-      call evaluate_rows(basis, path%z(:, :, 0), path%rows(:, 0))
+      path%evaluations = path%evaluations + 1_i8
+      call evaluate_rows(basis, path%z(:, :, node), path%rows(:, node))
       do
          call begin_step(basis, limit, signals, path, node, step)
          if (.not. any(signals%is_certified .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
@@ -119,7 +131,7 @@ contains
          ! a signal that has decayed so far that its digits underflow has no zero
          if (max(maxval(abs(step%at_start(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
             huge(1.0_wp)
-         if (step%from > 0.0_wp) cycle
+         if (signals(n)%is_begun) cycle
          call begin_signal(signals(n), step%at_start(:, n), step%noise(n))
       end do
    end subroutine begin_step
@@ -180,6 +192,7 @@ contains
       ! a value below this share of the magnitude of its terms may be rounding error
       real(wp), parameter :: min_share = 1.0e-9_wp
 
+      signal%is_begun = .true.
       signal%rounding = noise
       if (signal%start_order == 0) then
          signal%is_certified = signal%is_certified .and. at_start(0) > min_share*noise/epsilon(1.0_wp)
@@ -283,10 +296,7 @@ contains
       real(wp) :: c(0:5), value, slope
       integer :: k
 
-      c = [b(0), 5.0_wp*(b(1) - b(0)), 10.0_wp*(b(2) - 2.0_wp*b(1) + b(0)), &
-         10.0_wp*(b(3) - 3.0_wp*b(2) + 3.0_wp*b(1) - b(0)), &
-         5.0_wp*(b(4) - 4.0_wp*b(3) + 6.0_wp*b(2) - 4.0_wp*b(1) + b(0)), &
-         b(5) - 5.0_wp*b(4) + 10.0_wp*b(3) - 10.0_wp*b(2) + 5.0_wp*b(1) - b(0)]
+      c = powers_of(b)
       bracket%high = 1.0_wp
       bracket%point = b(0)/(b(0) - b(5))
       bracket%step_tolerance = 1.0e-9_wp

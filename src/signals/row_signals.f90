@@ -9,8 +9,8 @@ module row_signals
    use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, max_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
-      value_at_node
+   public :: row_signal_t, row_path_t, max_nodes, error_share, values_of, bounds_of, coefficients, powers_of, &
+      node_at_time, value_at_node
 
    !> Maximum number of steps of a path.
    integer, parameter :: max_nodes = 64
@@ -31,6 +31,8 @@ module row_signals
       !> Order of the first derivative that does not vanish at the start, where it is positive; 0: the signal is
       !> positive
       integer :: start_order = 0
+      !> The search has begun with this signal
+      logical :: is_begun = .false.
       !> The common search of all signals is certain about the zeros of this signal so far
       logical :: is_certified = .true.
       !> Maximum over the nodes, and upper bound of the signal over the path
@@ -129,6 +131,17 @@ contains
       b(4) = at_end(0) - 0.2_wp*length*at_end(1)
       b(5) = at_end(0)
    end function coefficients
+
+   !> Coefficients of the powers of the share of the step, from Bernstein coefficients.
+   pure function powers_of(b) result(c)
+      real(wp), intent(in) :: b(0:5)
+      real(wp) :: c(0:5)
+
+      c = [b(0), 5.0_wp*(b(1) - b(0)), 10.0_wp*(b(2) - 2.0_wp*b(1) + b(0)), &
+         10.0_wp*(b(3) - 3.0_wp*b(2) + 3.0_wp*b(1) - b(0)), &
+         5.0_wp*(b(4) - 4.0_wp*b(3) + 6.0_wp*b(2) - 4.0_wp*b(1) + b(0)), &
+         b(5) - 5.0_wp*b(4) + 10.0_wp*b(3) - 10.0_wp*b(2) + 5.0_wp*b(1) - b(0)]
+   end function powers_of
 
    !> The node at the start or at the end of a path; -1: neither node is at that time.
    pure function node_at_time(path, time) result(node)

@@ -1,0 +1,122 @@
+!> Motion of the beam with a given set of closed contacts: its state in a phase, the motion between two events, and its
+!> response to a force at a contact (docs/theory.md, sections 17 and 18).
+module set_motions
+   use compliant_stop, only: is_rigid_stop
+   use contact_sets, only: contact_set_t
+   use coupled_modes, only: terms_at
+   use damped_oscillators, only: propagate
+   use kinds, only: wp
+   use point_forces, only: find_point_forces
+   use power_integrals, only: find_span
+   implicit none (type, external)
+   private
+   public :: find_end_terms, state_in, state_of_terms, point_response
+
+contains
+
+   !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (1: velocities
+   !> after a unit impulse, W^2: static displacements). Rigid contacts in `compliant` react so that they do not move.
+   pure function point_response(set, k, divisor) result(shape)
+      type(contact_set_t), intent(in) :: set
+      integer, intent(in) :: k
+      real(wp), intent(in) :: divisor(:)
+      real(wp) :: shape(size(divisor))
+
+      complex(wp), allocatable :: force(:), no_height(:)
+      complex(wp) :: response(size(divisor))
+      integer, allocatable :: rigid(:)
+
+      associate (value => set%constrained%value)
+         shape = value(:, k)/divisor
+         if (size(set%compliant) == 0) return
+         if (.not. any(is_rigid_stop(set%coupled%spring))) return
+         allocate (rigid, source=pack(set%compliant, is_rigid_stop(set%coupled%spring)))
+         allocate (force(size(rigid)), no_height(size(rigid)))
+         no_height = (0.0_wp, 0.0_wp)
+         call find_point_forces(cmplx(divisor, 0.0_wp, wp), value(:, rigid), no_height, &
+            cmplx(value(:, k), 0.0_wp, wp), no_height, force, response)
+         shape = real(response, wp)
+      end associate
+   end function point_response
+
+   !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
+   pure subroutine find_end_terms(set, amplitude, time, term)
+      type(contact_set_t), intent(inout) :: set
+      !> Values of the terms at the start of the phase, [terms]
+      complex(wp), intent(in) :: amplitude(:)
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      complex(wp), intent(out) :: term(:)
+
+      if (set%has_stop_losses) then
+         call find_span(set%losses(2), amplitude, time, set%span)
+         term = set%span%term
+      else
+         term = terms_at(set%coupled, amplitude, time)
+      end if
+   end subroutine find_end_terms
+
+   !> State of the constrained modes with closed compliant contacts.
+   pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
+      type(contact_set_t), intent(in) :: set
+      !> Values of the terms at the start of the phase, [terms]
+      complex(wp), intent(in) :: amplitude(:)
+      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
+
+      call state_of_terms(set, terms_at(set%coupled, amplitude, time), z0, v0, time, z, v)
+   end subroutine state_in
+
+   !> State of the constrained modes from the values of the terms at a time since the start of the phase.
+   pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
+      type(contact_set_t), intent(in) :: set
+      !> [terms]
+      complex(wp), intent(in) :: term(:)
+      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
+
+      real(wp), dimension(size(z0)) :: uncoupled, uncoupled_rate
+      ! sums over the terms in whole SIMD vectors
+      real(wp), dimension(size(set%coupled%shape_parts, 1)) :: lane_z, lane_v
+      ! real and minus imaginary parts of the terms, and then of their rates
+      real(wp) :: x(4, size(set%coupled%shape_parts, 2))
+      complex(wp) :: rate
+      integer :: i, m
+
+      x = 0.0_wp
+      do m = 1, set%coupled%count
+         rate = term(m)*set%coupled%exponent(m)
+         x(:, m) = [real(term(m), wp), -aimag(term(m)), real(rate, wp), -aimag(rate)]
+      end do
+      lane_z = 0.0_wp
+      lane_v = 0.0_wp
+      ! two terms at once
+      associate (shape_parts => set%coupled%shape_parts)
+         do m = 1, size(x, 2), 2
+            !$omp simd
+            do i = 1, size(lane_z)
+               lane_z(i) = lane_z(i) + (x(1, m)*shape_parts(i, m, 1) + x(2, m)*shape_parts(i, m, 2)) &
+                  + (x(1, m + 1)*shape_parts(i, m + 1, 1) + x(2, m + 1)*shape_parts(i, m + 1, 2))
+               lane_v(i) = lane_v(i) + (x(3, m)*shape_parts(i, m, 1) + x(4, m)*shape_parts(i, m, 2)) &
+                  + (x(3, m + 1)*shape_parts(i, m + 1, 1) + x(4, m + 1)*shape_parts(i, m + 1, 2))
+            end do
+         end do
+      end associate
+      z = set%rest_modes + lane_z(:size(z))
+      v = lane_v(:size(v))
+      if (size(set%coupled%inactive) == 0) return
+      call propagate(set%constrained%oscillators, time, z0, v0, uncoupled, uncoupled_rate)
+      z(set%coupled%inactive) = uncoupled(set%coupled%inactive)
+      v(set%coupled%inactive) = uncoupled_rate(set%coupled%inactive)
+   end subroutine state_of_terms
+
+end module set_motions
