@@ -69,6 +69,9 @@ module contact_sets
    !> Maximum number of bytes of the sets of each other beam.
    real(wp), parameter :: max_other_bytes = 2.5e7_wp
 
+   !> Number of other beams.
+   integer, parameter :: max_others = 8
+
    !> Element of an array of pointers to contact sets, with a number that depends on the closed contacts.
    type :: set_pointer_t
       type(contact_set_t), pointer :: set => null()
@@ -81,7 +84,8 @@ module contact_sets
       type(free_beam_t) :: beam
       logical, allocatable :: is_rigid(:)
       type(impedance_t), allocatable :: spring(:)
-      type(set_pointer_t) :: sets(max_sets)
+      !> Unallocated: no set was made yet
+      type(set_pointer_t), allocatable :: sets(:)
       integer :: count = 0
    end type beam_sets_t
 
@@ -91,7 +95,7 @@ module contact_sets
       private
       !> Sets of other beams, those used last first: trial runs, and runs of a sweep, take turns among a few numbers of
       !> modes
-      type(beam_sets_t) :: others(8)
+      type(beam_sets_t), allocatable :: others(:)
       !> Number of runs so far
       integer :: run = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
@@ -114,8 +118,9 @@ contains
 
       integer :: i
 
-      if (.not. is_reusable(store, beam, is_rigid, spring)) then
-         do i = 1, size(store%others)
+      if (store%run > 0 .and. .not. is_reusable(store, beam, is_rigid, spring)) then
+         if (.not. allocated(store%others)) allocate (store%others(max_others))
+         do i = 1, max_others
             if (is_reusable(store%others(i), beam, is_rigid, spring)) exit
          end do
          call exchange(store, i)
@@ -256,6 +261,7 @@ contains
       end do
       is_new = .true.
       call make_room(store)
+      if (.not. allocated(store%sets)) allocate (store%sets(max_sets))
       allocate (set)
       store%count = store%count + 1
       store%sets(store%count) = set_pointer_t(set, key)
@@ -326,7 +332,8 @@ contains
       integer :: i
 
       call drop_sets(store)
-      do i = 1, size(store%others)
+      if (.not. allocated(store%others)) return
+      do i = 1, max_others
          call drop_sets(store%others(i))
       end do
    end subroutine drop_all

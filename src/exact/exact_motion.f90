@@ -61,12 +61,16 @@ contains
       type(free_modes_t), allocatable :: chosen
       type(free_modes_t), pointer :: base
       type(mode_check_t) :: check
-      type(set_store_t), target :: own_sets
+      type(set_store_t), allocatable, target :: own_sets
       type(set_store_t), pointer :: store
       integer :: lowest
 
-      store => own_sets
-      if (present(sets)) store => sets
+      if (present(sets)) then
+         store => sets
+      else
+         allocate (own_sets)
+         store => own_sets
+      end if
       base => own_modes
       if (present(shared)) then
          if (allocated(shared%lambda)) base => shared
@@ -116,11 +120,15 @@ contains
       !> Contact sets that trial runs share with other runs
       type(set_store_t), target, intent(inout), optional :: sets
 
-      type(set_store_t), target :: own_sets
+      type(set_store_t), allocatable, target :: own_sets
       type(set_store_t), pointer :: store
 
-      store => own_sets
-      if (present(sets)) store => sets
+      if (present(sets)) then
+         store => sets
+      else
+         allocate (own_sets)
+         store => own_sets
+      end if
       check%all_modes = number_of_modes(model)
       if (settings%response%mode_count > 0) then
          lowest = 0
