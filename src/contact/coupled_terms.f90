@@ -244,7 +244,7 @@ contains
       ! 1/s, and the magnitude of s, [terms, columns of sums]
       real(wp) :: inverse(size(modes%decay), size_of)
       ! columns of the state, and their magnitudes, [columns, padded modes, 2]; sums over the modes
-      real(wp) :: state(4, size(modes%weight_parts, 2), 2), total(size(modes%decay), size_of, 4)
+      real(wp) :: square_sum, state(4, size(modes%weight_parts, 2), 2), total(size(modes%decay), size_of, 4)
       integer :: j, m
 
       state = 0.0_wp
@@ -255,11 +255,15 @@ contains
       state(:, :, 2) = abs(state(:, :, 1))
       call sum_over_modes(size(modes%decay), size(modes%weight_parts, 2), modes%weight_parts, state, total)
       associate (decay => modes%decay, omega => modes%omega)
-         !$omp simd
+         !$omp simd private(square_sum)
          do m = 1, size(decay)
             inverse(m, size_of) = max(abs(decay(m)) + abs(omega(m)), tiny(1.0_wp))
-            inverse(m, re) = -decay(m)/max(decay(m)**2 + omega(m)**2, tiny(1.0_wp))
-            inverse(m, im) = -omega(m)/max(decay(m)**2 + omega(m)**2, tiny(1.0_wp))
+            inverse(m, re) = -decay(m)/inverse(m, size_of)
+            inverse(m, im) = -omega(m)/inverse(m, size_of)
+            ! the sum of the two squares is at least 1/2, and no square overflows
+            square_sum = inverse(m, size_of)*max(inverse(m, re)**2 + inverse(m, im)**2, 0.5_wp)
+            inverse(m, re) = inverse(m, re)/square_sum
+            inverse(m, im) = inverse(m, im)/square_sum
             form(m, re, direct) = decay(m)*total(m, re, displacements) + omega(m)*total(m, im, displacements) &
                - total(m, re, mass_damping) - modes%two_zeta*total(m, re, forces)
             form(m, im, direct) = decay(m)*total(m, im, displacements) - omega(m)*total(m, re, displacements) &

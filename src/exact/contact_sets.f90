@@ -25,8 +25,8 @@ module contact_sets
       integer :: run = 0
       !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
-      !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one mode),
-      !> which sets with other compliant contacts share
+      !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one
+      !> mode), which sets with other compliant contacts share
       type(constrained_set_t), pointer :: constrained => null()
       !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
       integer, allocatable :: compliant(:)

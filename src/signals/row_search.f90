@@ -70,6 +70,7 @@ contains
       if (node == 0) then
          path%time(0) = 0.0_wp
          path%evaluations = 0_i8
+         signals%is_begun = .false.
       else
          ! the amplitudes are those before the last correction of the zero at the node
          call advance_by(basis, path%time(node) - path%time(node - 1), path%z(:, :, node - 1), path%z(:, :, node))
