@@ -16,6 +16,7 @@ module coupled_modes
    use point_forces, only: find_point_forces
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: coupled_modes_t, make_coupled_modes, compare_sides, mirror_terms, coupled_amplitudes, terms_at
@@ -95,11 +96,14 @@ contains
       real(wp), intent(out) :: factor(:)
 
       real(wp) :: sum_of_rows(size(row, 1))
-      integer :: i, j, k
+      ! the stops, those in whose rows the fewest modes take part first
+      integer :: order(size(spring)), i, j, k, m
 
       base = 0
       factor = 0.0_wp
-      do i = 1, size(spring)
+      order = ascending_order(real(count(abs(row) > 0.0_wp, dim=1), wp))
+      do m = 1, size(spring)
+         i = order(m)
          if (.not. is_rigid_stop(spring(i)) .or. base(i) > 0) cycle
          do j = 1, size(spring)
             if (j == i .or. base(j) > 0 .or. any(base == j)) cycle

@@ -123,12 +123,13 @@ contains
          if (self%states(k)%is_deformed) then
             ! here `is_deformed` means that the contact has a force in the initial static equilibrium, in which bodies
             ! may start with velocities
-            captures(k)%is_captured = self%states(k)%is_rigid
-            if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
-            if (abs(velocity_of(self, k, motion)) <= velocity_rounding(self, k, motion) .or. &
-               .not. self%states(k)%is_rigid) cycle
-            captures(k)%is_captured = .false.
+            if (.not. self%states(k)%is_rigid) then
+               call close_contact(self, k, 0, motion, response)
+               cycle
+            end if
             self%states(k)%is_deformed = .false.
+            captures(k)%is_captured = abs(velocity_of(self, k, motion)) <= velocity_rounding(self, k, motion)
+            if (captures(k)%is_captured) cycle
          end if
          if (gap_of(self, k, motion%q) > gap_rounding(self, k, motion)) cycle
          associate (state => self%states(k), velocity => velocity_of(self, k, motion))
