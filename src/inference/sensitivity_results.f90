@@ -39,7 +39,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(sensitivity_t), intent(in) :: sensitivity
 
-      character(*), parameter :: along = 'pair', unit = "the measure's over the parameter's", none = '1'
+      character(*), parameter :: along = 'pair', unit = "the measure's over the parameter's", dimensionless = '1'
       character(max_text_length), allocatable :: texts(:)
       type(derivative_t), allocatable :: derivative(:)
       integer, allocatable :: parameter(:), measure(:)
@@ -52,7 +52,7 @@ contains
          derivative(:) = reshape(sensitivity%derivative, [pairs])
          allocate (parameter, source=[(modulo(i - 1, parameters) + 1, i=1, pairs)])
          allocate (measure, source=[((i - 1)/parameters + 1, i=1, pairs)])
-         call group%add(along, [(i, i=1, pairs)], none, 'pair of a measure and a parameter', is_scale=.true.)
+         call group%add(along, [(i, i=1, pairs)], dimensionless, 'pair of a measure and a parameter', is_scale=.true.)
          texts(:) = [(named(group, measures(measure(i))), i=1, pairs)]
          call group%add('measure', texts, 'none', 'measure of the run', along)
          texts(:) = [(text_of(settings%parameters(parameter(i))%name), i=1, pairs)]
@@ -68,7 +68,8 @@ contains
             //'parameter; nan: there is none', along=along)
          call group%add('error', derivative%error, unit, 'estimate of its error', along=along)
          call group%add('elasticity', elasticities(derivative, settings%values(parameter), &
-            sensitivity%measured(measure)), none, 'percent of the measure for a percent of the parameter', along=along)
+            sensitivity%measured(measure)), dimensionless, 'percent of the measure for a percent of the ' &
+            //'parameter', along=along)
          call group%add('from_above', derivative%above, unit, 'derivative for greater values of the parameter', &
             along=along)
          call group%add('from_above_error', derivative%above_error, unit, 'estimate of its error', along=along)
@@ -79,7 +80,7 @@ contains
          call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the other side is ' &
             //'beyond a limit or has no value; none: the sides differ or do not settle; unknown: the measure is not ' &
             //'there', along)
-         call group%add('impacts_change', sensitivity%impacts_change(parameter), none, &
+         call group%add('impacts_change', sensitivity%impacts_change(parameter), dimensionless, &
             'impacts with the parameter at the smallest step above its value, less those below it', along=along)
       end associate
    end subroutine write_sensitivity
@@ -222,14 +223,14 @@ contains
    end subroutine print_one_sided
 
    !> A one-sided derivative in words.
-   function side_in_words(value, settles) result(words)
+   function side_in_words(value, converges) result(words)
       !> NaN: the measure has no value on this side
       real(wp), intent(in) :: value
-      !> The error of the derivative is relatively small
-      logical, intent(in) :: settles
+      !> Whether the error of the derivative is relatively small
+      logical, intent(in) :: converges
       character(:), allocatable :: words
 
-      if (settles) then
+      if (converges) then
          words = with_unit(value, '')
       else if (ieee_is_nan(value)) then
          words = 'none'

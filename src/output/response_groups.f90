@@ -48,6 +48,7 @@ contains
          response%moment_windows)
    end subroutine write_run
 
+   !> Write the histories at the sample times, and as attributes the cost of the run and the checks of modes and mesh.
    subroutine write_histories(group, response)
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
@@ -90,6 +91,7 @@ contains
       end do
    end subroutine write_histories
 
+   !> Write the events (impacts, begins and ends of contact), in order of time.
    subroutine write_events(group, response)
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
@@ -155,6 +157,7 @@ contains
 
    end subroutine write_shapes
 
+   !> Write the terms of the energy balance at the sample times.
    subroutine write_energy(group, response)
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
