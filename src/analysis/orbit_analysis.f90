@@ -191,6 +191,7 @@ contains
 
    contains
 
+      !> Value of the parameter at a point, with its unit.
       function value_of(point) result(words)
          type(orbit_point_t), intent(in) :: point
          character(:), allocatable :: words

@@ -326,6 +326,7 @@ contains
 
    contains
 
+      !> Determinant of the 2 x 2 submatrix of two neighbouring rows and the columns i and j.
       pure function minor(row, i, j) result(difference)
          !> Upper row of the pair of rows
          integer, intent(in) :: row

@@ -353,6 +353,7 @@ contains
 
    contains
 
+      !> Instant of an edge of the blocks in words.
       pure function instant(edge) result(words)
          integer, intent(in) :: edge
          character(:), allocatable :: words

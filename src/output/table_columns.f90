@@ -200,6 +200,7 @@ contains
 
    contains
 
+      !> Print a row of some columns.
       subroutine print_row(row, columns)
          !> Number of the row; 0, -1 ...: line of the headings, from the last one up
          integer, intent(in) :: row
@@ -226,6 +227,7 @@ contains
 
    end subroutine print_table
 
+   !> Number of rows of a column.
    pure integer function rows_of(column)
       type(column_t), intent(in) :: column
 
@@ -254,6 +256,7 @@ contains
       if (place > 0) heading(place:place) = line_end
    end function broken_heading
 
+   !> Number of lines of a text.
    pure integer function line_count(text)
       character(*), intent(in) :: text
 

@@ -114,6 +114,7 @@ contains
 
    contains
 
+      !> Remove a file if it begins like a table of this scene.
       subroutine remove_table(name, format)
          character(*), intent(in) :: name
          !> Index in `table_formats`

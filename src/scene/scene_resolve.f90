@@ -268,6 +268,7 @@ contains
 
    contains
 
+      !> Report a problem of a name of &response if the file gives this name.
       subroutine refuse(name, problem)
          character(*), intent(in) :: name
          character(*), intent(in) :: problem
