@@ -27,6 +27,10 @@ module contact_states
       logical :: moves_with_beam = .false.
       !> The contact is not shadowed by another contact at its point, and the energy at the start is enough to close it
       logical :: is_active = .true.
+      !> Index of the active rigid contact on the other side at the same point, if this contact is rigid; 0: none. No
+      !> clearance beyond rounding lies between both
+      integer :: opposite = 0
+      logical :: has_no_clearance = .false.
       logical :: is_closed = .false.
       !> The contact is open and its surface moves with the beam, but the spring is not yet undeformed
       logical :: is_deformed = .false.

@@ -1,6 +1,7 @@
 !> Opening and closing of contacts during a motion, and the start of the flight that follows an opening: the motion of
 !> a stop point (the point of the beam at a stop) while its contact is open.
 module contact_changes
+   use certified_search, only: found_none, search_t
    use contact_states, only: node_motion_at
    use contact_values, only: event_of, force_of, velocity_of
    use kinds, only: wp
@@ -11,6 +12,7 @@ module contact_changes
    implicit none (type, external)
    private
    public :: detach_contact, open_contact, start_flight, close_contact, check_dampers
+   public :: find_opposite_contacts, is_blocked, skip_blocked, close_opposite
 
 contains
 
@@ -128,5 +130,75 @@ contains
          end associate
       end do
    end subroutine check_dampers
+
+   !> Find the rigid contacts on opposite sides of one place, once active contacts are known.
+   pure subroutine find_opposite_contacts(self)
+      type(phase_state_t), intent(inout) :: self
+
+      ! clearance, in units of displacement, that is lost in the rounding of gaps
+      real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+      integer :: j, k
+
+      associate (states => self%states, height => self%beam%height)
+         do k = 1, size(states)
+            if (.not. (states(k)%is_active .and. states(k)%is_rigid)) cycle
+            j = findloc(states%is_active .and. states%is_rigid .and. self%colocated == self%colocated(k) .and. &
+               self%colocated_sign*self%colocated_sign(k) < 0.0_wp, .true., dim=1)
+            states(k)%opposite = j
+            if (j > 0) states(k)%has_no_clearance = -height(j) - height(k) <= rounding*max(1.0_wp, abs(height(k)))
+         end do
+      end associate
+   end subroutine find_opposite_contacts
+
+   !> Is the contact without clearance to the opposite one, and that one closed? The gap is then zero until the opposite
+   !> contact opens.
+   pure function is_blocked(self, k) result(answer)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      logical :: answer
+
+      answer = self%states(k)%has_no_clearance
+      if (answer) answer = self%states(self%states(k)%opposite)%is_closed
+   end function is_blocked
+
+   !> Leave blocked contacts out of the search for the end of a phase.
+   pure subroutine skip_blocked(self, limit, searches, is_decided)
+      type(phase_state_t), intent(in) :: self
+      !> Time from the start of the phase to the end of the run
+      real(wp), intent(in) :: limit
+      !> Receives the searches of blocked contacts, [contacts]
+      type(search_t), intent(inout) :: searches(:)
+      !> Contacts that need no search, [contacts]
+      logical, intent(inout) :: is_decided(:)
+
+      integer :: k
+
+      do k = 1, size(is_decided)
+         if (is_decided(k) .or. .not. is_blocked(self, k)) cycle
+         is_decided(k) = .true.
+         searches(k) = search_t(outcome=found_none, time=limit, ceiling=0.0_wp)
+      end do
+   end subroutine skip_blocked
+
+   !> Close the rigid contact opposite to one that has opened, if no clearance lies between both: the force on the beam
+   !> changes its sign, and the beam does not move.
+   subroutine close_opposite(self, k, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> The contact that has opened
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      type(response_t), intent(inout) :: response
+
+      if (.not. self%states(k)%has_no_clearance .or. self%states(k)%is_closed) return
+      associate (other => self%states(k)%opposite)
+         associate (state => self%states(other))
+            if (state%is_closed) return
+            state%is_closed = .true.
+            state%is_deformed = .false.
+            state%start_order = 0
+         end associate
+         call append_event(response, event_of(self, other, event_capture, motion, 0.0_wp, 0.0_wp))
+      end associate
+   end subroutine close_opposite
 
 end module contact_changes

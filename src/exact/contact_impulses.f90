@@ -3,7 +3,7 @@
 !> bring a stop point (the point of the beam at a stop) to rest.
 module contact_impulses
    use complementarity, only: solve_active
-   use contact_changes, only: start_flight
+   use contact_changes, only: is_blocked, start_flight
    use contact_measures, only: measure_impulse
    use contact_values, only: modal_product, event_of, velocity_rounding, velocity_of
    use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, stays_closed, is_hit, gets_impulse, &
@@ -110,7 +110,7 @@ contains
 
       n = 0
       do k = 1, size(reached)
-         if (.not. reached(k)) cycle
+         if (.not. reached(k) .or. is_blocked(self, k)) cycle
          velocity = velocity_of(self, k, motion)
          ! the beam approaches the contact that is hit, even if rounding has made the velocity positive. A contact with
          ! the role `comes_to_rest` takes part even if its gap opens, because it adds no energy without restitution

@@ -1,10 +1,10 @@
 !> A phase of exact motion with any number of contacts: the set of closed contacts is constant until the first of the
 !> signals that can end the phase (gaps of open contacts, forces of closed contacts) falls to zero (docs/theory.md,
-!> section 17). The module finds the end of the phase, records samples and energies, and lets the observers (measures,
-!> statistics, moments, Poincare sections) evaluate the phase. A flight is the motion of a stop point (the point of the
-!> beam at a stop) while its contact is open; a massless node is the node at the stop of a redistributed mass matrix.
+!> section 17). A flight is the motion of a stop point (the point of the beam at a stop) while its contact is open; a
+!> massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
+   use contact_changes, only: skip_blocked
    use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
    use coupled_modes, only: terms_at
@@ -22,8 +22,7 @@ module contact_phase
    use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_contact
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
-      phase_state_t, signal_of, &
-      start_phase, observed_gap
+      phase_state_t, signal_of, start_phase, observed_gap
    use phase_sums, only: sample_accelerations
    use phase_transitions, only: apply_transition
    use response_types, only: body_record_t, response_t, contact_record_t
@@ -116,7 +115,7 @@ contains
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
-      ! whether and when the contact ends the phase is known; an inactive contact never ends a phase
+      ! whether and when the contact ends the phase is known
       logical :: is_decided(size(self%now%states))
       integer :: ended_by, k
 
@@ -124,6 +123,7 @@ contains
       if (self%now%max_length < limit) self%search = search_t(outcome=found_segment_end, time=self%now%max_length)
       self%ended_at = 0
       is_decided = .not. self%now%states%is_active
+      call skip_blocked(self%now, limit, self%interval%searches, is_decided)
       if (can_search_rows(self%now)) then
          call search_contacts(self%now, (self%search%time), self%interval%searches, is_decided, self%ended_at, &
             self%ended_by, self%search%time)

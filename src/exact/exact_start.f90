@@ -6,6 +6,7 @@ module exact_start
    use body_modes, only: count_bodies
    use complementarity, only: solve_complementarity
    use constrained_sets, only: free_beam_t
+   use contact_changes, only: find_opposite_contacts
    use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
@@ -119,13 +120,14 @@ contains
       call start_motion(settings, phase, motion, response)
    end subroutine start_exact
 
-   !> Open the observers, and find the contacts closed at the start.
+   !> Open the observers, and find opposite contacts and those closed at the start.
    subroutine start_motion(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
       type(contact_phase_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      call find_opposite_contacts(phase%now)
       call open_observers(settings, phase%now%states%contact%number, .not. phase%now%states%is_rigid, &
          phase%now%release_contact, response, motion%observers, size(motion%q))
       if (allocated(settings%poincare)) then

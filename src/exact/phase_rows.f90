@@ -341,8 +341,8 @@ contains
       real(wp), intent(in) :: limit
       !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
-      !> It is certain whether and when the contact ends the phase, [contacts]
-      logical, intent(out) :: is_decided(:)
+      !> It is certain whether and when the contact ends the phase; on entry: contacts that never do, [contacts]
+      logical, intent(inout) :: is_decided(:)
       !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
       integer, intent(out) :: ended_at
       integer, intent(out) :: ended_by
@@ -359,7 +359,7 @@ contains
       n = 0
       do k = 1, size(searches)
          associate (state => self%states(k))
-            if (.not. state%is_active) cycle
+            if (is_decided(k)) cycle
             n = n + 1
             contact(n) = k
             kind(n) = end_gap

@@ -3,7 +3,8 @@
 !> motion of a stop point, the point of the beam at a stop, while its contact is open.
 module phase_transitions
    use certified_search, only: found_never_positive, search_t
-   use contact_changes, only: check_dampers, close_contact, detach_contact, open_contact, start_flight
+   use contact_changes, only: check_dampers, close_contact, close_opposite, detach_contact, is_blocked, open_contact, &
+      start_flight
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
    use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
@@ -64,6 +65,7 @@ contains
          select case (ended_by)
          case (end_force)
             call detach_contact(self, k, motion, response)
+            call close_opposite(self, k, motion, response)
          case (end_undeformed)
             state%is_deformed = .false.
             state%indentation = 0.0_wp
@@ -224,6 +226,7 @@ contains
          next = 0
          do k = 1, size(reached)
             if (.not. reached(k) .or. captures(k)%is_captured .or. self%states(k)%is_closed) cycle
+            if (is_blocked(self, k)) cycle
             velocity = velocity_of(self, k, motion)
             if (velocity < 0.0_wp) then
                if (velocity < -velocity_rounding(self, k, motion)) next = k
@@ -260,6 +263,9 @@ contains
       call find_reactions(self, candidates(:n), motion)
       orders(:n) = opening_orders(self, motion)
       do a = 1, n
+         if (orders(a) == 0 .and. bears_nothing(a)) orders(a) = 3
+      end do
+      do a = 1, n
          k = candidates(a)
          associate (state => self%states(k), order => orders(a))
             if (captures(k)%has_reaction) order = 0
@@ -282,6 +288,31 @@ contains
             end if
          end associate
       end do
+      do a = 1, n
+         if (orders(a) > 0) call close_opposite(self, candidates(a), motion, response)
+      end do
+
+   contains
+
+      !> Does the opposite contact at the same place, which stays closed as well, bear what both could bear? Two
+      !> constraints in one place would be redundant.
+      pure function bears_nothing(a) result(answer)
+         !> Index among the candidates
+         integer, intent(in) :: a
+         logical :: answer
+
+         integer :: b
+
+         answer = .false.
+         if (captures(candidates(a))%has_reaction) return
+         b = findloc(candidates(:n), self%states(candidates(a))%opposite, dim=1)
+         if (b == 0) return
+         if (orders(b) > 0) return
+         associate (force => self%reactions%force)
+            answer = captures(candidates(b))%has_reaction .or. force(b) > force(a) .or. &
+               (.not. force(a) > force(b) .and. b < a)
+         end associate
+      end function bears_nothing
    end subroutine update_rigid_contacts
 
 end module phase_transitions

@@ -58,7 +58,8 @@ contains
       real(wp), allocatable, intent(out) :: reaction(:)
 
       integer, allocatable :: active(:), order(:)
-      real(wp), allocatable :: distance(:, :), consistent(:), roots(:)
+      real(wp), parameter :: rounding = 1.0e-14_wp
+      real(wp), allocatable :: distance(:, :), consistent(:), roots(:), scaled(:)
       real(wp) :: norm
       integer :: i, j, a, n, unchanged, modes
 
@@ -67,8 +68,11 @@ contains
       if (flexibility <= 0.0_wp) modes = n - 1
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
-      ! Modes whose value at the point exceeds rounding; the other modes have a node there
-      allocate (active, source=pack([(i, i=1, n)], abs(value) > 1.0e-14_wp*maxval(abs(value))))
+      ! Modes whose value at the point exceeds rounding; the other modes have a node there. The rotation of a short
+      ! element in the highest modes exceeds that in the low modes by orders of magnitude, but not over the frequency
+      allocate (scaled, source=abs(value)/sqrt(max(square, 1.0_wp)))
+      allocate (active, source=pack([(i, i=1, n)], abs(value) > rounding*maxval(abs(value)) .or. &
+         scaled > rounding*maxval(scaled)))
       active = active(ascending_order(square(active)))
       j = 0
       do i = 1, n

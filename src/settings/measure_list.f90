@@ -285,7 +285,7 @@ contains
 
       words = 'needs &'//trim(group)
       if (group == 'stress') words = words//', which gives the positions'
-      if (group == 'steady') words = 'needs &statistics and &stress'
+      if (group == 'steady') words = 'needs &stress, with &statistics or fatigue_slope'
       if (group == 'fatigue') words = 'needs &stress with fatigue_slope'
       if (index(group, 'stop_') == 1) words = 'needs &statistics and several &stop groups, of which number ' &
          //trim(group(6:))

@@ -401,7 +401,8 @@ contains
       case ('statistics')
          has = scene%wants_statistics
       case ('steady')
-         has = scene%wants_statistics .and. scene%wants_stress
+         ! where cycles of stresses are counted, the window is the whole run
+         has = scene%wants_stress .and. (scene%wants_statistics .or. scene%stress%fatigue_slope > 0.0_wp)
       case ('fatigue')
          has = scene%wants_stress .and. scene%stress%fatigue_slope > 0.0_wp
       case ('stop_1', 'stop_2', 'stop_3', 'stop_4', 'stop_5', 'stop_6')

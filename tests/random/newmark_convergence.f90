@@ -337,7 +337,7 @@ contains
       real(wp), intent(in) :: h
       character(:), allocatable, intent(inout) :: complaint
 
-      ! of the greatest speed there: what is slower grazes
+      ! of the greatest speed there: what is slower grazes, and a beam that has not moved lies on the surface
       real(wp), parameter :: slow = 0.1_wp
       type(event_t) :: found(lengths)
       real(wp) :: late
@@ -346,7 +346,7 @@ contains
       associate (contact => exact%events(1))
          place = findloc(expected%contact == contact%contact .and. expected%name == 'eta', .true., dim=1)
          speed = findloc(expected%contact == contact%contact .and. expected%name == 'velocity', .true., dim=1)
-         if (abs(contact%velocity_before) < slow*maxval(abs(expected(speed)%values))) return
+         if (.not. abs(contact%velocity_before) > slow*maxval(abs(expected(speed)%values))) return
          if (any(steps%event_count == 0)) then
             complaint = complaint//'no contact; '
             return
