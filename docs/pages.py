@@ -78,10 +78,11 @@ hr { border: 0; border-top: 1px solid #ccc; }
 
 def reference(program):
     """The names that the program prints, a table for each group."""
-    said = subprocess.run([program, "--names", "--markdown"], check=True, capture_output=True, text=True).stdout
-    lines = ["# Every name of a scene", "", "`impactbeam --names` prints these names too, and `impactbeam --names stop` those of one group."]
+    said = [subprocess.run([program, "--names", *what, "--markdown"], check=True, capture_output=True, text=True).stdout.splitlines()[2:]
+            for what in ([], ["measures"])]
+    lines = ["# Every name of a scene", "", "`impactbeam --names` prints these names too, and `impactbeam --names stop` those of one group, `impactbeam --names measures` the results of a run."]
     last = ""
-    for row in said.splitlines()[2:]:
+    for row in said[0] + said[1]:
         group, name, values, default, meaning = (cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:-1])
         if group != last:
             lines += ["", f"## {group}", "", "| name | values | meaning |", "|---|---|---|"]

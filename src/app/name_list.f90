@@ -127,7 +127,7 @@ contains
          if (names(i)%group /= group) then
             if (i > 1) write (unit, '()')
             group = names(i)%group
-            write (unit, '(a)') trim(merge(' ', '&', group == 'measures'))//group
+            write (unit, '(a)') heading_of(group)
             width = 2 + maxval([(len(names(k)%name), k=1, size(names))], &
                mask=[(names(k)%group == group, k=1, size(names))])
          end if
@@ -137,6 +137,14 @@ contains
          call print_line(unit, '', names(i)%meaning, width)
       end do
    end subroutine print_names
+
+   !> A group as scenes begin it; `measures` is not a group.
+   pure function heading_of(group) result(heading)
+      character(*), intent(in) :: group
+      character(:), allocatable :: heading
+
+      heading = trim(merge(' ', '&', group == 'measures'))//group
+   end function heading_of
 
    !> A table of names in Markdown.
    function in_markdown(names) result(text)
@@ -148,8 +156,9 @@ contains
 
       text = '| group | name | value | default | meaning |'//line_end//'|---|---|---|---|---|'//line_end
       do i = 1, size(names)
-         text = text//'| `&'//names(i)%group//'` | `'//names(i)%name//'` | '//without_bars(names(i)%allowed)//' | ' &
-            //names(i)%default//' | '//without_bars(names(i)%meaning)//' |'//line_end
+         text = text//'| `'//heading_of(names(i)%group)//'` | `'//names(i)%name//'` | ' &
+            //without_bars(names(i)%allowed)//' | '//names(i)%default//' | '//without_bars(names(i)%meaning)//' |' &
+            //line_end
       end do
    end function in_markdown
 

@@ -314,6 +314,8 @@ contains
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
          //'stress at the outer fibre are asked for', point_range, default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
+      call table%store(name_t('position_length', 'the same as lengths from the root', physical_range, &
+         instead_of='position', quantity='length', sweep=sweep_t(name='stress_position_length')), is_list=.true.)
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
       call table%bind(scene%stress%fatigue_slope, name_t('fatigue_slope', 'exponent m of the S-N curve: count cycles ' &

@@ -65,7 +65,7 @@ contains
             return
          end if
          if (entry%is_list) then
-            call table%change(other, ratio_of(quantity, entry%list, scales))
+            call check_and_change(ratio_of(quantity, entry%list, scales))
             return
          end if
          ratio = ratio_of(quantity, entry%value, scales)
@@ -80,15 +80,28 @@ contains
             ! from below or above; the subtraction avoids a negative zero
             if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
          end if
-         associate (range => table%entries(other)%name%range)
-            if (contains_value(range, ratio)) then
-               call table%change(other, [ratio])
-            else
-               call input%complain(trim(group%name), trim(entry%name%name), trim(entry%name%instead_of)//' would be ' &
-                  //to_text(ratio)//': must be '//range_text(range), group%occurrence)
-            end if
-         end associate
+         call check_and_change([ratio])
       end associate
+
+   contains
+
+      !> Change the dimensionless entry, unless a value is out of its range.
+      subroutine check_and_change(ratios)
+         real(wp), intent(in) :: ratios(:)
+
+         integer :: outside
+
+         associate (range => table%entries(other)%name%range, entry => table%entries(place))
+            do outside = 1, size(ratios)
+               if (contains_value(range, ratios(outside))) cycle
+               call input%complain(trim(table%groups(entry%group)%name), trim(entry%name%name), &
+                  trim(entry%name%instead_of)//' would be '//to_text(ratios(outside))//': must be ' &
+                  //range_text(range), table%groups(entry%group)%occurrence)
+               return
+            end do
+            call table%change(other, ratios)
+         end associate
+      end subroutine check_and_change
    end subroutine set_ratio
 
    !> Check that results in units have a beam in units and a unit of displacement. Problems are reported to `input`.
