@@ -307,17 +307,24 @@ contains
       !> x, padded
       real(wp), intent(inout) :: vector(1 - band:)
 
-      real(wp) :: change, norm, shape(stepper%order)
+      real(wp) :: change, norm
       integer :: i
 
       if (allocated(stepper%point_shape)) then
-         change = value - row_value(row, vector)
-         shape = modal_row(stepper, row)
-         norm = sum(shape**2)
-         if (norm > 0.0_wp) change = change/norm
-         do i = 1, stepper%order
-            vector(i) = vector(i) + change*shape(i)
-         end do
+         change = row%sign*(value - row_value(row, vector))
+         ! without a copy of the row, which would be allocated in each step of a closed contact
+         associate (shape => stepper%point_shape, p => row%dof - stepper%order, b => row%body - stepper%order)
+            if (row%body > 0) then
+               norm = sum((shape(:, p) - shape(:, b))**2)
+            else
+               norm = sum(shape(:, p)**2)
+            end if
+            if (norm > 0.0_wp) change = change/norm
+            do i = 1, stepper%order
+               vector(i) = vector(i) + change*shape(i, p)
+            end do
+            if (row%body > 0) vector(1:stepper%order) = vector(1:stepper%order) - change*shape(:, b)
+         end associate
       end if
       call set_row_value(row, value, vector)
    end subroutine impose_row_value
