@@ -50,6 +50,7 @@ contains
          return
       end if
       call replace_by_rule(names)
+      call refer_to_lists(names)
       if (is_markdown) then
          text = in_markdown(names)
       else
@@ -59,6 +60,30 @@ contains
          call text_of(unit, text, error)
       end if
    end subroutine write_names
+
+   !> Replace a long list of allowed words by a reference to the first name that has the same list.
+   subroutine refer_to_lists(names)
+      type(reference_t), intent(inout) :: names(:)
+
+      character(*), parameter :: some_of = 'some of '
+      ! length in characters from which on a list is not repeated
+      integer, parameter :: long_list = 400
+      integer :: i, k, start
+
+      do i = size(names), 2, -1
+         if (len(names(i)%allowed) < long_list) cycle
+         start = 1
+         if (index(names(i)%allowed, some_of) == 1) start = len(some_of) + 1
+         do k = 1, i - 1
+            associate (first => names(k)%allowed)
+               if (first /= names(i)%allowed(start:) .and. first /= some_of//names(i)%allowed(start:)) cycle
+            end associate
+            names(i)%allowed = trim(merge('one of  ', some_of, start == 1))//' those of &'//names(k)%group//' ' &
+               //names(k)%name
+            exit
+         end do
+      end do
+   end subroutine refer_to_lists
 
    !> List the measures of a run, each with its quantity and the group that it needs; of the statistics of single stops
    !> only those of the first stop.
