@@ -4,6 +4,7 @@ module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
+   use body_modes, only: damping_rate_of, squared_frequency_of
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
@@ -26,8 +27,11 @@ module frequency_response
       real(wp), allocatable :: frequency(:)
       !> Amplitude of the beam at the tip, [frequencies]
       complex(wp), allocatable :: tip(:)
-      !> Amplitude of the beam at each contact in the scene's order, [contacts, frequencies]
+      !> Amplitude of the beam at each contact in the scene's order, less that of the body there; of a body at its floor
+      !> or ceiling, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
+      !> Amplitude of each body, which moves alone on its spring and damper, [bodies, frequencies]
+      complex(wp), allocatable :: body(:, :)
    contains
       procedure :: compute
       procedure :: write => write_group
@@ -54,7 +58,7 @@ contains
       type(contact_t), allocatable :: contacts(:)
       real(wp), allocatable :: damping(:), force(:, :)
       complex(wp), allocatable :: coordinate(:)
-      integer :: i, k, mode_count
+      integer :: bodies, i, k, mode_count
 
       call find_modes_of_run(model, settings, modes, error)
       if (allocated(error)) return
@@ -67,17 +71,29 @@ contains
       damping = 2.0_wp*settings%zeta*modes%square(:mode_count) + rates_of_modes(settings, modes%square(:mode_count))
       associate (unused => response, points => scene%frequency_response%points)
          self%frequency = frequencies_of(scene%frequency_response)
-         allocate (self%tip(points), self%stop(size(contacts), points))
+         bodies = 0
+         if (allocated(settings%bodies)) bodies = size(settings%bodies)
+         allocate (self%tip(points), self%stop(size(contacts), points), self%body(bodies, points))
       end associate
       do i = 1, size(self%frequency)
-         associate (omega => self%frequency(i))
-            coordinate = matmul(force, amplitudes_at(settings, omega))/cmplx(modes%square(:mode_count) - omega**2, &
-               omega*damping, wp)
+         associate (omega => self%frequency(i), amplitude => amplitudes_at(settings, self%frequency(i)))
+            coordinate = matmul(force, amplitude)/cmplx(modes%square(:mode_count) - omega**2, omega*damping, wp)
+            do k = 1, bodies
+               associate (body => settings%bodies(k))
+                  self%body(k, i) = sum(loads%vector(size(loads%vector, 1) - bodies + k, :)*amplitude) &
+                     /(body%mass_ratio*cmplx(squared_frequency_of(body) - omega**2, omega*damping_rate_of(body), wp))
+               end associate
+            end do
          end associate
          self%tip(i) = sum(modes%mode(modes%tip_dof, :mode_count)*coordinate)
          do k = 1, size(contacts)
-            associate (dof => model%stop_dofs(contacts(k)%stop))
-               self%stop(contacts(k)%number, i) = sum(modes%mode(dof, :mode_count)*coordinate)
+            associate (dof => model%stop_dofs(contacts(k)%stop), number => contacts(k)%number, &
+               body => contacts(k)%settings%body)
+               self%stop(number, i) = (0.0_wp, 0.0_wp)
+               if (.not. contacts(k)%settings%is_of_base) self%stop(number, i) = sum(modes%mode(dof, &
+                  :mode_count)*coordinate)
+               if (body > 0) self%stop(number, i) = self%stop(number, i) &
+                  + merge(1.0_wp, -1.0_wp, contacts(k)%settings%is_of_base)*self%body(body, i)
             end associate
          end do
       end do
@@ -127,7 +143,7 @@ contains
       class(frequency_response_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
 
-      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'omega']
+      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'omega'], of_bodies(2) = ['body ', 'omega']
       integer :: k
 
       call group%attribute('meaning', 'displacements, relative to the base, of the beam with its stops open: ' &
@@ -136,10 +152,17 @@ contains
          is_scale=.true.)
       call group%put('amplitude_tip', abs(self%tip), 'displacement', 'amplitude of the tip', 'omega')
       call group%put('phase_tip', degrees(self%tip), 'number', 'its phase in degrees', 'omega')
+      if (size(self%body, 1) > 0) then
+         call group%put('body', [(k, k=1, size(self%body, 1))], 'body, in the order of &body', is_scale=.true.)
+         call group%put('amplitude_body', abs(self%body), 'displacement', &
+            'amplitude of the body alone on its spring and damper', of_bodies)
+         call group%put('phase_body', degrees(self%body), 'number', 'its phase in degrees', of_bodies)
+      end if
       if (size(self%stop, 1) == 0) return
       call group%put('surface', [(k, k=1, size(self%stop, 1))], &
-         'surface, in the order of &stop, below before above', is_scale=.true.)
-      call group%put('amplitude_stop', abs(self%stop), 'displacement', 'amplitude of the beam there', at_stops)
+         'surface, in the order of &stop and &body, below before above', is_scale=.true.)
+      call group%put('amplitude_stop', abs(self%stop), 'displacement', &
+         'amplitude of the beam there; from a body that moves', at_stops)
       call group%put('phase_stop', degrees(self%stop), 'number', 'its phase in degrees', at_stops)
    end subroutine write_group
 

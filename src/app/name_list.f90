@@ -1,8 +1,8 @@
 !> The names that a scene can contain, listed for users in columns or as a table in Markdown.
 module name_list
    use failures, only: fail, failure_t, status_bad_input
-   use measure_list, only: demand_of, first_of_stops, measure_count, measure_status, measure_table, measured_stops, &
-      statistics_of_stop
+   use measure_list, only: demand_of, first_of_stops, measure_count, measure_status, measure_table, measured_bodies, &
+      measured_groups, measured_stops, statistics_of_stop
    use namelist_tokens, only: lower_case
    use number_text, only: to_text
    use process, only: open_text, text_of
@@ -96,7 +96,7 @@ contains
       count = 0
       do i = measure_status + 1, measure_count
          if (i >= first_of_stops + size(statistics_of_stop) .and. &
-            i < first_of_stops + measured_stops*size(statistics_of_stop)) cycle
+            i < first_of_stops + size(measured_groups)*size(statistics_of_stop)) cycle
          count = count + 1
          associate (measure => measure_table(i), name => names(count))
             name%group = 'measures'
@@ -106,7 +106,8 @@ contains
             name%default = ''
             name%meaning = words_in(units_t(are_of_scene=.true.), trim(measure%meaning))
             if (i >= first_of_stops .and. i < first_of_stops + size(statistics_of_stop)) name%meaning = name%meaning &
-               //'; likewise stop_2 to stop_'//to_text(measured_stops)
+               //'; likewise stop_2 to stop_'//to_text(measured_stops)//', body_1 to body_'//to_text(measured_bodies) &
+               //', floor_1 to floor_'//to_text(measured_bodies)
          end associate
       end do
       names = names(:count)

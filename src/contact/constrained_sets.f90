@@ -27,14 +27,17 @@ module constrained_sets
       real(wp), allocatable :: tip_value(:)
       !> Heights h of the contact surfaces in units of displacement, [contacts]
       real(wp), allocatable :: height(:)
+      !> The same if coordinates of bodies count from z = 0, as results have them, [contacts]
+      real(wp), allocatable :: observed_height(:)
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
       !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
       !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
-      !> Index of the mode of each body, and displacement of the body per unit of the mode, [bodies]
+      !> Index of the mode of each body, displacement of the body per unit of the mode, and z from where it counts,
+      !> [bodies]
       integer, allocatable :: body_mode(:)
-      real(wp), allocatable :: body_value(:)
+      real(wp), allocatable :: body_value(:), body_rest(:)
    end type free_beam_t
 
    !> The constrained modes of one set of closed rigid contacts.

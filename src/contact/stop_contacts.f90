@@ -13,7 +13,7 @@ module stop_contacts
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
-   public :: shape_of_contact, datum_of, force_on_body
+   public :: shape_of_contact, observed_height, datum_of, force_on_body
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -221,6 +221,18 @@ contains
       force = 0.0_wp
       if (contact%settings%body == body) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
    end function force_on_body
+
+   !> Height of a contact surface if coordinates of bodies count from z = 0: s times the displacement at which the gap
+   !> is zero, which is that of the beam at a stop, of the beam less the body at a body, and of a body at its floor or
+   !> ceiling.
+   elemental function observed_height(contact) result(height)
+      type(contact_t), intent(in) :: contact
+      real(wp) :: height
+
+      associate (settings => contact%settings)
+         height = contact%height + merge(contact%sign, -contact%sign, settings%is_of_base)*settings%rest
+      end associate
+   end function observed_height
 
    !> Zero of the displacement histories of a beam that is released from this contact: the displacement of the contact
    !> surface; 0 at a contact of a body.

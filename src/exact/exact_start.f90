@@ -30,7 +30,7 @@ module exact_start
    use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: restore_state
    use section_types, only: run_sections_t
-   use stop_contacts, only: active_contacts, contact_t, contacts_of, shape_of_contact
+   use stop_contacts, only: active_contacts, contact_t, contacts_of, shape_of_contact, observed_height
    use tangent_columns, only: allocate_tangent, tangent_t
    implicit none (type, external)
    private
@@ -243,17 +243,19 @@ contains
       call make_oscillators(modes%square, merge(0.0_wp, settings%zeta, beam%has_modal_damping), beam%oscillators, &
          rates_of_modes(settings, modes%square, modes%body))
       bodies = count_bodies(settings)
-      allocate (beam%body_mode(bodies), beam%body_value(bodies))
+      allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_rest(bodies))
       if (bodies > 0) then
          beam%body_mode(:) = [(findloc(modes%body, i, dim=1), i=1, bodies)]
          beam%body_value(:) = 1.0_wp/sqrt(settings%bodies%mass_ratio)
+         beam%body_rest(:) = settings%bodies%rest
       end if
       if (settings%stop%impulse == impulse_nodal) then
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       end if
       allocate (beam%value(size(modes%square), size(contacts)))
-      allocate (beam%height(size(contacts)))
+      allocate (beam%height(size(contacts)), beam%observed_height(size(contacts)))
       beam%height(:) = contacts%height
+      beam%observed_height(:) = observed_height(contacts)
       allocate (beam%tip_value, source=modes%mode(modes%tip_dof, :))
       allocate (beam%tip_sign(size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)

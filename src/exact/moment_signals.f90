@@ -31,12 +31,13 @@ module moment_signals
       class(transformable_signal_t), allocatable :: signal
    end type signal_place_t
 
-   !> Coefficients of the moment at a place in the current phase.
+   !> Coefficients of the moment at a place, or of the displacement of a body, in the current phase.
    type :: moment_row_t
       !> Static moment with the closed rigid contacts
       real(wp) :: static = 0.0_wp
-      !> Moment per unit of z + 2 zeta z' of each constrained mode, [modes]
+      !> Moment per unit of z + 2 zeta z' of each constrained mode; of a body, displacement per unit of z, [modes]
       real(wp), allocatable :: weight(:)
+      logical :: is_viscous = .true.
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), allocatable :: force_moment(:)
       !> Moment per unit of each load, except by z + 2 zeta z', [loads]; unallocated: no loads
@@ -149,17 +150,24 @@ contains
       call add_terms(terms, now%max_length, signal)
    end subroutine find_signal
 
-   !> Find the coefficients of the moment at a place in the current phase.
+   !> Find the coefficients of the moment at a place in the current phase; bodies follow the places.
    pure subroutine find_row(moments, p, now, row)
       type(moments_t), intent(in) :: moments
-      !> Index of the place
+      !> Index of the place, or number of places plus that of the body
       integer, intent(in) :: p
       type(phase_state_t), intent(in) :: now
       type(moment_row_t), intent(out) :: row
 
       ! moment per unit of modal force of each constrained mode
       real(wp), allocatable :: mass(:)
+      integer :: places
 
+      places = 0
+      if (allocated(moments%place)) places = size(moments%place)
+      if (p > places) then
+         call find_body_row(p - places, now, row)
+         return
+      end if
       associate (constrained => now%set%constrained, stiffness => moments%stiffness(:, p), &
          contact => moments%contact(:, p))
          row%static = sum(stiffness*constrained%static) + sum(contact(constrained%closed)*constrained%static_force)
@@ -179,6 +187,27 @@ contains
       allocate (row%load_moment, source=moments%load(:, p) + matmul(mass, now%set%forced%load) &
          - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%share))
    end subroutine find_row
+
+   !> Find the coefficients of the displacement of a body in the current phase.
+   pure subroutine find_body_row(b, now, row)
+      integer, intent(in) :: b
+      type(phase_state_t), intent(in) :: now
+      type(moment_row_t), intent(out) :: row
+
+      associate (beam => now%beam, constrained => now%set%constrained)
+         associate (i => beam%body_mode(b), value => beam%body_value(b))
+            row%static = beam%body_rest(b) + value*constrained%static(i)
+            if (allocated(constrained%mode)) then
+               allocate (row%weight, source=value*constrained%mode(i, :))
+            else
+               allocate (row%weight(constrained%count), source=0.0_wp)
+               row%weight(i) = value
+            end if
+         end associate
+      end associate
+      row%is_viscous = .false.
+      allocate (row%force_moment(size(now%set%compliant)), row%load_moment(now%loads%count), source=0.0_wp)
+   end subroutine find_body_row
 
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
    pure function force_moments(now, mass, contact) result(moment)
@@ -248,10 +277,12 @@ contains
       type(driven_terms_t), intent(out) :: terms
 
       complex(wp) :: s
+      real(wp) :: two_zeta
       integer :: g, i, m
 
+      two_zeta = merge(now%set%constrained%oscillators%two_zeta, 0.0_wp, row%is_viscous)
       associate (set => now%set, at => now%set%forced%at, forced => now%forced, &
-         two_zeta => now%set%constrained%oscillators%two_zeta, weight => row%weight, force_moment => row%force_moment, &
+         weight => row%weight, force_moment => row%force_moment, &
          load_moment => row%load_moment)
          associate (modes => forced%constant(at%modes + 1:at%gaps), slopes => forced%slope(at%modes + 1:at%gaps))
             terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(load_moment*forced%segment%constant) &

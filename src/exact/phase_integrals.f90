@@ -19,7 +19,7 @@ module phase_integrals
 contains
 
    !> Find the signals in this order: displacements s y at some contacts (s = 1 for a contact below the beam, -1 above),
-   !> displacement of the tip, forces of some closed contacts, bending moments.
+   !> displacement of the tip, forces of some closed contacts, bending moments and displacements of bodies.
    subroutine find_signals(self, length, places, closed, signals, moments)
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
@@ -44,7 +44,7 @@ contains
       rows = n + 1 + size(closed) + size(bending)
       allocate (signals%offset(rows), signals%slope(rows), source=0.0_wp)
       allocate (signals%exponent(0), signals%amplitude(rows, 0))
-      signals%offset(:n) = self%set%constrained%static_gap(places) + self%beam%height(places)
+      signals%offset(:n) = self%set%constrained%static_gap(places) + self%beam%observed_height(places)
       signals%offset(n + 1) = self%set%constrained%static_tip
       if (size(self%set%compliant) > 0) then
          call add_terms(self, places, closed, bending, signals)
@@ -71,7 +71,7 @@ contains
          signals%exponent = set%coupled%exponent
          deallocate (signals%amplitude)
          allocate (signals%amplitude(size(signals%offset), size(signals%exponent)))
-         signals%offset(:n) = set%rest_gap(places) + self%beam%height(places)
+         signals%offset(:n) = set%rest_gap(places) + self%beam%observed_height(places)
          do m = 1, size(signals%exponent)
             signals%amplitude(:n, m) = set%gap(places, m)*self%amplitude(m)
          end do
@@ -86,9 +86,8 @@ contains
             associate (row => bending(p), coupled => set%coupled)
                signals%offset(n + p) = sum(row%weight*set%rest_modes) + sum(row%force_moment*set%rest_force)
                do m = 1, coupled%count
-                  signals%amplitude(n + p, m) = self%amplitude(m)*(coupled%viscous(m)*sum(row%weight*coupled%shape(:, &
-                     m)) &
-                     + sum(row%force_moment*coupled%force(:, m)))
+                  signals%amplitude(n + p, m) = self%amplitude(m)*(merge(coupled%viscous(m), (1.0_wp, 0.0_wp), &
+                     row%is_viscous)*sum(row%weight*coupled%shape(:, m)) + sum(row%force_moment*coupled%force(:, m)))
                end do
             end associate
          end do
@@ -138,7 +137,7 @@ contains
             share(n + 1, 1) = constrained%tip_value(modes(j))
             if (size(self%set%compliant) == 0) share(n + 2:forces, 2) = constrained%reaction(of_constrained, modes(j))
             do p = 1, size(bending)
-               share(forces + p, 2) = bending(p)%weight(modes(j))
+               share(forces + p, merge(2, 1, bending(p)%is_viscous)) = bending(p)%weight(modes(j))
             end do
             signals%offset = signals%offset + matmul(share, terms(j)%offset)
             signals%slope = signals%slope + matmul(share, terms(j)%slope)

@@ -20,13 +20,14 @@ module phase_intervals
    use response_types, only: settling_level
    use row_peaks, only: max_on_path, range_on_path
    use row_signals, only: node_at_time, row_signal_t, value_at_node
+   use section_states, only: motion_of_body
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
    implicit none (type, external)
    private
    public :: phase_interval_t
 
-   !> A phase as observers evaluate it; its output rows are gaps, tip, contact forces and moments.
+   !> A phase as observers evaluate it; its output rows are gaps, tip, contact forces, moments and bodies.
    type, extends(interval_t) :: phase_interval_t
       type(phase_state_t), pointer :: now => null()
       !> Result of the search for the end of the phase at each contact, [contacts]
@@ -68,7 +69,7 @@ contains
       associate (state => self%now%states(k))
          contact%number = state%contact%number
          contact%sign = state%contact%sign
-         contact%height = self%now%beam%height(k)
+         contact%height = self%now%beam%observed_height(k)
          contact%is_closed = self%now%set%is_closed(k)
          contact%is_compliant = .not. has_rigid_stop(state)
          contact%has_force = .not. state%is_rigid
@@ -87,6 +88,7 @@ contains
       real(wp) :: state(2)
 
       class(transformable_signal_t), pointer :: signal
+      real(wp) :: z(size(self%now%z)), v(size(self%now%z))
       ! index of the node of the path at this time; -1: there is none
       integer :: node
 
@@ -96,8 +98,13 @@ contains
          state = value_at_node(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), node)
          return
       end if
-      call find_signal(self, row, signal)
-      call signal%evaluate(time, state(1), state(2))
+      if (row%number > self%moment_row(self%places)) then
+         call find_state(self%now, time, z, v)
+         state = motion_of_body(self%now, z, v, row%number - self%moment_row(self%places))
+      else
+         call find_signal(self, row, signal)
+         call signal%evaluate(time, state(1), state(2))
+      end if
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
@@ -173,10 +180,9 @@ contains
    end function exceeds
 
    !> Does the phase state hold the search history of the gap of contact k, and is all of it within the phase?
-   pure function has_history(self, k)
+   pure logical function has_history(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      logical :: has_history
 
       has_history = self%now%history_of == k .and. self%searches(k)%time <= self%length
    end function has_history
@@ -331,7 +337,7 @@ contains
          do k = 1, self%contacts
             if (now%colocated(k) /= k) cycle
             n = n + 1
-            rows(n) = output_row_t(k, offset=now%beam%height(k))
+            rows(n) = output_row_t(k, offset=now%beam%observed_height(k))
             if (abs(now%beam%tip_sign(k)) > 0.0_wp .and. .not. now%states(k)%is_node) tip_place = n
          end do
          places = n

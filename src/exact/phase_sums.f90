@@ -17,7 +17,8 @@ module phase_sums
 contains
 
    !> Find the sums of some rows of an interval. With n contacts, rows 1 to n are the displacements at the contacts, row
-   !> n + 1 is the displacement of the tip, rows n + 2 to 2 n + 1 are contact forces, and the others bending moments.
+   !> n + 1 is the displacement of the tip, rows n + 2 to 2 n + 1 are contact forces, and the others are bending moments
+   !> and then displacements of bodies.
    subroutine find_sums(now, moments, length, rows, sums)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments

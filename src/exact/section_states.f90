@@ -11,7 +11,7 @@ module section_states
    use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: state_at, record_modes, record_bodies, restore_state
+   public :: state_at, record_modes, record_bodies, motion_of_body, restore_state
 
 contains
 
@@ -79,6 +79,27 @@ contains
       end do
    end subroutine restore_state
 
+   !> Displacement z of a body, and velocity.
+   pure function motion_of_body(self, z, v, b) result(motion)
+      type(phase_state_t), intent(in) :: self
+      !> State of the constrained modes, [modes]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      integer, intent(in) :: b
+      real(wp) :: motion(2)
+
+      associate (beam => self%beam, constrained => self%set%constrained)
+         associate (i => beam%body_mode(b))
+            if (allocated(constrained%mode)) then
+               motion = [constrained%static(i) + sum(constrained%mode(i, :)*z), sum(constrained%mode(i, :)*v)]
+            else
+               motion = [z(i), v(i)]
+            end if
+         end associate
+         motion = beam%body_value(b)*motion + [beam%body_rest(b), 0.0_wp]
+      end associate
+   end function motion_of_body
+
    !> Record the bodies at a sample.
    pure subroutine record_bodies(self, z, v, place, contacts, bodies)
       type(phase_state_t), intent(in) :: self
@@ -91,28 +112,18 @@ contains
       type(contact_record_t), intent(in) :: contacts(:)
       type(body_record_t), intent(inout) :: bodies(:)
 
-      ! displacement and velocity of the mode of a body
       real(wp) :: force, motion(2)
       integer :: b, k
 
-      associate (beam => self%beam, constrained => self%set%constrained)
-         do b = 1, size(bodies)
-            associate (i => beam%body_mode(b))
-               if (allocated(constrained%mode)) then
-                  motion = [constrained%static(i) + sum(constrained%mode(i, :)*z), sum(constrained%mode(i, :)*v)]
-               else
-                  motion = [z(i), v(i)]
-               end if
-            end associate
-            force = 0.0_wp
-            do k = 1, size(contacts)
-               if (allocated(contacts(k)%force)) force = force + contacts(k)%force(place) &
-                  *force_on_body(self%states(k)%contact, b)
-            end do
-            motion = beam%body_value(b)*motion
-            call record_body(place, motion(1), motion(2), force, bodies(b))
+      do b = 1, size(bodies)
+         force = 0.0_wp
+         do k = 1, size(contacts)
+            if (allocated(contacts(k)%force)) force = force + contacts(k)%force(place) &
+               *force_on_body(self%states(k)%contact, b)
          end do
-      end associate
+         motion = motion_of_body(self, z, v, b)
+         call record_body(place, motion(1) - self%beam%body_rest(b), motion(2), force, bodies(b))
+      end do
    end subroutine record_bodies
 
    !> Record the free modes at the sections in a phase.

@@ -55,8 +55,8 @@ contains
          end if
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), record => response%contacts(run%contacts(k)%contact%number))
-               if (allocated(record%eta)) record%eta(place) = contact%row%sign*row_value(contact%row, &
-                  state%beam%displacement) - record%height
+               if (allocated(record%eta)) record%eta(place) = contact%row%sign*(row_value(contact%row, &
+                  state%beam%displacement) - contact%contact%height)
                if (allocated(record%velocity)) record%velocity(place) = contact%row%sign*row_value(contact%row, &
                   state%beam%velocity)
                if (allocated(record%acceleration)) record%acceleration(place) = &

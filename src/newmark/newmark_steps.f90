@@ -23,6 +23,7 @@ module newmark_steps
       is_force_free, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: deepest_level, finish_step, impose_row_value, make_factors, predict_step, solve_for_row
    use run_observers, only: observe
+   use stop_contacts, only: observed_height
    implicit none (type, external)
    private
    public :: prepare_level, try_step, find_violations, account_step, observe_step
@@ -395,13 +396,12 @@ contains
                ! and `flights`. `has_force` equals `is_compliant`, because each node has mass in Newmark's method, so
                ! that only compliant contacts have a finite maximum of the force. `has_zero_gap` is false, because the
                ! gap of a closed contact is zero only within the contact tolerance
-               seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
+               seen = observed_contact_t(contact%contact%number, contact%row%sign, observed_height(contact%contact), &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)
-               interval%ends(:, k) = [row_value(contact%row, old%beam%displacement) - seen%height, &
-                  row_value(contact%row, new%beam%displacement) - seen%height, row_value(contact%row, &
-                  old%beam%velocity), &
-                  row_value(contact%row, new%beam%velocity)]
+               interval%ends(:, k) = [row_value(contact%row, old%beam%displacement) - contact%contact%height, &
+                  row_value(contact%row, new%beam%displacement) - contact%contact%height, &
+                  row_value(contact%row, old%beam%velocity), row_value(contact%row, new%beam%velocity)]
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
             ! energy dissipated since the last observed step, including that of an event at the start of this step

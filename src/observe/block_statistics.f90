@@ -5,8 +5,9 @@
 !> Successive contacts belong to one impact unless between them the beam rises above the hop tolerance and a pause
 !> longer than `min_pause` passes.
 module block_statistics
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_named, measured_stops, statistics_of_stop
+   use measure_list, only: first_statistic, measure_named, owner_of, statistics_of_stop
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
    use statistic_forms, only: find_statistics, forms, minima
@@ -255,7 +256,9 @@ contains
 
       allocate (response%statistics)
       if (allocated(response%contacts)) then
-         call finish_blocks(blocks, response%statistics, response%contacts%stop)
+         associate (contacts => response%contacts)
+            call finish_blocks(blocks, response%statistics, owner_of(contacts%stop, contacts%body, contacts%is_of_base))
+         end associate
       else
          call finish_blocks(blocks, response%statistics)
       end if
@@ -263,7 +266,7 @@ contains
       if (allocated(response%statistics%of_stop)) then
          associate (of_stop => response%statistics%of_stop)
             response%measures%of_stops = of_stop([(measure_named(statistics_of_stop(k)%name) - first_statistic + 1, &
-               k=1, size(statistics_of_stop))], :min(size(of_stop, 2), measured_stops))
+               k=1, size(statistics_of_stop))], :)
          end associate
       end if
       associate (measures => response%measures, statistics => response%statistics)
@@ -273,11 +276,11 @@ contains
    end subroutine finish_statistics
 
    !> Compute the statistics at the end of the run.
-   subroutine finish_blocks(blocks, statistics, stop)
+   subroutine finish_blocks(blocks, statistics, owner)
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
-      !> Number of the stop of each contact; absent: there is one stop
-      integer, intent(in), optional :: stop(:)
+      !> Index in `measured_groups` of the stop or body of each contact, 0: none; absent: there is one
+      integer, intent(in), optional :: owner(:)
 
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip, &
          sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
@@ -318,14 +321,15 @@ contains
          end do
          call gather_contacts(blocks, [(.true., k=1, contacts)], blocks%release_contact, quantile, &
             statistics%value(:, 0), statistics%half_width(:, 0), statistics%in_block(:, :, 0))
-         if (.not. present(stop)) return
-         if (maxval([0, stop]) < 2) return
-         allocate (statistics%of_stop(statistic_count, maxval(stop)))
+         if (.not. present(owner)) return
+         if (contacts == 0) return
+         if (all(owner == owner(1))) return
+         allocate (statistics%of_stop(statistic_count, maxval(owner)), source=ieee_value(1.0_wp, ieee_quiet_nan))
          half_width = statistics%half_width(:, 0)
          in_block = statistics%in_block(:, :, 0)
-         do k = 1, maxval(stop)
-            call gather_contacts(blocks, stop == k, findloc(stop, k, dim=1), quantile, statistics%of_stop(:, k), &
-               half_width, in_block)
+         do k = 1, maxval(owner)
+            if (any(owner == k)) call gather_contacts(blocks, owner == k, findloc(owner, k, dim=1), quantile, &
+               statistics%of_stop(:, k), half_width, in_block)
          end do
       end associate
    end subroutine finish_blocks

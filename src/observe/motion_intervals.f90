@@ -2,8 +2,9 @@
 !>
 !> The observed quantities are linear functionals of the state, called rows, and have numbers: the gaps of all contacts,
 !> s (y - d) with s = 1 for a contact below the beam and -1 for one above it, the displacement of the tip, the forces of
-!> the closed contacts, and the bending moments at given places. An observer (of measures, statistics, moments, Poincare
-!> sections) requests values, integrals and extremes of rows, and does not depend on the method.
+!> the closed contacts, the bending moments at given places, and the displacements of the bodies. An observer (of
+!> measures, statistics, moments, Poincare sections) requests values, integrals and extremes of rows, and does not
+!> depend on the method.
 module motion_intervals
    use interval_sums, only: interval_sums_t
    use kinds, only: wp
@@ -77,6 +78,8 @@ module motion_intervals
       !> Number of contacts, and number of places at which moments are requested
       integer :: contacts = 0
       integer :: places = 0
+      !> Number of bodies
+      integer :: bodies = 0
       !> The run ends with the interval
       logical :: is_last = .false.
       !> The energy of beam and stops may grow during the interval
@@ -102,6 +105,7 @@ module motion_intervals
       procedure :: tip_row
       procedure :: force_row
       procedure :: moment_row
+      procedure :: body_row
    end type interval_t
 
    abstract interface
@@ -282,5 +286,13 @@ contains
 
       moment_row = 2*self%contacts + 1 + p
    end function moment_row
+
+   !> Row of the displacement of a body, of which observers ask values and sums alone.
+   pure integer function body_row(self, b)
+      class(interval_t), intent(in) :: self
+      integer, intent(in) :: b
+
+      body_row = self%moment_row(self%places) + b
+   end function body_row
 
 end module motion_intervals

@@ -6,7 +6,7 @@ module response_records
    use response_types, only: body_record_t, response_t, contact_record_t
    use run_settings, only: body_settings_t, count_samples, output_settings_t
    use sorting, only: ascending_order
-   use stop_contacts, only: contact_t
+   use stop_contacts, only: contact_t, observed_height
    implicit none (type, external)
    private
    public :: open_records, open_contact_record, open_body_record, record_body
@@ -114,7 +114,7 @@ contains
       record%stop = merge(contact%stop, 0, record%body == 0)
       record%sign = nint(contact%sign)
       record%position = contact%settings%position
-      record%height = contact%sign*contact%height
+      record%height = contact%sign*observed_height(contact)
       if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
       if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
       if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)

@@ -18,6 +18,7 @@ module run_spectra
    use spectrum_settings, only: quantity_force, quantity_moment, signal_table, window_hann
    use spectrum_types, only: run_spectrum_t
    use spectrum_windows, only: open_windows, transforms_of, windows_t
+   use stop_contacts, only: contact_t, contacts_of, force_on_body
    implicit none (type, external)
    private
    public :: spectrum_sums_t, open_spectrum, add_interval, take_impulses, finish_spectrum
@@ -30,12 +31,12 @@ module run_spectra
    type :: spectrum_sums_t
       type(run_spectrum_t) :: result
       type(windows_t) :: windows
-      !> Number of the contact of the signals (0: forces of all contacts are summed), index of the place of the moment,
-      !> number of the contact from which the beam is released, and Pbar per unit of force
+      !> Number of the contact of displacements (0: none), index of the place of the moment, and number of the body
       integer :: contact = 0
       integer :: place = 1
-      integer :: release_contact = 0
-      real(wp) :: force_scale = 1.0_wp
+      integer :: body = 1
+      !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
+      real(wp), allocatable :: force_share(:, :)
       !> Start of the first segment, and index of the present half segment, from 0
       real(wp) :: start = 0.0_wp
       integer :: half_index = 0
@@ -78,10 +79,10 @@ contains
          result%of = asked%of
          result%start = asked%start
          signals = size(asked%of)
-         sums%contact = asked%contact
+         sums%contact = merge(asked%contact, release_contact, asked%contact > 0)
          sums%place = asked%point
-         sums%release_contact = release_contact
-         sums%force_scale = settings%height_ratio
+         sums%body = asked%body
+         call find_force_shares(settings, sums%force_share)
          sums%start = asked%start
          sums%cost_limit = asked%closed_form_limit
          call open_windows(asked, min(asked%end, end_of_run(settings%response)) - asked%start, sums%windows, result)
@@ -93,6 +94,30 @@ contains
       end associate
       if (sums%cost_limit <= 0.0_wp) call start_samples(0.0_wp, sums)
    end subroutine open_spectrum
+
+   !> Shares of contact forces in the signals: the force of one contact, the sum over all contacts, or the force
+   !> upwards on a body.
+   pure subroutine find_force_shares(settings, share)
+      type(run_settings_t), intent(in) :: settings
+      real(wp), allocatable, intent(out) :: share(:, :)
+
+      type(contact_t), allocatable :: contacts(:)
+      integer :: k
+
+      allocate (contacts, source=contacts_of(settings))
+      associate (asked => settings%spectrum)
+         allocate (share(size(contacts), size(asked%of)), source=0.0_wp)
+         do k = 1, size(asked%of)
+            if (signal_table(asked%of(k))%base /= quantity_force) cycle
+            if (signal_table(asked%of(k))%is_of_body) then
+               share(contacts%number, k) = settings%height_ratio*force_on_body(contacts, asked%body)
+            else
+               share(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, asked%contact == 0 .or. &
+                  contacts%number == asked%contact)
+            end if
+         end do
+      end associate
+   end subroutine find_force_shares
 
    !> Add the integrals over an interval of the motion.
    subroutine add_interval(interval, sums)
@@ -144,18 +169,17 @@ contains
          associate (signal => signal_table(sums%result%of(k)))
             if (signal%base == quantity_moment) then
                call add_row(interval%moment_row(sums%place), k, 1.0_wp)
-            else if (.not. signal%is_of_contact) then
-               call add_row(interval%tip_row(), k, 1.0_wp)
-            else
+            else if (signal%base == quantity_force .or. signal%is_of_contact) then
                do i = 1, interval%contacts
                   contact = interval%contact(i)
-                  if (signal%base == quantity_force) then
-                     if (contact%is_closed .and. is_selected(sums, contact%number)) call add_row( &
-                        interval%force_row(i), k, sums%force_scale)
-                  else if (contact%number == merge(sums%contact, sums%release_contact, sums%contact > 0)) then
-                     call add_row(i, k, contact%sign)
+                  if (signal%base /= quantity_force) then
+                     if (contact%number == sums%contact) call add_row(i, k, contact%sign)
+                  else if (contact%is_closed .and. abs(sums%force_share(contact%number, k)) > 0.0_wp) then
+                     call add_row(interval%force_row(i), k, sums%force_share(contact%number, k))
                   end if
                end do
+            else
+               call add_row(merge(interval%body_row(sums%body), interval%tip_row(), signal%is_of_body), k, 1.0_wp)
             end if
          end associate
       end do
@@ -181,14 +205,6 @@ contains
          factor = [factor, by]
       end subroutine add_row
    end subroutine find_signals
-
-   !> Does the force of a contact belong to the signals?
-   pure logical function is_selected(sums, number)
-      type(spectrum_sums_t), intent(in) :: sums
-      integer, intent(in) :: number
-
-      is_selected = sums%contact == 0 .or. sums%contact == number
-   end function is_selected
 
    !> Add the jumps of the undifferentiated signals between two intervals: an impulse in the derivative of the signal.
    !> (Displacements by Newmark's method may jump by a projection onto a contact.)
@@ -328,17 +344,17 @@ contains
       type(response_t), intent(in) :: response
       type(spectrum_sums_t), intent(inout) :: sums
 
-      real(wp) :: time
+      real(wp) :: impulse, time
       integer :: i, k
 
       do i = sums%events + 1, response%event_count
          associate (event => response%events(i))
             time = event%tau - sums%start
             if (time < 0.0_wp .or. time >= sums%windows%half*real(sums%windows%halves, wp)) cycle
-            if (.not. (abs(event%impulse) > 0.0_wp .and. is_selected(sums, event%contact))) cycle
             do k = 1, size(sums%result%of)
-               if (signal_table(sums%result%of(k))%base /= quantity_force) cycle
-               call add_impulse(sums%windows%omega, time, sums%force_scale*event%impulse, sums%transform(:, k, 1))
+               impulse = sums%force_share(event%contact, k)*event%impulse
+               if (.not. abs(impulse) > 0.0_wp) cycle
+               call add_impulse(sums%windows%omega, time, impulse, sums%transform(:, k, 1))
             end do
          end associate
       end do

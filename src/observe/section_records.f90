@@ -39,8 +39,10 @@ contains
 
       ! instant of the first section without skipped periods, in periods of the load
       real(wp) :: first
-      integer :: k, n
+      integer :: bodies, k, n
 
+      bodies = 0
+      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (sections)
       associate (asked => settings%poincare, duration => settings%response%duration)
          sections%period = asked%period
@@ -53,7 +55,8 @@ contains
          ! includes a section at the end of the run in spite of rounding
          n = int(max(0.0_wp, min(real(asked%keep, wp), duration/asked%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
             - (real(asked%skip, wp) + first) + 1.0_wp)))
-         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%impacts(n))
+         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%body(2, bodies, n), &
+            sections%impacts(n))
          sections%tau = [(min(duration, (real(asked%skip + k - 1, wp) + first)*asked%period), k=1, n)]
          if (present(modes) .and. asked%records_modes) allocate (sections%modes(2, modes, n))
       end associate
@@ -80,6 +83,9 @@ contains
                sections%stop(:, contact%number, n) = [contact%sign*contact%height, 0.0_wp]
                if (.not. contact%has_zero_gap) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
                   contact%sign, contact%sign*contact%height), time)
+            end do
+            do k = 1, size(sections%body, 2)
+               sections%body(:, k, n) = interval%evaluate(output_row_t(interval%body_row(k)), time)
             end do
          end associate
          sections%count = sections%count + 1
@@ -161,11 +167,13 @@ contains
       real(wp) :: max_size, return_error
       integer :: p
 
-      associate (n => sections%count, tip => sections%tip, stop => sections%stop)
-         max_size = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])))
+      associate (n => sections%count, tip => sections%tip, stop => sections%stop, body => sections%body)
+         max_size = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])), &
+            size_of(reshape(body(:, :, :n), [2, size(body, 2)*n])))
          do p = 1, min(sections%max_periods, n/2)
             return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
-               size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
+               size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])), &
+               size_of(reshape(body(:, :, n - p + 1:n) - body(:, :, n - 2*p + 1:n - p), [2, size(body, 2)*p])))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p
             ! a transient that has nearly decayed would otherwise appear as a motion of a longer period
             if (return_error <= ambiguity*sections%tolerance*max_size) return

@@ -44,6 +44,8 @@ module section_types
       !> Displacement, upwards from the undeformed beam, and velocity: of the tip, [2, sections], and at each contact in
       !> the scene's order, [2, contacts, sections]
       real(wp), allocatable :: tip(:, :), stop(:, :, :)
+      !> Displacement and velocity of each body, [2, bodies, sections]
+      real(wp), allocatable :: body(:, :, :)
       !> Displacement and velocity of the free modes, [2, modes, sections]; unallocated: not requested
       real(wp), allocatable :: modes(:, :, :)
       !> Number of impacts in the period of the load before each section, [sections]

@@ -120,7 +120,8 @@ module statistic_types
       !> and their values in each block. NaN: not defined. [statistic_count, 0:contacts], [statistic_count, blocks,
       !> 0:contacts]
       real(wp), allocatable :: value(:, :), half_width(:, :), in_block(:, :, :)
-      !> Statistics of each stop, both sides together, [statistic_count, stops]; unallocated: there is one stop
+      !> Statistics of each stop and body, both sides together, NaN: there is none, [statistic_count, groups in the
+      !> order of `measured_groups`]; unallocated: there is one
       real(wp), allocatable :: of_stop(:, :)
       !> Histogram of the maximum force of impacts, for a rigid contact of their impulse: upper edges of the classes, of
       !> equal width, and numbers of impacts, [classes, contacts]

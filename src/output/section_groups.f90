@@ -17,8 +17,9 @@ contains
       !> Names of the contacts, with blanks between them
       character(*), intent(in) :: names
 
-      character(*), parameter :: stop_scales(2) = [character(7) :: 'surface', 'tau'], mode_scales(2) = ['mode', 'tau ']
-      integer :: k, contacts
+      character(*), parameter :: stop_scales(2) = [character(7) :: 'surface', 'tau'], mode_scales(2) = ['mode', &
+         'tau '], body_scales(2) = ['body', 'tau ']
+      integer :: k, bodies, contacts
 
       associate (n => sections%count)
          call group%put_attribute('period', sections%period, 'time')
@@ -47,8 +48,15 @@ contains
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
             call group%put('displacement_stop', sections%stop(1, :, :n), 'displacement', &
-               'displacement of the beam there, up from the unstressed beam', stop_scales)
+               'displacement of the beam there, up from the unstressed beam; from a body that moves', stop_scales)
             call group%put('velocity_stop', sections%stop(2, :, :n), 'velocity', 'its velocity', stop_scales)
+         end if
+         bodies = size(sections%body, 2)
+         if (bodies > 0) then
+            call group%put('body', [(k, k=1, bodies)], 'body, in the order of &body', is_scale=.true.)
+            call group%put('displacement_body', sections%body(1, :, :n), 'displacement', &
+               'displacement of the body, up', body_scales)
+            call group%put('velocity_body', sections%body(2, :, :n), 'velocity', 'its velocity', body_scales)
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &

@@ -25,7 +25,7 @@ contains
 
       blocks = size(statistics%in_block, 2)
       contacts = size(statistics%has_finite_force)
-      call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop, below before above; ' &
+      call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop and &body, below before above; ' &
          //'0: all together', is_scale=.true.)
       call group%attribute('flag_values', [(k, k=0, contacts)], along)
       call group%attribute('flag_meanings', trim('all '//names), along)

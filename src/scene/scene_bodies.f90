@@ -12,6 +12,7 @@ module scene_bodies
    use scene_input, only: scene_input_t
    use scene_stops, only: list_law
    use scene_types, only: scene_t
+   use spectrum_settings, only: signal_table
    use stop_pairs, only: are_at_one_point
    use value_rules, only: load_range, physical_range, place_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
@@ -135,6 +136,8 @@ contains
       integer :: i, k
 
       if (.not. scene%has_bodies) return
+      if (scene%response%method == method_newmark .and. observes_bodies(scene)) call input%complain('response', &
+         'method', "does not go with sections and spectra of bodies yet; take 'exact'")
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal) then
          call input%complain('stop', 'impulse', "does not go with &body; take 'momentum'")
       end if
@@ -153,6 +156,14 @@ contains
          end associate
       end do
    end subroutine check_bodies
+
+   !> Does the scene ask for sections, or for a spectrum of a body?
+   pure logical function observes_bodies(scene)
+      type(scene_t), intent(in) :: scene
+
+      observes_bodies = scene%wants_poincare
+      if (scene%wants_spectrum) observes_bodies = observes_bodies .or. any(signal_table(scene%spectrum%of)%is_of_body)
+   end function observes_bodies
 
    !> Check the values of one body; a sweep or &cases may give the missing ones.
    subroutine check_values(input, table, scene, k)

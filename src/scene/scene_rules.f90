@@ -56,7 +56,6 @@ module scene_rules
       '; give it a scene of its own'), &
       exclusion_t('fit', 'best statistics poincare orbit frequency_response stress', '; give it a scene of its own'), &
       exclusion_t('uncertainty', 'best fit', '; give it a scene of its own'), &
-      exclusion_t('body', 'statistics spectrum relay poincare frequency_response', ' yet'), &
       exclusion_t('sensitivity', 'output', ', which keeps measures alone')]
 
    !> Messages that several demands have in common.
@@ -77,7 +76,7 @@ module scene_rules
       demand_t('base', '', 'response precision', a_response), &
       demand_t('start', '', 'response precision', a_response), &
       demand_t('stress', '', 'response', a_response), &
-      demand_t('relay', '', 'stop', 'needs a stop, the contact that closes; add &stop /'), &
+      demand_t('relay', '', 'stop body', 'needs a stop, the contact that closes; add &stop / or &body'), &
       (demand_t(request_names(k), '', 'response', a_response), k=1, size(request_names)), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('sensitivity', '', 'response', a_response), &

@@ -38,10 +38,12 @@ contains
       call table%bind(spectrum%of, name_t('of', 'signals whose spectra are asked for; measures are of the first', &
          default="'displacement_tip'"), signal_names)
       if (.not. allocated(spectrum%of)) spectrum%of = [1]
-      call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop, below before ' &
-         //'above; 0: that from which the beam is released, of forces the sum of all', range_t(0, 1000)))
+      call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop and &body, below ' &
+         //'before above, floor and ceiling last; 0: that from which the beam is released, of forces the sum of all', &
+         range_t(0, 1000)))
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))
+      call table%bind(spectrum%body, name_t('body', 'which &body, for signals of a body', range_t(1, 1000)))
       call table%bind(spectrum%range, name_t('frequency_ratio_range', 'minimum and maximum frequency, over that of ' &
          //'omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
       call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
@@ -82,24 +84,18 @@ contains
 
       associate (spectrum => scene%spectrum)
          do k = 1, size(spectrum%of)
-            if (signal_table(spectrum%of(k))%is_of_contact .and. .not. scene%has_stop) then
-               call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &stop')
+            if (signal_table(spectrum%of(k))%is_of_contact .and. contact_count(scene) == 0) then
+               call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &stop or &body')
+            else if (signal_table(spectrum%of(k))%is_of_body .and. .not. scene%has_bodies) then
+               call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &body')
             else if (signal_table(spectrum%of(k))%base == quantity_moment .and. .not. scene%wants_stress) then
                call input%complain(group, 'of', 'moment needs &stress, which gives the positions')
             end if
             if (input%has_problem()) return
          end do
-         if (spectrum%contact > 0 .and. .not. any(signal_table(spectrum%of)%is_of_contact)) then
-            call input%complain(group, 'contact', 'only goes with a signal of a contact in of')
-         else if (spectrum%point > 1 .and. all(signal_table(spectrum%of)%base /= quantity_moment)) then
-            call input%complain(group, 'point', 'only goes with moment in of')
-         else if (spectrum%contact > contact_count(scene)) then
-            call input%complain(group, 'contact', 'must be at most '//to_text(contact_count(scene)) &
-               //', the contacts of the scene')
-         else if (spectrum%point > max(stress_point_count(scene), 1)) then
-            call input%complain(group, 'point', 'must be at most '//to_text(stress_point_count(scene)) &
-               //', the points of &stress')
-         else if (.not. allocated(spectrum%range)) then
+         call check_owners(input, scene)
+         if (input%has_problem()) return
+         if (.not. allocated(spectrum%range)) then
             call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
          else if (size(spectrum%range) /= 2) then
             call input%complain(group, name, 'takes two values, the minimum and the maximum')
@@ -123,6 +119,33 @@ contains
          end if
       end associate
    end subroutine resolve_spectrum
+
+   !> Check that contact, body and point exist, and that a signal belongs to each. Problems are reported to `input`.
+   subroutine check_owners(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
+      character(*), parameter :: group = 'spectrum'
+
+      associate (spectrum => scene%spectrum)
+         if (spectrum%contact > 0 .and. .not. any(signal_table(spectrum%of)%is_of_contact)) then
+            call input%complain(group, 'contact', 'only goes with a signal of a contact in of')
+         else if (spectrum%point > 1 .and. all(signal_table(spectrum%of)%base /= quantity_moment)) then
+            call input%complain(group, 'point', 'only goes with moment in of')
+         else if (spectrum%body > 1 .and. .not. any(signal_table(spectrum%of)%is_of_body)) then
+            call input%complain(group, 'body', 'only goes with a signal of a body in of')
+         else if (spectrum%body > body_count(scene)) then
+            call input%complain(group, 'body', 'must be at most '//to_text(body_count(scene)) &
+               //', the number of &body groups')
+         else if (spectrum%contact > contact_count(scene)) then
+            call input%complain(group, 'contact', 'must be at most '//to_text(contact_count(scene)) &
+               //', the contacts of the scene')
+         else if (spectrum%point > max(stress_point_count(scene), 1)) then
+            call input%complain(group, 'point', 'must be at most '//to_text(stress_point_count(scene)) &
+               //', the points of &stress')
+         end if
+      end associate
+   end subroutine check_owners
 
    !> Check that number and maximum of the frequencies are within the limits. Problems are reported to `input`.
    subroutine check_numbers(input, spectrum, length)
@@ -153,18 +176,33 @@ contains
       end if
    end subroutine check_numbers
 
-   !> Number of contacts of a scene: one for each side of each stop.
+   !> Number of contacts of a scene: one for each side of each stop and of each body, and floors and
+   !> ceilings.
    pure integer function contact_count(scene)
       type(scene_t), intent(in) :: scene
 
       type(stop_settings_t), allocatable :: stops(:)
 
       contact_count = 0
-      if (.not. scene%has_stop) return
-      stops = [scene%stop]
-      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
-      contact_count = size(stops) + count(stops%side == side_both)
+      if (scene%has_stop) then
+         stops = [scene%stop]
+         if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+         contact_count = size(stops) + count(stops%side == side_both)
+      end if
+      if (.not. scene%has_bodies) return
+      associate (bodies => scene%bodies)
+         contact_count = contact_count + size(bodies) + count(bodies%side == side_both) &
+            + count(bodies%floor >= 0.0_wp) + count(bodies%ceiling >= 0.0_wp)
+      end associate
    end function contact_count
+
+   !> Number of &body groups, at least 1.
+   pure integer function body_count(scene)
+      type(scene_t), intent(in) :: scene
+
+      body_count = 1
+      if (scene%has_bodies) body_count = size(scene%bodies)
+   end function body_count
 
    !> Number of points of &stress.
    pure integer function stress_point_count(scene)

@@ -8,7 +8,7 @@ module measure_list
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
       first_statistic, former_names, formerly_named
    public :: force_window, measure_decay, measure_force, measure_mean_force
-   public :: measured_stops, statistics_of_stop, first_of_stops, demand_of
+   public :: measured_groups, measured_stops, measured_bodies, owner_of, statistics_of_stop, first_of_stops, demand_of
 
    type :: measure_t
       !> Name of the column in a sweep
@@ -33,11 +33,18 @@ module measure_list
       character(12) :: group = ''
    end type measure_t
 
-   !> Maximum number of stops of a scene with separate statistics
+   !> Numbers of stops, and of bodies, that have measures of their own
    integer, parameter :: measured_stops = 6
-   character, parameter :: stop_numbers(measured_stops) = ['1', '2', '3', '4', '5', '6']
-   !> Statistics of each stop of a scene with more than one, both sides together. The number of the stop follows name
-   !> and meaning
+   integer, parameter :: measured_bodies = 3
+   integer, parameter :: measured = measured_stops + 2*measured_bodies
+   !> Groups of these measures: stops, contacts of bodies with the beam, floors and ceilings of bodies
+   character(7), parameter :: measured_groups(measured) = [character(7) :: 'stop_1', 'stop_2', 'stop_3', 'stop_4', &
+      'stop_5', 'stop_6', 'body_1', 'body_2', 'body_3', 'floor_1', 'floor_2', 'floor_3']
+   ! the same in words
+   character(28), parameter :: group_words(measured) = [character(28) :: 'stop 1', 'stop 2', 'stop 3', 'stop 4', &
+      'stop 5', 'stop 6', 'body 1', 'body 2', 'body 3', 'floor or ceiling of body 1', 'floor or ceiling of body 2', &
+      'floor or ceiling of body 3']
+   !> Statistics of each of several stops and bodies, both sides together; their names end with the group
    type(measure_t), parameter :: statistics_of_stop(*) = [ &
       measure_t('contact_share', '', 'share of time in contact at', 'number', .false.), &
       measure_t('mean_force', '', 'mean force, impulses included, at', 'force', .false.), &
@@ -51,14 +58,12 @@ module measure_list
    integer, private :: i, k
    ! texts of these measures, as constants of the declared length, because gfortran 12 does not convert the length of
    ! expressions within a table
-   character(32), parameter :: stop_names(size(statistics_of_stop), measured_stops) = reshape([character(32) :: &
-      ((trim(statistics_of_stop(i)%name)//'_stop_'//stop_numbers(k), i=1, size(statistics_of_stop)), &
-      k=1, measured_stops)], shape(stop_names))
-   character(160), parameter :: stop_meanings(size(statistics_of_stop), measured_stops) = reshape([character(160) :: &
-      ((trim(statistics_of_stop(i)%meaning)//' stop '//stop_numbers(k), i=1, size(statistics_of_stop)), &
-      k=1, measured_stops)], shape(stop_meanings))
-   character(12), parameter :: stop_groups(measured_stops) = [character(12) :: &
-      ('stop_'//stop_numbers(k), k=1, measured_stops)]
+   character(32), parameter :: stop_names(size(statistics_of_stop), measured) = reshape([character(32) :: &
+      ((trim(statistics_of_stop(i)%name)//'_'//measured_groups(k), i=1, size(statistics_of_stop)), &
+      k=1, measured)], shape(stop_names))
+   character(160), parameter :: stop_meanings(size(statistics_of_stop), measured) = reshape([character(160) :: &
+      ((trim(statistics_of_stop(i)%meaning)//' '//group_words(k), i=1, size(statistics_of_stop)), &
+      k=1, measured)], shape(stop_meanings))
 
    !> All measures, in the order of rows and results files.
    type(measure_t), parameter :: measure_table(*) = [ &
@@ -185,7 +190,7 @@ module measure_list
       //'moment{, Pbar L}', 'moment', &
       .false., 'strongest in moment', group='spectrum'), &
       ((measure_t(stop_names(i, k), stop_names(i, k), stop_meanings(i, k), statistics_of_stop(i)%quantity, .false., &
-      group=stop_groups(k)), i=1, size(statistics_of_stop)), k=1, measured_stops), &
+      group=measured_groups(k)), i=1, size(statistics_of_stop)), k=1, measured), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
       'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
@@ -263,7 +268,7 @@ module measure_list
    real(wp), parameter :: force_window = 0.1_wp
    !> Index of the peak of the first rebound; those of the further rebounds follow
    integer, parameter :: first_peak = findloc(measure_table%name, 'peak_1', dim=1)
-   !> Index of the first statistic of stop 1; all statistics of stop 1 are followed by those of stop 2, and so on
+   !> Index of the first statistic of stop 1; all statistics of a group are followed by those of the next group
    integer, parameter :: first_of_stops = findloc(measure_table%group, 'stop_1', dim=1)
    !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
@@ -277,6 +282,21 @@ contains
       measure_named = findloc(measure_table%name, name, dim=1)
    end function measure_named
 
+   !> Index in `measured_groups` of the stop or body to which a contact belongs; 0: it has no measures of its own.
+   elemental function owner_of(stop, body, is_of_base) result(owner)
+      !> Number of the stop
+      integer, intent(in) :: stop
+      !> Number of the body; 0: the contact belongs to a stop
+      integer, intent(in) :: body
+      !> The contact is that of the body with its floor or ceiling
+      logical, intent(in) :: is_of_base
+      integer :: owner
+
+      owner = 0
+      if (body == 0 .and. stop <= measured_stops) owner = stop
+      if (body > 0 .and. body <= measured_bodies) owner = measured_stops + merge(measured_bodies, 0, is_of_base) + body
+   end function owner_of
+
    !> The groups that a scene must have for a measure, as a text for messages.
    pure function demand_of(group) result(words)
       !> Component `group` of the measure, not empty
@@ -289,6 +309,10 @@ contains
       if (group == 'fatigue') words = 'needs &stress with fatigue_slope'
       if (index(group, 'stop_') == 1) words = 'needs &statistics and several &stop groups, of which number ' &
          //trim(group(6:))
+      if (index(group, 'body_') == 1) words = 'needs &statistics and &body with further contacts, of which number ' &
+         //trim(group(6:))
+      if (index(group, 'floor_') == 1) words = 'needs &statistics and a floor or ceiling of &body number ' &
+         //trim(group(7:))
    end function demand_of
 
 end module measure_list

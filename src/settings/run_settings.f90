@@ -82,6 +82,8 @@ module run_settings
       integer :: body = 0
       !> The contact is between the body and its fixed floor or ceiling, instead of between body and beam
       logical :: is_of_base = .false.
+      !> z / D at which the spring of the body has no force, from where the coordinate of the body counts
+      real(wp) :: rest = 0.0_wp
    end type stop_settings_t
 
    !> Settings of a &body, a rigid body that moves in the direction of the deflection, dimensionless. Its displacement z

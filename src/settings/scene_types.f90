@@ -405,9 +405,9 @@ contains
          has = scene%wants_stress .and. (scene%wants_statistics .or. scene%stress%fatigue_slope > 0.0_wp)
       case ('fatigue')
          has = scene%wants_stress .and. scene%stress%fatigue_slope > 0.0_wp
-      case ('stop_1', 'stop_2', 'stop_3', 'stop_4', 'stop_5', 'stop_6')
-         has = scene%wants_statistics .and. allocated(scene%more_stops)
-         if (has) has = iachar(group(6:6)) - iachar('0') <= 1 + size(scene%more_stops)
+      case ('stop_1', 'stop_2', 'stop_3', 'stop_4', 'stop_5', 'stop_6', 'body_1', 'body_2', 'body_3', 'floor_1', &
+         'floor_2', 'floor_3')
+         has = scene%wants_statistics .and. has_own_statistics(scene, group)
       case ('relay')
          has = scene%wants_relay
       case ('poincare')
@@ -422,5 +422,40 @@ contains
          has = .true.
       end select
    end function has_group
+
+   !> Does the scene have a stop, body, floor or ceiling besides others, so that its statistics are not those of all?
+   pure function has_own_statistics(scene, group) result(has)
+      class(scene_t), intent(in) :: scene
+      !> One of `measured_groups`
+      character(*), intent(in) :: group
+      logical :: has
+
+      ! numbers of stops, of bodies, and of those with floor or ceiling
+      integer :: bodies, floors, stops
+      ! the number in the name of the group
+      integer :: number
+
+      stops = 0
+      if (scene%has_stop) stops = 1
+      if (scene%has_stop .and. allocated(scene%more_stops)) stops = 1 + size(scene%more_stops)
+      bodies = 0
+      floors = 0
+      if (scene%has_bodies) bodies = size(scene%bodies)
+      if (scene%has_bodies) floors = count(max(scene%bodies%floor, scene%bodies%ceiling) >= 0.0_wp)
+      has = stops + bodies + floors > 1
+      if (.not. has) return
+      associate (place => index(group, '_') + 1)
+         number = iachar(group(place:place)) - iachar('0')
+      end associate
+      select case (group(1:1))
+      case ('s')
+         has = number <= stops
+      case ('b')
+         has = number <= bodies
+      case default
+         has = number <= bodies
+         if (has) has = max(scene%bodies(number)%floor, scene%bodies(number)%ceiling) >= 0.0_wp
+      end select
+   end function has_own_statistics
 
 end module scene_types

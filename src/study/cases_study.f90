@@ -7,7 +7,7 @@ module cases_study
    use case_runs, only: case_t, run_cases
    use failures, only: failure_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table, measured_stops
+   use measure_list, only: measure_count, measure_table, measured_groups
    use measure_rows, only: row_in_units, write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimates, only: estimate_cases, sample_cases
@@ -116,7 +116,7 @@ contains
       type(table_t) :: table
       real(wp) :: rows(measure_count, size(cases)), highest(measure_count, size(cases))
       type(units_t) :: units
-      character(:), allocatable :: heading, number
+      character(:), allocatable :: group, heading, place
       integer :: i
 
       ! rows in which all measures equal the highest rebound; only the column `peak_1`, a displacement, is printed
@@ -139,16 +139,17 @@ contains
       call add_measures(table, compared_measures, rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
       if (scene%wants_spectrum) call add_measures(table, [measure_column_t('strongest_frequency')], rows, units)
-      if (scene%wants_statistics .and. .not. allocated(scene%more_stops)) then
+      if (scene%wants_statistics .and. .not. any(scene%has_group(measured_groups))) then
          call add_measures(table, [measure_column_t('contact_share', 'share in contact'), &
             measure_column_t('rms_force', 'RMS force'), measure_column_t('work_rate', 'work rate')], rows, units)
       else if (scene%wants_statistics) then
-         do i = 1, measured_stops
-            number = to_text(i)
-            if (.not. scene%has_group('stop_'//number)) exit
-            call add_measures(table, [measure_column_t('contact_share_stop_'//number, 'share at stop '//number), &
-               measure_column_t('rms_force_stop_'//number, 'RMS force at stop '//number), &
-               measure_column_t('work_rate_stop_'//number, 'work rate at stop '//number)], rows, units)
+         do i = 1, size(measured_groups)
+            if (.not. scene%has_group(measured_groups(i))) cycle
+            group = trim(measured_groups(i))
+            place = group(:index(group, '_') - 1)//' '//group(index(group, '_') + 1:)
+            call add_measures(table, [measure_column_t('contact_share_'//group, 'share at '//place), &
+               measure_column_t('rms_force_'//group, 'RMS force at '//place), &
+               measure_column_t('work_rate_'//group, 'work rate at '//place)], rows, units)
          end do
       end if
       call print_table(unit, table)

@@ -12,7 +12,7 @@ module scene_beam_model
    use mode_trials, only: is_driven
    use number_text, only: to_text
    use root_and_mass_settings, only: root_pinned
-   use run_settings, only: run_settings_t, side_above, side_below, stop_released_from, stop_settings_t
+   use run_settings, only: body_settings_t, run_settings_t, side_above, side_below, stop_released_from, stop_settings_t
    use scene_requests, only: harmonic_frequencies, set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
@@ -300,40 +300,39 @@ contains
       if (.not. allocated(scene%bodies)) return
       do b = 1, size(scene%bodies)
          associate (body => scene%bodies(b))
-            if (body%side /= side_above) stops = [stops, contact_of_body(b, side_below, body%contact, body%position, &
+            if (body%side /= side_above) stops = [stops, contact_of_body(b, side_below, body, &
                body%rest - body%clearance, .false.)]
-            if (body%side /= side_below) stops = [stops, contact_of_body(b, side_above, body%contact, body%position, &
+            if (body%side /= side_below) stops = [stops, contact_of_body(b, side_above, body, &
                -body%rest - body%clearance, .false.)]
-            if (body%floor >= 0.0_wp) stops = [stops, contact_of_body(b, side_below, body%base_contact, body%position, &
-               -body%rest - body%floor, .true.)]
-            if (body%ceiling >= 0.0_wp) stops = [stops, contact_of_body(b, side_above, body%base_contact, &
-               body%position, body%rest - body%ceiling, .true.)]
+            if (body%floor >= 0.0_wp) stops = [stops, contact_of_body(b, side_below, body, -body%rest - body%floor, &
+               .true.)]
+            if (body%ceiling >= 0.0_wp) stops = [stops, contact_of_body(b, side_above, body, &
+               body%rest - body%ceiling, .true.)]
          end associate
       end do
    end function stops_of_scene
 
    !> A contact of a body as a stop.
-   pure function contact_of_body(body, side, law, position, height, is_of_base) result(stop)
+   pure function contact_of_body(number, side, body, height, is_of_base) result(stop)
       !> Number of the body
-      integer, intent(in) :: body
+      integer, intent(in) :: number
       !> One of the `side_` constants
       integer, intent(in) :: side
-      !> Law of the contact
-      type(stop_settings_t), intent(in) :: law
-      !> x/L of the body
-      real(wp), intent(in) :: position
+      type(body_settings_t), intent(in) :: body
       !> Preload of the contact: minus the gap at zero displacement of beam and body, in D
       real(wp), intent(in) :: height
       !> The contact is that with floor or ceiling
       logical, intent(in) :: is_of_base
       type(stop_settings_t) :: stop
 
-      stop = law
-      stop%position = position
+      stop = body%contact
+      if (is_of_base) stop = body%base_contact
+      stop%position = body%position
       stop%side = side
       stop%preload = height
-      stop%body = body
+      stop%body = number
       stop%is_of_base = is_of_base
+      stop%rest = body%rest
    end function contact_of_body
 
    !> Set the loads on the beam and the initial conditions.
