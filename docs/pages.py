@@ -18,7 +18,8 @@ HERE = Path(__file__).resolve().parent
 # The parts of the manual, each with its pages
 PARTS = {
     "Learn": ["tutorial"],
-    "How to": ["howto/relay", "howto/tube", "howto/valve_reed", "howto/mems_switch", "howto/drop_test", "howto/contact_law",
+    "How to": ["howto/relay", "howto/tube", "howto/valve_reed", "howto/mems_switch", "howto/drop_test", "howto/hammer",
+               "howto/impact_damper", "howto/sprung_contact", "howto/contact_law",
                "howto/mesh_and_modes", "howto/cluster", "howto/read_results", "howto/paraview", "spectra", "sweeps", "measurements",
                "meshes"],
     "Look up": ["scenes", "analyses", "results", "examples", "reference", "glossary"],

@@ -53,7 +53,7 @@ def wrong_number(comment, place):
     path, name, index, said = comment
     with h5py.File(place / path) as file:
         values = file[name][()]
-        found = float(values[int(index)] if index else values)
+        found = float(values.ravel()[int(index)] if index else values)
     return "" if abs(found - float(said)) <= 0.01 * abs(float(said)) else f"{path} {name}[{index}] is {found:.6g}, not {said}"
 
 

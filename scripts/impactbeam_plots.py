@@ -117,6 +117,8 @@ SIGNALS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": 
            "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
            "acceleration_tip": "acceleration\nof the tip", "acceleration_stop": "acceleration\nat the stop",
            "contact_force": "contact force", "moment": "bending moment",
+           "displacement_body": "displacement\nof the body", "velocity_body": "velocity\nof the body",
+           "acceleration_body": "acceleration\nof the body", "force_body": "contact force\non the body",
            "impact_times": "instant\nof the impact", "rebound_peaks": "peak\nof the rebound"}
 OF_SCENE = "scene"
 

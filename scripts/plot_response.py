@@ -35,7 +35,7 @@ MOST_CONTACTS = 300
 
 
 class Surface(NamedTuple):
-    """One side of a stop, +1 below the beam and -1 above it, or a contact of a body, whose stop is 0 and whose displacement a gap."""
+    """One side of a stop, +1 below the beam and -1 above it, or a contact of a body, whose stop is 0."""
 
     name: str
     stop: int
@@ -44,6 +44,15 @@ class Surface(NamedTuple):
     height: float
     histories: dict
     contacts: list
+    body: int = 0
+
+
+class Body(NamedTuple):
+    """A body that moves on its own: its number, place, and displacement, velocity and force."""
+
+    number: int
+    position: float
+    histories: dict
 
 
 class Response:
@@ -75,6 +84,7 @@ class Response:
             self.of_places = {name: self.values(file["stress"], name) for name in of_places}
             self.units.update({name: plots.unit_of(file["stress"], name, wanted) for name in of_places})
             self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
+            self.bodies = self.read_bodies(file["bodies"]) if "bodies" in file else []
             self.shown = self.find_shown()
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
             self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
@@ -92,7 +102,8 @@ class Response:
     def greatest(self, kind):
         """The maximum magnitude of a kind of quantity."""
         shown = [self.tau] if kind == "time" else [curve for name, curve in self.curves.items() if RECORDS[name] == kind]
-        shown += [values for surface in self.surfaces for name, values in surface.histories.items() if OF_SURFACES[name] == kind]
+        shown += [values for surface in self.surfaces + self.bodies for name, values in surface.histories.items()
+                  if OF_SURFACES[name] == kind]
         shown += [values for name, values in self.of_places.items() if name == kind]
         return max((float(abs(values).max()) for values in shown if len(values)), default=0.0)
 
@@ -113,6 +124,8 @@ class Response:
         self.surfaces = [surface._replace(contacts=clipped(surface.contacts, start, end),
                                           histories={name: values[inside] for name, values in surface.histories.items()})
                          for surface in self.surfaces]
+        self.bodies = [body._replace(histories={name: values[inside] for name, values in body.histories.items()})
+                       for body in self.bodies]
 
     def multiply(self, factors, units):
         """Take other units."""
@@ -127,6 +140,8 @@ class Response:
             height=surface.height * length, contacts=[(start * time, end * time) for start, end in surface.contacts],
             histories={name: values * factors.get(OF_SURFACES[name], 1.0) for name, values in surface.histories.items()})
             for surface in self.surfaces]
+        self.bodies = [body._replace(histories={name: values * factors.get(OF_SURFACES[name], 1.0)
+                                                for name, values in body.histories.items()}) for body in self.bodies]
 
     def read_impacts(self, events):
         """Time and displacement of the impacts; of several stops those at the one shown."""
@@ -146,12 +161,21 @@ class Response:
         numbers, heights = group["stop"][()], self.values(group, "height")
         names = plots.text_of(group["surface"].attrs["flag_meanings"]).replace("stop_", "").split()
         places, sides = plots.values_of(group, "position", "dimensionless"), group["side"][()]
+        bodies = group["body"][()] if "body" in group else 0 * numbers
         histories = {name: self.values(group, name) for name in OF_SURFACES if plots.has(group, name)}
         contacts = list(zip(group["contact_surface"][()], self.values(group, "contact_start"), self.values(group, "contact_end")))
         return [Surface(names[row].replace("_", " "), int(numbers[row]), float(places[row]), int(sides[row]), float(heights[row]),
                         {name: values[row] for name, values in histories.items()},
-                        [(start, end) for surface, start, end in contacts if surface == row + 1])
+                        [(start, end) for surface, start, end in contacts if surface == row + 1], int(bodies[row]))
                 for row in range(len(numbers))]
+
+    def read_bodies(self, group):
+        """How each body moves."""
+        places = plots.values_of(group, "position", "dimensionless")
+        histories = {name: self.values(group, other) for name, other in
+                     (("eta", "displacement"), ("velocity", "velocity"), ("force", "force")) if plots.has(group, other)}
+        return [Body(row + 1, float(place), {name: values[row] for name, values in histories.items()})
+                for row, place in enumerate(places)]
 
     def has(self, panel):
         """Was something recorded for this panel?"""
@@ -296,18 +320,49 @@ def draw_point(axes, surfaces, response):
     plots.draw_history(axes, response.tau, y, color="black", linewidth=0.8)
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
     stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
-    words = f"$y$ at stop {stops}" if surfaces[0].stop > 0 else f"$y - z$ at {surfaces[0].name}"
-    axes.set_ylabel(plots.with_unit(words, response.units.get("displacement", ""))
+    axes.set_ylabel(plots.with_unit(f"$y$ at stop {stops}", response.units.get("displacement", ""))
                     + f"\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
     set_ticks(axes.yaxis, 4)
     axes.ticklabel_format(axis="y", style="plain")
 
 
+def draw_body(axes, body, response):
+    """The beam where a body meets it, and the faces of the body: they touch in contact. Lines mark where floor or ceiling stop them."""
+    own = [surface for surface in response.surfaces if surface.body == body.number]
+    faces = [surface for surface in own if not surface.name.endswith(("floor", "ceiling"))]
+    z = body.histories["eta"]
+    for start, end in faces[0].contacts if len(faces) == 1 and len(faces[0].contacts) <= MOST_CONTACTS else []:
+        axes.axvspan(start, end, facecolor=plots.CONTACT, edgecolor=plots.CONTACT, linewidth=0.4, zorder=0.5)
+    handles = plots.draw_history(axes, response.tau, faces[0].histories["eta"] + faces[0].height + z, "beam", color="black",
+                                 linewidth=0.8, zorder=3)
+    for number, face in enumerate(faces):
+        drawn = plots.draw_history(axes, response.tau, z + face.height, f"body {body.number}", linewidth=0.8, zorder=2.5,
+                                   color=plots.COLOURS[1], linestyle=plots.DASHES[1])
+        handles += drawn if number == 0 else []
+    for base in own:
+        if base not in faces:
+            axes.axhline(base.height + faces[0].height, color=plots.COLOURS[2], linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1)
+            handles.append(plt.Line2D([], [], color=plots.COLOURS[2], linewidth=0.7, linestyle=(0, (1, 1.5)),
+                                      label=base.name.split()[-1]))
+    axes.set_ylabel(plots.with_unit("displacement", response.units.get("displacement", "")) + f"\n($x/L$ = {body.position:g})",
+                    fontsize=9)
+    set_ticks(axes.yaxis, 5)
+    axes.legend(handles=handles, fontsize=7.5, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=1.0,
+                handlelength=2.0, borderaxespad=0.0, borderpad=0.2)
+
+
 def draw_sides(axes, response, panel, shown):
-    """Velocity at each point, or force of each side on the beam, upwards positive."""
+    """Velocity at each point and of each body, or force of each side on the beam or on a body, upwards positive."""
     name = "velocity" if panel == "velocity" else "force"
     if panel == "velocity":
-        shown = list({surface.position: surface for surface in shown}.values())
+        shown = list({surface.position: surface for surface in shown if surface.body == 0}.values())
+        for number, body in enumerate(response.bodies):
+            plots.draw_history(axes, response.tau, body.histories[name], f"body {body.number}", linewidth=0.8,
+                               color=plots.COLOURS[(number + 1) % len(plots.COLOURS)], linestyle=plots.DASHES[1])
+            face = next(surface for surface in response.surfaces if surface.body == body.number)
+            if body.position not in [surface.position for surface in shown]:
+                plots.draw_history(axes, response.tau, face.histories[name] + body.histories[name],
+                                   f"beam at $x/L$ = {body.position:g}", linewidth=0.8, color="black")
     for number, surface in enumerate(shown):
         sign, label = 1, f"$x/L$ = {surface.position:g}"
         if panel == "force":
@@ -341,7 +396,8 @@ def draw_several(response, panels):
     points = {}
     if "displacement" in panels and "eta" in response.surfaces[0].histories:
         for surface in sorted(response.surfaces, key=lambda surface: -surface.position):
-            points.setdefault(surface.position if surface.stop > 0 else surface.name, []).append(surface)
+            if surface.stop > 0:
+                points.setdefault(surface.position, []).append(surface)
     stops = list(dict.fromkeys(surface.stop for surface in response.surfaces))
     others = []
     for panel in panels:
@@ -350,14 +406,17 @@ def draw_several(response, panels):
             groups = [[surface for surface in response.surfaces if surface.stop == stop] for stop in stops] \
                 if panel == "force" and len(stops) > 3 else [response.surfaces]
             others += [(panel, shown) for shown in groups]
-    count = len(points) + len(others)
+    bodies = [body for body in response.bodies if "displacement" in panels and "eta" in body.histories]
+    count = len(points) + len(bodies) + len(others)
     if count == 0:
         raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
-    figure, grid = panels_over_each_other([1.35] * count)
+    figure, grid = panels_over_each_other([2.2 if count <= 3 else 1.6] * len(bodies) + [1.35] * (count - len(bodies)))
     panes = list(grid[:, 0])
-    for axes, surfaces in zip(panes, points.values()):
+    for axes, body in zip(panes, bodies):
+        draw_body(axes, body, response)
+    for axes, surfaces in zip(panes[len(bodies):], points.values()):
         draw_point(axes, surfaces, response)
-    for axes, (panel, shown) in zip(panes[len(points):], others):
+    for axes, (panel, shown) in zip(panes[len(bodies) + len(points):], others):
         label_panel(axes, panel, response)
         if panel in OF_PLACES:
             draw_places(axes, response, panel)
@@ -372,7 +431,7 @@ def draw_several(response, panels):
 
 def draw_one(response, panels):
     """A picture of one response: panels over each other."""
-    if len(response.surfaces) > 1:
+    if len(response.surfaces) > 1 or response.bodies:
         return draw_several(response, panels)
     drawn = [panel for panel in panels if response.has(panel)]
     if not drawn:

@@ -15,11 +15,13 @@ import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.spines as spines
 import matplotlib.ticker as ticker
+import matplotlib.transforms as transforms
 import numpy
 from PIL import Image
 
 
 BEAM = "#c3d3e8"
+BODY = "#efe3c8"
 EDGE = "#1f5fa8"
 GROUND = "#666666"
 TOUCHED = "#e08a5b"
@@ -55,6 +57,18 @@ class Surface:
         self.stop, self.side, self.position, self.height, self.law = int(stop), int(side), position, height, law
         self.contacts = []
         self.eta = None
+
+
+class Body:
+    """A body: its number, place and law, its faces towards the beam (side, height at z = 0), its floor and ceiling (side, z), z over time."""
+
+    def __init__(self, number, position, law, has_spring, z):
+        self.number, self.position, self.law, self.has_spring, self.z = number, position, law, has_spring, z
+        self.faces, self.bases, self.contacts = [], [], []
+
+    def start(self):
+        """z at the start, as far as it is known."""
+        return 0.0 if self.z is None else self.z[0]
 
 
 class Scene:
@@ -142,26 +156,41 @@ class Scene:
             return
         group = file["surfaces"]
         rows = list(zip(group["stop"][()], group["side"][()], plain(group, "position"), self.unit * plain(group, "height")))
-        if "bodies" in file:
-            self.read_bodies(file, rows)
         self.surfaces = [Surface(*row, laws["stop" if row[0] == 1 else f"stop_{row[0]}"]) for row in rows if row[0] > 0]
         numbers = [number for number, row in enumerate(rows) if row[0] > 0]
         for number, surface in zip(numbers, self.surfaces):
             if plots.has(group, "eta"):
                 surface.eta = self.unit * plain(group, "eta")[number]
-            if "contact" in group:
-                own = group["contact_surface"][()] == number + 1
-                surface.contacts = list(zip(plain(group, "contact_start")[own], plain(group, "contact_end")[own]))
+            surface.contacts = self.contacts_of(group, number)
+        if "bodies" in file:
+            self.read_bodies(file, rows)
+
+    @staticmethod
+    def contacts_of(group, number):
+        """Begin and end of each contact with a surface."""
+        if "contact" not in group:
+            return []
+        own = group["contact_surface"][()] == number + 1
+        return list(zip(plain(group, "contact_start")[own], plain(group, "contact_end")[own]))
 
     def read_bodies(self, file, rows):
-        """Name, side, place and height at the start of the faces with which bodies meet the beam."""
-        group = file["surfaces"]
-        names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()
-        motion = plain(file["bodies"], "displacement")
-        for name, body, (stop, side, position, height) in zip(names, group["body"][()], rows):
-            if stop == 0 and not name.endswith(("floor", "ceiling")):
-                start = self.unit * motion[body - 1][0] if motion.size else 0.0
-                self.bodies.append((f"body {body}", int(side), position, height + start))
+        """The bodies with their faces, and how they move; where nothing was recorded they stay at z = 0."""
+        surfaces, group = file["surfaces"], file["bodies"]
+        names = plots.text_of(surfaces["surface"].attrs["flag_meanings"]).split()
+        moved = self.unit * plain(group, "displacement") if plots.has(group, "displacement") else None
+        if moved is not None:
+            self.tau = plain(group, "tau")
+        for number in group["body"][()]:
+            settings = file["scene"][f"body_{number}"].attrs
+            self.bodies.append(Body(int(number), float(settings["position"]), plots.text_of(settings["law"]),
+                                    "spring_ratio" in settings, None if moved is None else moved[number - 1]))
+        for place, (name, number, (_, side, _, height)) in enumerate(zip(names, surfaces["body"][()], rows)):
+            if number == 0:
+                continue
+            body = self.bodies[number - 1]
+            (body.bases if name.endswith(("floor", "ceiling")) else body.faces).append((int(side), float(height)))
+            if not name.endswith(("floor", "ceiling")):
+                body.contacts += self.contacts_of(surfaces, place)
 
     def read_section(self, beam):
         """Stations along the beam and heights there; of area and inertia, those of the rectangle with the same."""
@@ -228,7 +257,14 @@ class Drawing:
 
     def __init__(self, axes, scene, shapes):
         self.axes, self.scene = axes, scene
-        heights = [surface.height for surface in scene.surfaces] + [height for *_, height in scene.bodies]
+        heights = [surface.height for surface in scene.surfaces]
+        heights += [height + body.start() for body in scene.bodies for _, height in body.faces]
+        heights += [height + distance for body in scene.bodies for _, height in body.faces for _, distance in body.bases]
+        # a film shows bodies as long as they are near
+        if len(shapes) and len(shapes[0].shape) > 1:
+            reach = 1.5 * max(numpy.abs(shapes[0]).max(), *[abs(height) for height in heights], 1e-30)
+            heights += [numpy.clip(face + z, -reach, reach) for body in scene.bodies if body.z is not None
+                        for _, face in body.faces for z in (body.z.min(), body.z.max())]
         released = [] if scene.release is None else [scene.release[1]]
         values = numpy.concatenate([heights, released, [0.0]] + [numpy.ravel(shape) for shape in shapes])
         span = max(values.max() - values.min(), 1e-30)
@@ -241,8 +277,7 @@ class Drawing:
         self.plates = [self.stop(surface) for surface in scene.surfaces]
         for support in scene.supports:
             self.support(support)
-        for body in scene.bodies:
-            self.body(*body)
+        self.bodies = [(body, *self.body(body)) for body in scene.bodies]
         margin = self.factor * thickest * 0.5 + self.room * 2.0
         axes.set_ylim(values.min() - margin, values.max() + margin)
         low, high = axes.get_ylim()
@@ -303,14 +338,34 @@ class Drawing:
                        va="top" if surface.side > 0 else "bottom")
         return plate
 
-    def body(self, name, side, position, height):
-        """A body as a block with a round corner, where it is at the start."""
-        face = height - side * self.half_at(position)
-        low = min(face, face - side * 0.7 * self.room)
-        self.axes.add_patch(patches.FancyBboxPatch((position - 0.02, low), 0.04, 0.7 * self.room, facecolor="#efe3c8",
-                                                   boxstyle="round,pad=0,rounding_size=0.012", mutation_aspect=self.room / 0.06,
-                                                   edgecolor="black", linewidth=0.8, zorder=6))
-        self.axes.text(position, face - side * 0.85 * self.room, name, ha="center", fontsize=8, va="top" if side > 0 else "bottom")
+    def body(self, body):
+        """A body as a block with round corners, where it is at the start, its spring, floor and ceiling. One in a cavity is drawn as
+        what is the same to the beam: two blocks of one body. Returns what moves with it, and its spring with the fixed end."""
+        x, half, height, start = body.position, self.half_at(body.position), 0.7 * self.room, body.start()
+        artists, ends, stretched = [], [], None
+        for side, face in body.faces:
+            low = face + start - side * half - (height if side > 0 else 0.0)
+            ends.append((low, low + height))
+            artists.append(self.axes.add_patch(patches.FancyBboxPatch(
+                (x - 0.02, low), 0.04, height, facecolor=BODY, boxstyle="round,pad=0,rounding_size=0.012",
+                mutation_aspect=self.room / 0.06, edgecolor="black", linewidth=0.8, zorder=6)))
+        low, high = min(end[0] for end in ends), max(end[1] for end in ends)
+        if len(ends) > 1:
+            joint = x + 0.03
+            artists += self.axes.plot([x, joint, joint, x], [low + 0.5 * height] * 2 + [high - 0.5 * height] * 2, color="black",
+                                      linewidth=2.0, zorder=5)
+        side = body.faces[0][0]
+        for base, distance in body.bases:
+            # the distance that the body has left to it, from the end that meets it
+            self.ground(x + 0.014, (low if base > 0 else high) - start + distance, 0.018, base)
+        if body.has_spring:
+            # long enough for the way towards its fixed end
+            way = 0.6 * self.room + (0.0 if body.z is None else min(max(side * (start - body.z)), 3.0 * self.room))
+            end = low - way if side > 0 else high + way
+            stretched = spring(self.axes, x - 0.012, *((end, low) if side > 0 else (high, end)), 0.006)[0], end
+            self.ground(x - 0.016, end, 0.01, side)
+        artists.append(self.axes.text(x - 0.03, 0.5 * sum(ends[-1]), f"body {body.number}", ha="right", va="center", fontsize=8, zorder=7))
+        return artists, stretched
 
     def support(self, support):
         """A triangle or a spring below the beam, a square or an arc about its rotation."""
@@ -338,6 +393,12 @@ def list_of(scene):
         places = " and ".join(f"{'below' if side.side > 0 else 'above'} the beam at $y$ = "
                               f"{plots.quantity(side.height, scene.unit_text)}" for side in sides)
         lines.append(f"stop {stop}: {scene.place(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
+    for body in scene.bodies:
+        places = " and ".join(f"{'below' if side > 0 else 'above'} the beam at $y$ = "
+                              f"{plots.quantity(height + body.start(), scene.unit_text)}" for side, height in body.faces)
+        bases = "".join(f", {'floor' if side > 0 else 'ceiling'} {plots.quantity(abs(height), scene.unit_text)} "
+                        f"{'below' if side > 0 else 'above'} $z$ = 0" for side, height in body.bases)
+        lines.append(f"body {body.number}: {scene.place(body.position)}, {places}; {LAWS[body.law]}{bases}")
     for support in scene.supports:
         kind = f"spring, ratio {plots.round_number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
         lines.append(f"support: {scene.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
@@ -405,12 +466,27 @@ def animate(scene, path):
         traces.append((below.plot([], [], color=colour, linewidth=1.1, label=scene.place(surface.position))[0], y))
     for surface in scene.surfaces:
         below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
+    for body in scene.bodies if scene.tau is not None else []:
+        colour = plots.COLOURS[(len(points) + body.number) % len(plots.COLOURS)]
+        for number_of_face, (_, height) in enumerate(body.faces):
+            y = numpy.where(abs(body.z + height) <= max(abs(limit) for limit in drawing.axes.get_ylim()), body.z + height, numpy.nan)
+            below.plot(time, y, color=colour, linewidth=0.5, alpha=0.4)
+            traces.append((below.plot([], [], color=colour, linewidth=1.1,
+                                      label=f"body {body.number}" if number_of_face == 0 else None)[0], y))
+    if scene.bodies and not points:
+        y = numpy.array([numpy.interp(scene.bodies[0].position, scene.x, shape) for shape in scene.shape])
+        y = y if scene.tau is None else numpy.interp(scene.tau, scene.shape_tau, y)
+        below.plot(time, y, color=plots.COLOURS[0], linewidth=0.5, alpha=0.4)
+        traces.append((below.plot([], [], color=plots.COLOURS[0], linewidth=1.1,
+                                  label=f"beam, {scene.place(scene.bodies[0].position)}")[0], y))
     below.set(xlim=(scene.time_factor * scene.shape_tau[0], scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
-              ylabel=plots.with_unit("$y$ at the stops" if len(points) > 1 else "$y$ at the stop", scene.unit_text))
-    if len(points) > 1:
-        below.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=len(points), columnspacing=0.8,
+              ylabel=plots.with_unit(["$y$", "$y$ at the stop", "$y$ at the stops"][min(len(points), 2)], scene.unit_text))
+    if len(points) > 1 or scene.bodies:
+        below.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=0.8,
                      handlelength=1.2, borderaxespad=0.0, borderpad=0.2)
     figure.align_ylabels((axes, below))
+
+    lengths = {body.number: stretched[0].get_ydata() for body, _, stretched in drawing.bodies if stretched is not None}
 
     def show(frame):
         now = scene.shape_tau[frame]
@@ -420,14 +496,27 @@ def animate(scene, path):
             is_touched = any(start <= now <= end for start, end in surface.contacts)
             plate.set_facecolor(TOUCHED if is_touched else "#bbbbbb")
             touched |= {str(surface.stop)} if is_touched else set()
-        contact = "" if not touched else ", in contact" + (f" with {', '.join(sorted(touched))}" if len(scene.surfaces) > 1 else "")
+        for body, artists, stretched in drawing.bodies:
+            moved = 0.0 if body.z is None else float(numpy.interp(now, scene.tau, body.z)) - body.start()
+            for artist in artists:
+                artist.set_transform(transforms.Affine2D().translate(0.0, moved) + drawing.axes.transData)
+            if stretched is not None:
+                line, end, rest = *stretched, lengths[body.number]
+                line.set_ydata(end + (1.0 + moved / (rest[-1] - rest[0])) * (rest - end) if end == rest[0] else
+                               end + (1.0 - moved / (rest[-1] - rest[0])) * (rest - end))
+            is_touched = any(start <= now <= end for start, end in body.contacts)
+            for artist in artists[:len(body.faces)]:
+                artist.set_facecolor(TOUCHED if is_touched else BODY)
+            touched |= {f"body {body.number}"} if is_touched else set()
+        contact = "" if not touched else ", in contact" + (f" with {', '.join(sorted(touched))}" if len(scene.surfaces) + len(scene.bodies) > 1 else "")
         unit = "" if scene.time_text in ("", plots.OF_SCENE) else f" {scene.time_text}"
         clock.set_text((rf"$t$ = {scene.time_factor * now:.3g}{unit}" if scene.time_text else rf"$\tau$ = {now:.2f}") + contact)
         for trace, y in traces:
             trace.set_data(time[scene.tau <= now], y[scene.tau <= now])
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    save_film(figure, [*drawing.plates, band, clock, *(trace for trace, _ in traces)], show, frames, path)
+    bodies = [artist for _, artists, stretched in drawing.bodies for artist in [*artists, *(stretched or [])[:1]]]
+    save_film(figure, [*drawing.plates, *bodies, band, clock, *(trace for trace, _ in traces)], show, frames, path)
     plt.close(figure)
     print(path)
 
