@@ -267,6 +267,10 @@ contains
       store%sets(store%count) = set_pointer_t(set, key)
       set%run = store%run
       call make_set(store, is_closed, set, error)
+      if (.not. allocated(error)) return
+      ! later runs must not find a set without terms
+      call drop_set(store%sets(store%count)%set)
+      store%count = store%count - 1
    end subroutine find_set
 
    !> Give constrained modes the damping of the present beam and the heights of its contacts.
