@@ -11,8 +11,7 @@ module phase_state
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: add_decay, exponential_signal_t
    use failures, only: failure_t
-   use forced_responses, only: find_rows_at, make_unit_responses, forced_response_t, &
-      start_forced_response
+   use forced_responses, only: find_rows_at, make_unit_responses, forced_response_t, start_forced_response
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
@@ -233,9 +232,10 @@ contains
       else if (kind == end_gap .or. kind == observed_gap) then
          call find_gap_signal(self, k, gap)
          ! the gap to the stop includes the displacement of the massless node
-         if (self%states(k)%is_node .and. kind == observed_gap) then
+         if (self%states(k)%is_node .and. kind == observed_gap &
+            .and. self%states(k)%spring%recovery_rate < huge(1.0_wp)) then
             gap%relaxation = self%node_depth
-            gap%rate = min(self%states(k)%spring%recovery_rate, huge(1.0_wp))
+            gap%rate = self%states(k)%spring%recovery_rate
          end if
          signal => gap
          if (self%loads%count == 0) return
@@ -267,6 +267,7 @@ contains
       gap%z(:) = self%z
       gap%v(:) = self%v
       gap%start_order = 0
+      gap%rate = 0.0_wp
       gap%relaxation = 0.0_wp
       gap%last => null()
    end subroutine find_gap_signal
