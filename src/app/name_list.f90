@@ -16,7 +16,7 @@ module name_list
 contains
 
    !> List all names, or the names of a group, or the measures. The names of a sweep that give values of its parameters
-   !> are replaced by a rule.
+   !> are replaced by the patterns NAME, NAME_range, NAME_log_range and NAME_points.
    subroutine write_names(program, group, is_markdown, text, error)
       !> Program whose names are listed, one of the `program_` constants
       integer, intent(in) :: program
@@ -49,7 +49,7 @@ contains
             index(hint_for_group(program, wanted), '?') == 0)))
          return
       end if
-      call replace_by_rule(names)
+      call replace_by_patterns(names)
       call refer_to_lists(names)
       if (is_markdown) then
          text = in_markdown(names)
@@ -114,29 +114,29 @@ contains
    end subroutine list_measures
 
    !> Replace the names of every swept parameter by four names that stand for any parameter.
-   subroutine replace_by_rule(names)
+   subroutine replace_by_patterns(names)
       type(reference_t), allocatable, intent(inout) :: names(:)
 
       ! name, allowed values and meaning of each of the four names
-      character(*), parameter :: rule(3, 4) = reshape([character(52) :: &
-         'NAME', 'numbers in the range of that name', 'values of NAME, which is any name that carry may be', &
-         'NAME_range', 'two of these, but for whole numbers', 'minimum and maximum, divided evenly', &
-         'NAME_log_range', 'two of these, but for whole numbers', 'the same, divided evenly in the logarithm', &
+      character(*), parameter :: pattern(3, 4) = reshape([character(58) :: &
+         'NAME', 'numbers in the range of that name', 'values of NAME, which is one of the names allowed for carry', &
+         'NAME_range', 'two such numbers; not for names of whole numbers', 'minimum and maximum, divided evenly', &
+         'NAME_log_range', 'two such numbers; not for names of whole numbers', 'the same, evenly in the logarithm', &
          'NAME_points', 'whole number from 2 to 1e6', 'number of values in the range'], [3, 4])
       integer, allocatable :: remaining(:), swept(:)
       integer :: i
 
       swept = pack([(i, i=1, size(names))], names%is_swept)
       if (size(swept) == 0) return
-      do i = 1, size(rule, 2)
-         names(swept(i))%name = trim(rule(1, i))
-         names(swept(i))%allowed = trim(rule(2, i))
-         names(swept(i))%meaning = trim(rule(3, i))
+      do i = 1, size(pattern, 2)
+         names(swept(i))%name = trim(pattern(1, i))
+         names(swept(i))%allowed = trim(pattern(2, i))
+         names(swept(i))%meaning = trim(pattern(3, i))
          names(swept(i))%is_swept = .false.
       end do
       remaining = pack([(i, i=1, size(names))], .not. names%is_swept)
       names = names(remaining)
-   end subroutine replace_by_rule
+   end subroutine replace_by_patterns
 
    !> Print names in columns, group by group.
    subroutine print_names(unit, names)

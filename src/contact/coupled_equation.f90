@@ -2,14 +2,14 @@
 !> 18).
 !>
 !> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
-!> impedances of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is the
-!> transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to stiffness (zeta) and to
-!> mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i W_i in its place). A stop
-!> has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k s with a branch of
-!> relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is rigid. N and M stand
-!> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is always separated:
-!> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that mode, so that nothing
-!> cancels next to its pole. All derivatives are derivatives by s.
+!> dynamic stiffnesses (here impedances) of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the
+!> stops (b_i' is the transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to
+!> stiffness (zeta) and to mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i
+!> W_i in its place). A stop has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k
+!> s with a branch of relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is
+!> rigid. N and M stand for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is
+!> separated, if any mode moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N
+!> + M H without that mode, so that nothing cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, impedance_t
    use kinds, only: wp
@@ -17,7 +17,7 @@ module coupled_equation
    use small_equations, only: eliminate
    implicit none (type, external)
    private
-   public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, numerators
+   public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, stop_fractions
 
    !> Equation of the beam and the stops. The poles of `secular_t` are the two roots of D_i for each mode, side by side,
    !> then -nu of each branch and, if there is a branch, 0. Its `relative` is 1 + 2 zeta pole.
@@ -147,7 +147,7 @@ contains
             max_strength = max(max_strength, strength)
          end do
       end if
-      call numerators(problem, s, distance, vectors%n, vectors%m, vectors%n_slope, vectors%m_slope)
+      call stop_fractions(problem, s, distance, vectors%n, vectors%m, vectors%n_slope, vectors%m_slope)
       call add_modes(problem, distance, vectors)
       call separate_mode(problem, s, distance, vectors)
    end subroutine vectors_at
@@ -301,8 +301,8 @@ contains
       end function is_accurate
    end subroutine separate_mode
 
-   !> N and M of each stop, and their derivatives.
-   pure subroutine numerators(problem, s, distance, n, m, n_slope, m_slope)
+   !> Denominator N and numerator M of Z = M/N of each stop, and their derivatives.
+   pure subroutine stop_fractions(problem, s, distance, n, m, n_slope, m_slope)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       !> s - pole, [poles]
@@ -332,6 +332,6 @@ contains
             end if
          end associate
       end do
-   end subroutine numerators
+   end subroutine stop_fractions
 
 end module coupled_equation

@@ -5,7 +5,7 @@
 !> are closed, too.
 module coupled_modes
    use compliant_stop, only: is_rigid_stop, impedance_t
-   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, numerators, vectors_at
+   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, vectors_at
    use coupled_roots, only: find_coupled_roots
    use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_amplitudes, coupled_modes_t, &
       enlarge_terms, mirror_terms, pad_terms, sort_terms, terms_at
@@ -408,7 +408,7 @@ contains
       s = center + arm
       near = minloc(abs(problem%pole - s), dim=1)
       call distances(problem%secular_t, near, s - problem%pole(near), distance)
-      call numerators(problem, s, distance, n, m, n_slope, m_slope)
+      call stop_fractions(problem, s, distance, n, m, n_slope, m_slope)
       matrix = 0.0_wp
       identity = 0.0_wp
       do j = 1, size(n)

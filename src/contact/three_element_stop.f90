@@ -22,7 +22,7 @@ contains
 
    !> Make model B from the dimensionless ratios of the paper (Irie, Yamada, Asano 1977).
    elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
-      !> Stiffness ratio kappa = k/(3 E Ibar/L^3)
+      !> Stiffness ratio kappa = k/(3 E Ibar/L^3), with Ibar that of the section of mean height
       real(wp), intent(in) :: stiffness_ratio
       !> Stiffness beta of the branch spring over k
       real(wp), intent(in) :: branch_ratio

@@ -70,7 +70,7 @@ contains
             has_ramp = abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp
             has_harmonic = is_nonzero(segment(g)%harmonic)
             if (has_harmonic) work = work + work_of_harmonic(segment(g), phasor(self%loads%harmonic(g)), uncoupled, &
-               oscillators%square, set%backward(:, g), self%z, self%v, z, v)
+               oscillators%square, set%adjoint(:, g), self%z, self%v, z, v)
             if (.not. (has_ramp .or. has_driven)) cycle
             ramp = segment(g)
             ramp%harmonic = 0.0_wp
@@ -98,7 +98,7 @@ contains
    end subroutine add_uncoupled_modes
 
    !> Work of a harmonic load on modes in free vibration.
-   pure function work_of_harmonic(load, phasor, uncoupled, square, backward, z0, v0, z, v) result(work)
+   pure function work_of_harmonic(load, phasor, uncoupled, square, adjoint, z0, v0, z, v) result(work)
       type(load_segment_t), intent(in) :: load
       !> exp(i w t) of the load
       complex(wp), intent(in) :: phasor
@@ -106,8 +106,8 @@ contains
       real(wp), contiguous, intent(in) :: uncoupled(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)
-      !> `unit_responses_t%backward` of the load, zero for modes driven from rest, [modes]
-      complex(wp), contiguous, intent(in) :: backward(:)
+      !> `unit_responses_t%adjoint` of the load, zero for modes driven from rest, [modes]
+      complex(wp), contiguous, intent(in) :: adjoint(:)
       !> State at the start of the phase, [modes]
       real(wp), contiguous, intent(in) :: z0(:)
       real(wp), contiguous, intent(in) :: v0(:)
@@ -130,8 +130,8 @@ contains
             real_change = uncoupled(i)*(p*cosine - r*sine - square(i)*z0(i))
             imaginary_change = uncoupled(i)*(p*sine + r*cosine - load%frequency*v0(i))
          end associate
-         real_part = real_part + (real(backward(i), wp)*real_change - aimag(backward(i))*imaginary_change)
-         imaginary_part = imaginary_part + (real(backward(i), wp)*imaginary_change + aimag(backward(i))*real_change)
+         real_part = real_part + (real(adjoint(i), wp)*real_change - aimag(adjoint(i))*imaginary_change)
+         imaginary_part = imaginary_part + (real(adjoint(i), wp)*imaginary_change + aimag(adjoint(i))*real_change)
       end do
       work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
    end function work_of_harmonic
@@ -188,8 +188,8 @@ contains
                if (.not. is_nonzero(segment%harmonic)) cycle
                associate (c => segment%harmonic, rotation => phasor(self%loads%harmonic(g)), &
                   sigma => cmplx(0.0_wp, segment%frequency, wp))
-                  work = work + 0.5_wp*real(c*work_of_rotation(set%forward_work(:, g), coupled%exponent + sigma, time, &
-                     rotation, term, amplitude) + conjg(c)*work_of_rotation(set%backward_work(:, g), &
+                  work = work + 0.5_wp*real(c*work_of_rotation(set%work_plus(:, g), coupled%exponent + sigma, time, &
+                     rotation, term, amplitude) + conjg(c)*work_of_rotation(set%work_minus(:, g), &
                      coupled%exponent - sigma, time, conjg(rotation), term, amplitude), wp)
                   do m = 1, size(set%resonant_terms)
                      if (set%resonant_load(m) /= g) cycle

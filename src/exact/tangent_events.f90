@@ -28,8 +28,8 @@ contains
 
       real(wp) :: column_size
 
-      call find_rates(now, 0.0_wp, tangent%rates_at_start)
-      call shift_columns(tangent%rates_at_start, -1.0_wp, tangent)
+      call find_rates(now, 0.0_wp, tangent%boundary_rates)
+      call shift_columns(tangent%boundary_rates, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
       column_size = column_norm(tangent, 1, now%beam%oscillators)
       ! a single column belongs to a Lyapunov exponent, which needs the logarithm of its size alone
@@ -37,7 +37,7 @@ contains
       tangent%log_scale = tangent%log_scale + log(column_size)
       tangent%q = tangent%q/column_size
       tangent%v = tangent%v/column_size
-      tangent%memory = tangent%memory/column_size
+      tangent%branch_force = tangent%branch_force/column_size
       tangent%delay = tangent%delay/column_size
    end subroutine begin_columns
 
@@ -46,7 +46,7 @@ contains
       !> Unallocated: there are no variations
       type(tangent_t), allocatable, intent(inout) :: tangent
 
-      if (allocated(tangent)) call shift_columns(tangent%rates_at_start, 1.0_wp, tangent)
+      if (allocated(tangent)) call shift_columns(tangent%boundary_rates, 1.0_wp, tangent)
    end subroutine revert_columns
 
    !> End of a phase: propagate each column, and shift it to its own instant of the event.
@@ -66,24 +66,24 @@ contains
       integer :: i
 
       if (search%outcome == found_never_positive) then
-         call shift_columns(tangent%rates_at_start, 1.0_wp, tangent)
+         call shift_columns(tangent%boundary_rates, 1.0_wp, tangent)
          return
       end if
       call propagate_columns(now, search%time, tangent)
       tangent%delay = 0.0_wp
       call find_rates(now, search%time, rates)
-      if (ended_at == 0) tangent%rates_at_start = rates
+      if (ended_at == 0) tangent%boundary_rates = rates
       if (ended_at == 0) return
       call find_load_changes(now, search%time, tangent, by_parameter, load_rate)
       no_change = 0.0_wp
-      slope = signal_change(now, ended_at, ended_by, rates%q, rates%v, rates%memory, load_rate)
+      slope = signal_change(now, ended_at, ended_by, rates%q, rates%v, rates%branch_force, load_rate)
       if (ended_by == end_gap .and. now%states(ended_at)%is_rigid) tangent%min_speed = &
          min(tangent%min_speed, abs(slope))
       ! at a grazing event (zero rate) the derivative does not exist: a large finite delay stands for it
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
       do i = 1, size(tangent%delay)
          tangent%delay(i) = -signal_change(now, ended_at, ended_by, tangent%q(:, i), tangent%v(:, i), &
-            tangent%memory(:, i), merge(by_parameter, no_change, i == size(tangent%delay) .and. &
+            tangent%branch_force(:, i), merge(by_parameter, no_change, i == size(tangent%delay) .and. &
             tangent%parameter /= by_nothing))/slope
       end do
       call shift_columns(rates, 1.0_wp, tangent)
@@ -116,7 +116,7 @@ contains
    end subroutine record_sizes
 
    !> Change of the signal that ends a phase by a small change of state and loads.
-   function signal_change(now, k, ended_by, q, v, memory, load) result(change)
+   function signal_change(now, k, ended_by, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> One of the `end_` constants
@@ -125,7 +125,7 @@ contains
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
       !> Changes of branch forces P2, [contacts]
-      real(wp), intent(in) :: memory(:)
+      real(wp), intent(in) :: branch_force(:)
       !> Changes of the loads, [loads]
       real(wp), intent(in) :: load(:)
       real(wp) :: change
@@ -134,16 +134,16 @@ contains
          select case (ended_by)
          case (end_gap)
             change = gap
-            if (has_branch_force(state)) change = gap - memory(k)/state%spring%stiffness
+            if (has_branch_force(state)) change = gap - branch_force(k)/state%spring%stiffness
          case (end_undeformed)
             change = -gap
          case (end_renewed_contact)
-            change = -force_change(now, k, q, v, 0.0_wp*memory)
+            change = -force_change(now, k, q, v, 0.0_wp*branch_force)
          case (end_force)
             if (state%is_rigid) then
-               change = reaction_change(now, k, q, v, memory, load)
+               change = reaction_change(now, k, q, v, branch_force, load)
             else
-               change = force_change(now, k, q, v, memory)
+               change = force_change(now, k, q, v, branch_force)
             end if
          case default
             change = 0.0_wp
@@ -152,26 +152,26 @@ contains
    end function signal_change
 
    !> Change of the force of a compliant contact by a change of state.
-   pure function force_change(now, k, q, v, memory) result(change)
+   pure function force_change(now, k, q, v, branch_force) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      real(wp), intent(in) :: memory(:)
+      real(wp), intent(in) :: branch_force(:)
       real(wp) :: change
 
       associate (spring => now%states(k)%spring, b => now%beam%value(:, k))
-         change = memory(k) - spring%viscosity*sum(b*v) - spring%stiffness*sum(b*q)
+         change = branch_force(k) - spring%viscosity*sum(b*v) - spring%stiffness*sum(b*q)
       end associate
    end function force_change
 
    !> Change of the reaction of a closed rigid contact by a change of state and loads.
-   function reaction_change(now, k, q, v, memory, load) result(change)
+   function reaction_change(now, k, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      real(wp), intent(in) :: memory(:)
+      real(wp), intent(in) :: branch_force(:)
       real(wp), intent(in) :: load(:)
       real(wp) :: change
 
@@ -188,7 +188,7 @@ contains
             if (now%loads%count > 0) change = change - sum(set%forced%share(place, :)*load)
             do i = 1, size(set%compliant)
                change = change - constrained%share(place, set%compliant(i))*force_change(now, set%compliant(i), q, v, &
-                  memory)
+                  branch_force)
             end do
             return
          end if
@@ -201,7 +201,7 @@ contains
          do i = 1, size(set%compliant)
             associate (other => set%compliant(i))
                if (.not. now%states(other)%is_rigid) forces = forces - beam%value(:, other) &
-                  *force_change(now, other, q, v, memory)
+                  *force_change(now, other, q, v, branch_force)
             end associate
          end do
          allocate (reaction(size(rigid)))

@@ -1,7 +1,7 @@
 !> Variations of a motion during a phase, the motion between two events (docs/theory.md, section 22). A variation is the
 !> derivative of the state by the initial state or by a load parameter, stored as a column of a matrix. The motion of a
 !> phase is linear, so its closed form applies to each variation. The state holds the displacements q and velocities v
-!> of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch (`memory`).
+!> of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch (`branch_force`).
 module tangent_flow
    use constrained_sets, only: constrained_set_t
    use contact_states, only: contact_state_t
@@ -69,7 +69,7 @@ contains
             rates%q = v
             rates%v = a
          end if
-         rates%memory = [(0.0_wp, k=1, size(now%states))]
+         rates%branch_force = [(0.0_wp, k=1, size(now%states))]
          do k = 1, size(now%states)
             if (.not. has_branch_force(now%states(k))) cycle
             associate (spring => now%states(k)%spring)
@@ -77,10 +77,11 @@ contains
                if (place > 0) then
                   branch = sum(real(set%coupled%branch(place, :)*term, wp))
                   if (now%loads%count > 0) branch = branch + sum(row_at([set%forced%at%branches + k]))
-                  rates%memory(k) = -spring%branch_stiffness*sum(constrained%value(:, k)*v) &
+                  rates%branch_force(k) = -spring%branch_stiffness*sum(constrained%value(:, k)*v) &
                      - spring%relaxation_rate*branch
                else
-                  rates%memory(k) = -spring%recovery_rate*now%states(k)%branch_force*exp(-spring%recovery_rate*time)
+                  rates%branch_force(k) = -spring%recovery_rate*now%states(k)%branch_force &
+                     *exp(-spring%recovery_rate*time)
                end if
             end associate
          end do
@@ -127,7 +128,8 @@ contains
       do i = 1, size(tangent%delay)
          is_driven = i == size(tangent%delay) .and. tangent%parameter /= by_nothing
          if (size(now%set%compliant) > 0) then
-            call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), tangent%memory(:, i))
+            call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), &
+               tangent%branch_force(:, i))
          else
             call flow_uncoupled(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i))
          end if
@@ -135,9 +137,9 @@ contains
       do k = 1, size(now%states)
          if (any(now%set%compliant == k)) cycle
          if (has_branch_force(now%states(k))) then
-            tangent%memory(k, :) = tangent%memory(k, :)*exp(-now%states(k)%spring%recovery_rate*time)
+            tangent%branch_force(k, :) = tangent%branch_force(k, :)*exp(-now%states(k)%spring%recovery_rate*time)
          else
-            tangent%memory(k, :) = 0.0_wp
+            tangent%branch_force(k, :) = 0.0_wp
          end if
       end do
    end subroutine propagate_columns
@@ -227,7 +229,7 @@ contains
    end subroutine add_mode_response
 
    !> Propagate a column if compliant contacts are closed.
-   subroutine flow_compliant(now, time, change, is_driven, q, v, memory)
+   subroutine flow_compliant(now, time, change, is_driven, q, v, branch_force)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
@@ -236,7 +238,7 @@ contains
       !> One column, [free modes], [free modes], [contacts]
       real(wp), intent(inout) :: q(:)
       real(wp), intent(inout) :: v(:)
-      real(wp), intent(inout) :: memory(:)
+      real(wp), intent(inout) :: branch_force(:)
 
       ! state of the constrained modes at the start and at the time
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
@@ -255,8 +257,8 @@ contains
          end if
          zeros = 0.0_wp
          indentation = -matmul(z0, constrained%value(:, compliant))
-         call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, indentation, memory(compliant), z0, &
-            v0, term)
+         call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, indentation, branch_force(compliant), &
+            z0, v0, term)
          term = coupled%weight*term*exp(coupled%exponent*time)
          if (is_driven) then
             do g = 1, size(change)
@@ -270,7 +272,7 @@ contains
          end if
          z1 = real(matmul(coupled%shape, term), wp)
          v1 = real(matmul(coupled%shape, coupled%exponent*term), wp)
-         memory(compliant) = real(matmul(coupled%branch, term), wp)
+         branch_force(compliant) = real(matmul(coupled%branch, term), wp)
          if (size(coupled%inactive) > 0) call flow_inactive(z1, v1)
          call to_free_modes(constrained, z1, v1, q, v)
       end associate

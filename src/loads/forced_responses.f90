@@ -27,8 +27,8 @@ module forced_responses
    !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
    real(wp), parameter :: resonant = 0.02_wp
 
-   !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest: bounds grow with the
-   !> length of the phase.
+   !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest. The bounds
+   !> on a gap and its derivatives, by which the search for events proceeds, grow with the length of the phase.
    real(wp), parameter :: max_periods = 2.0_wp
 
    !> Index of the row before the first row of each kind, and number of all rows.
@@ -67,23 +67,25 @@ module forced_responses
       real(wp), allocatable :: constant(:, :), ramp(:, :)
       !> Response to exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
-      !> Response of each uncoupled mode to exp(i W t) with negative damping, for the work of the load, [modes, loads]
-      complex(wp), allocatable :: backward(:, :)
+      !> Response of each uncoupled mode to exp(i W t) by the adjoint equation, which has the damping of the other sign.
+      !> It gives the work of the load on the free motion in closed form, [modes, loads]
+      complex(wp), allocatable :: adjoint(:, :)
       !> Modal loads of the set, [modes, loads]
       real(wp), allocatable :: load(:, :)
-      !> Shares of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
+      !> Part of a unit load that goes directly into the reaction of each closed rigid contact, before the modes
+      !> respond, [closed, loads]
       real(wp), allocatable :: share(:, :)
       !> Modes driven from rest, which the other components omit
       type(mode_from_rest_t), allocatable :: driven(:)
-      !> With closed compliant contacts: loads on the terms exp(s t) of the motion (`coupled_terms`), and these times
-      !> s/(s + i W) and s/(s - i W) for the frequency W of the load, [count, loads]. `backward_work` omits terms in
-      !> resonance; these terms, and the load of each
-      complex(wp), allocatable :: term_load(:, :), forward_work(:, :), backward_work(:, :)
+      !> With closed compliant contacts: generalized unit load of each term exp(s t) of the motion (`coupled_terms`),
+      !> and these times s/(s + i W) and s/(s - i W), as in the integral of load times velocity with the frequency W of
+      !> the load, [count, loads]. `work_minus` omits terms in resonance; these terms, and the load of each
+      complex(wp), allocatable :: term_load(:, :), work_plus(:, :), work_minus(:, :)
       integer, allocatable :: resonant_terms(:), resonant_load(:)
       !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
-      !> A term with closed compliant contacts is so slow that surrogate harmonics replace the loads, or this is not
-      !> known yet
+      !> With closed compliant contacts: a term hardly decays during a phase, so sums of harmonics approximate the loads
+      !> (module `surrogate_loads`). Also true until this has been examined
       logical :: has_slow_terms = .true.
       !> Without closed compliant contacts: gaps as signals, whose state and load response the caller sets, [contacts]
       type(driven_signal_t), allocatable :: gap(:)
@@ -145,7 +147,7 @@ contains
       else
          allocate (forced%load, source=loads%mode)
       end if
-      allocate (forced%backward(constrained%count, total), source=(0.0_wp, 0.0_wp))
+      allocate (forced%adjoint(constrained%count, total), source=(0.0_wp, 0.0_wp))
       do i = 1, size(constrained%closed)
          mobility(:, i) = [(sum(beam%value(:, constrained%closed(g))*beam%value(:, constrained%closed(i))), g=1, &
             size(constrained%closed))]
@@ -178,7 +180,7 @@ contains
          call response_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, &
             response)
          forced%harmonic(:, g) = response
-         forced%backward(:, g) = backward_of(constrained%oscillators, forced%load(:, g), loads%frequency(g), is_driven)
+         forced%adjoint(:, g) = adjoint_of(constrained%oscillators, forced%load(:, g), loads%frequency(g), is_driven)
       end do
       if (size(compliant) > 0) return
       allocate (forced%gap(contacts))
@@ -187,8 +189,8 @@ contains
       end do
    end subroutine make_unit_responses
 
-   !> Response of uncoupled modes to a harmonic load, with negative damping.
-   pure function backward_of(oscillators, load, frequency, left_out) result(response)
+   !> Response of uncoupled modes to a harmonic load by the adjoint equation (damping of the other sign).
+   pure function adjoint_of(oscillators, load, frequency, left_out) result(response)
       type(oscillators_t), intent(in) :: oscillators
       !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
@@ -202,7 +204,7 @@ contains
       response = (0.0_wp, 0.0_wp)
       damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
       where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
-   end function backward_of
+   end function adjoint_of
 
    !> Which modes are in resonance with a harmonic load?
    pure function resonates(oscillators, frequency) result(answer)
@@ -262,18 +264,18 @@ contains
       complex(wp), intent(out) :: response(:)
 
       complex(wp), dimension(constrained%count) :: dynamic, z, viscous
-      complex(wp), dimension(size(compliant)) :: flexibility, force, no_height
+      complex(wp), dimension(size(compliant)) :: flexibility, force, zero_gap
       integer :: k
 
       response = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + constrained%oscillators%two_zeta*s
       dynamic = s**2 + constrained%oscillators%mass_rate(:constrained%count)*s + viscous*constrained%oscillators%square
       if (size(compliant) > 0) then
-         no_height = (0.0_wp, 0.0_wp)
+         zero_gap = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
          where (.not. is_rigid_stop(spring(compliant))) flexibility = 1.0_wp/dynamic_stiffness(spring(compliant), s)
          call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, &
-            cmplx(merge(0.0_wp, forced%load(:, load), left_out), 0.0_wp, wp), no_height, force, z)
+            cmplx(merge(0.0_wp, forced%load(:, load), left_out), 0.0_wp, wp), zero_gap, force, z)
       else
          z = (0.0_wp, 0.0_wp)
          where (.not. left_out) z = forced%load(:, load)/dynamic

@@ -113,7 +113,7 @@ contains
 
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
    !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, alpha
-   !> of a mode of the beam includes 2 zeta W_i^2, and alpha of a body is the rate of its damper.
+   !> of a mode of the beam includes 2 zeta W_i^2, and alpha of a body is 2 xi W + c/m (damping ratio xi, damper c).
    pure function rates_of_modes(settings, square, body) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]

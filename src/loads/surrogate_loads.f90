@@ -67,20 +67,20 @@ contains
 
       ! the exponents of these products may have changed
       forced%products = power_form_t()
-      if (allocated(forced%term_load)) deallocate (forced%term_load, forced%forward_work, &
-         forced%backward_work, forced%resonant_terms, forced%resonant_load)
-      allocate (forced%term_load(size(exponent), loads%count), forced%forward_work(size(exponent), loads%count), &
-         forced%backward_work(size(exponent), loads%count))
+      if (allocated(forced%term_load)) deallocate (forced%term_load, forced%work_plus, &
+         forced%work_minus, forced%resonant_terms, forced%resonant_load)
+      allocate (forced%term_load(size(exponent), loads%count), forced%work_plus(size(exponent), loads%count), &
+         forced%work_minus(size(exponent), loads%count))
       allocate (forced%resonant_terms(0), forced%resonant_load(0))
       do g = 1, loads%count
          do m = 1, size(exponent)
             forced%term_load(m, g) = sum(shape(:, m)*forced%load(:, g))
             associate (rate => exponent(m)*forced%term_load(m, g))
-               forced%forward_work(m, g) = rate/(exponent(m) + cmplx(0.0_wp, loads%frequency(g), wp))
-               forced%backward_work(m, g) = (0.0_wp, 0.0_wp)
+               forced%work_plus(m, g) = rate/(exponent(m) + cmplx(0.0_wp, loads%frequency(g), wp))
+               forced%work_minus(m, g) = (0.0_wp, 0.0_wp)
                distance = exponent(m) - cmplx(0.0_wp, loads%frequency(g), wp)
                if (abs(distance) > resonant*loads%frequency(g)) then
-                  forced%backward_work(m, g) = rate/distance
+                  forced%work_minus(m, g) = rate/distance
                else if (loads%frequency(g) > 0.0_wp) then
                   forced%resonant_terms = [forced%resonant_terms, m]
                   forced%resonant_load = [forced%resonant_load, g]

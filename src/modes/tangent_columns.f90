@@ -19,17 +19,17 @@ module tangent_columns
    !> Time derivatives of the state.
    type :: state_rates_t
       !> Of the free modes, [modes], and of the force P2 (Maxwell branch) of each contact, [contacts]
-      real(wp), allocatable :: q(:), v(:), memory(:)
+      real(wp), allocatable :: q(:), v(:), branch_force(:)
    end type state_rates_t
 
    !> Columns of variations during a motion.
    type :: tangent_t
       !> Variations of the free modes, [modes, columns], and of the force P2 of each contact, [contacts, columns]
-      real(wp), allocatable :: q(:, :), v(:, :), memory(:, :)
+      real(wp), allocatable :: q(:, :), v(:, :), branch_force(:, :)
       !> Variation of the instant of the last event in each column, [columns]
       real(wp), allocatable :: delay(:)
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
-      type(state_rates_t) :: rates_at_start
+      type(state_rates_t) :: boundary_rates
       !> One of the `by_` constants, and the number of the load
       integer :: parameter = by_nothing
       integer :: load = 0
@@ -49,7 +49,7 @@ contains
       integer, intent(in) :: columns
       type(tangent_t), intent(inout) :: tangent
 
-      allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%memory(contacts, columns), &
+      allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%branch_force(contacts, columns), &
          tangent%delay(columns), source=0.0_wp)
    end subroutine allocate_tangent
 
@@ -86,7 +86,7 @@ contains
          associate (delay => factor*tangent%delay(i))
             tangent%q(:, i) = tangent%q(:, i) + rates%q*delay
             tangent%v(:, i) = tangent%v(:, i) + rates%v*delay
-            tangent%memory(:, i) = tangent%memory(:, i) + rates%memory*delay
+            tangent%branch_force(:, i) = tangent%branch_force(:, i) + rates%branch_force*delay
          end associate
       end do
    end subroutine shift_columns
@@ -102,7 +102,7 @@ contains
       associate (q => tangent%q(:, column), v => tangent%v(:, column), n => oscillators%underdamped, &
          last => oscillators%count)
          norm = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
-            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%memory(:, column)**2))
+            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%branch_force(:, column)**2))
       end associate
    end function column_norm
 

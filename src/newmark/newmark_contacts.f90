@@ -31,7 +31,7 @@ contains
 
       associate (state => run%states(run%now), contact => run%contacts(k))
          contact%status = is_open
-         ! only a flight after a rebound may count as a capture; for such a flight the caller sets this afterwards
+         ! only a flight that an impact or an impulse begins may count as a capture; the caller then sets this
          contact%may_be_capture = .false.
          contact%is_stopped = .false.
          contact%shift = 0.0_wp

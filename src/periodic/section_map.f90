@@ -290,7 +290,7 @@ contains
             tangent%v(i, modes + i) = 1.0_wp
          end do
          do k = 1, size(map%branch_contacts)
-            tangent%memory(map%branch_contacts(k), 2*modes + k) = 1.0_wp
+            tangent%branch_force(map%branch_contacts(k), 2*modes + k) = 1.0_wp
          end do
          tangent%parameter = map%parameter
          if (map%parameter /= by_nothing) tangent%load = index_of_load(map)
@@ -305,14 +305,14 @@ contains
       associate (tangent => result%end%tangent, derivative => result%derivative)
          derivative(:modes, :) = tangent%q
          derivative(modes + 1:2*modes, :) = tangent%v
-         derivative(2*modes + 1:, :) = tangent%memory(map%branch_contacts, :)
+         derivative(2*modes + 1:, :) = tangent%branch_force(map%branch_contacts, :)
          if (map%parameter == by_frequency) then
-            ! the run ends earlier by length/value per unit of the frequency; the component `rates_at_start` holds the
-            ! rates at its end after a run
+            ! the run ends earlier by length/value per unit of the frequency; after a run, `boundary_rates` holds
+            ! the time derivatives of the state at its end
             length = result%response%sections%period*real(map%periods, wp)
-            derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%rates_at_start%q, &
-               tangent%rates_at_start%v, &
-               tangent%rates_at_start%memory(map%branch_contacts)]
+            derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%boundary_rates%q, &
+               tangent%boundary_rates%v, &
+               tangent%boundary_rates%branch_force(map%branch_contacts)]
          end if
          result%min_speed = tangent%min_speed
       end associate
@@ -369,8 +369,8 @@ contains
    end subroutine set_unknowns
 
    !> Set the units of the unknowns: in each mode the displacement and the velocity whose energy is the total energy of
-   !> the motion; for free motions, the displacement in a period of the loads over 2 pi. Forces have the unit of
-   !> velocities, which is of the same magnitude.
+   !> the motion; in rigid-body modes, the displacement at that velocity in a period of the loads over 2 pi. Forces
+   !> have the unit of velocities, which is of the same magnitude.
    pure subroutine find_units(map, state, range)
       type(section_map_t), intent(inout) :: map
       type(section_state_t), intent(in) :: state
