@@ -205,7 +205,7 @@ contains
          character(*), intent(in) :: quantity
 
          factor = 1.0_wp
-         if (units%are_of_scene) factor = units%factor(quantity_named(quantity))
+         if (units%are_physical) factor = units%factor(quantity_named(quantity))
       end function factor
 
       !> Unit of a quantity for a heading. It has no prefix, because frequencies of a spectrum span decades and units of

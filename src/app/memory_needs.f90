@@ -6,7 +6,7 @@ module memory_needs
    use kinds, only: wp
    use machine_memory, only: free_addresses, free_memory, in_bytes
    use number_text, only: to_text
-   use value_rules, only: max_numbers
+   use value_rules, only: max_stored_numbers
    implicit none (type, external)
    private
    public :: memory_need_t, check_need, add_need, add_modes, add_samples, number_in_words, overhead, bytes_of_number
@@ -121,9 +121,9 @@ contains
       character(*), intent(in) :: advice
       type(memory_need_t), intent(inout) :: need
 
-      if (samples > max_numbers) then
+      if (samples > max_stored_numbers) then
          call refuse_need(need, group//' has '//number_in_words(samples)//' samples in a run, more than '// &
-            number_in_words(max_numbers), advice)
+            number_in_words(max_stored_numbers), advice)
       else
          call add_need(need, real(numbers, wp)*bytes_of_number*samples, &
             'runs of '//number_in_words(samples)//' samples', &

@@ -104,7 +104,7 @@ contains
             name%allowed = trim(measure%quantity)
             if (measure%group /= '') name%allowed = name%allowed//'; '//demand_of(measure%group)
             name%default = ''
-            name%meaning = words_in(units_t(are_of_scene=.true.), trim(measure%meaning))
+            name%meaning = words_in(units_t(are_physical=.true.), trim(measure%meaning))
             if (i >= first_of_stops .and. i < first_of_stops + size(statistics_of_stop)) name%meaning = name%meaning &
                //'; likewise stop_2 to stop_'//to_text(measured_stops)//', body_1 to body_'//to_text(measured_bodies) &
                //', floor_1 to floor_'//to_text(measured_bodies)

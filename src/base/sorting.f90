@@ -7,25 +7,26 @@ module sorting
 
 contains
 
-   !> Indices of numbers in ascending order; equal numbers stay in their order. Short runs are sorted by insertion from
-   !> their ends, which needs one comparison per number if they are already in order; then the runs are merged.
+   !> Indices of numbers in ascending order; equal numbers keep their order. The numbers are divided into short runs.
+   !> Each run is sorted by insertion, which compares a number first with the last number sorted, so that a run in
+   !> ascending order needs one comparison per number. Sorted runs are then merged in pairs until one remains.
    pure function ascending_order(values) result(order)
       real(wp), intent(in) :: values(:)
       integer :: order(size(values))
 
       ! length of a run that is sorted by insertion
-      integer, parameter :: run = 64
+      integer, parameter :: run_length = 64
       integer :: first, i, length, place
 
       do i = 1, size(values)
-         first = i - modulo(i - 1, run)
+         first = i - modulo(i - 1, run_length)
          do place = i, first + 1, -1
             if (values(order(place - 1)) <= values(i)) exit
             order(place) = order(place - 1)
          end do
          order(place) = i
       end do
-      length = run
+      length = run_length
       do while (length < size(values))
          do first = 1, size(values) - length, 2*length
             call merge_runs(values, order(first:min(first + 2*length - 1, size(values))), length)

@@ -6,7 +6,7 @@
 module beam_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
-   use section_shapes, only: area_of_shape, fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, &
+   use section_shapes, only: area_of_shape, outer_fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, &
       profile_cubic, &
       profile_linear, profile_stepped, section_settings_t, shape_general
    implicit none (type, external)
@@ -124,7 +124,7 @@ contains
          section%mean_area = area_of_shape(settings%shape, first, second)
          section%mean_inertia = inertia_of_shape(settings%shape, first, second)
          mean_height = sqrt(12.0_wp*section%mean_inertia/section%mean_area)
-         section%fibre = fibre_of_shape(settings%shape, first, second)/mean_height
+         section%fibre = outer_fibre_of_shape(settings%shape, first, second)/mean_height
       end associate
       section%shape = settings%shape
       section%profile = settings%profile
@@ -168,7 +168,7 @@ contains
          if (allocated(section%fibres)) then
             fibre = profile_value(section, section%fibres, tip_distance)
          else
-            fibre = fibre_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
+            fibre = outer_fibre_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
                section%first_curvature), profile_value(section, section%second, tip_distance, &
                section%second_curvature))*sqrt(section%mean_area/(12.0_wp*section%mean_inertia))
          end if

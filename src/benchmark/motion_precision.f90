@@ -229,7 +229,7 @@ contains
       end if
       call extrapolate(runs(1), runs(2), limit)
       check%difference = difference_of(limit, exact)
-      check%between_steps = difference_of(runs(1), limit)
+      check%longer_step_difference = difference_of(runs(1), limit)
    end subroutine check_reference
 
    !> Compare the run that represents the beam (converged in the mesh) with runs on half as many elements and with the

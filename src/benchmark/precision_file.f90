@@ -96,7 +96,7 @@ contains
          call check%attribute('failure', study%check%failure)
          call check%add('pair', [1, 2], '1', &
             '1: the longer step and the extrapolation; 2: the extrapolation and the reference', is_scale=.true.)
-         call write_errors(check, 'difference', [study%check%between_steps, study%check%difference], 'pair')
+         call write_errors(check, 'difference', [study%check%longer_step_difference, study%check%difference], 'pair')
       end associate
    end subroutine write_motion
 

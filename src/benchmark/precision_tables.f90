@@ -23,7 +23,7 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       write (unit, '(2x, a)') processor_name()//', '//compiler_name()//', '//kind_of_build()
       if (allocated(study%runs)) call print_motion(unit, study)
-      if (allocated(study%beam)) call print_beam(unit, study)
+      if (allocated(study%beam)) call print_fastest(unit, study)
       if (allocated(study%parts)) call print_parts(unit, study)
       if (allocated(study%curves)) call print_curves(unit, study)
       if (allocated(study%savings)) call print_savings(unit, study)
@@ -40,7 +40,7 @@ contains
       integer :: i
 
       write (unit, '(/, 2x, a22, a16, 7a10, a11, a)') adjustl('method                '), 'varied', 'value', 'tau_1', &
-         'v_1', 'history', 'energy', 'impulse', 'ledger', 'seconds', '  quartiles'
+         'v_1', 'history', 'energy', 'impulse', 'balance', 'seconds', '  quartiles'
       do i = 1, size(study%runs)
          associate (entry => study%runs(i), errors => study%runs(i)%errors)
             if (allocated(study%beam) .and. entry%varied == varied_mesh .and. &
@@ -58,28 +58,29 @@ contains
                '  '//short(entry%run_time%lower_quartile)//' ... '//short(entry%run_time%upper_quartile)
          end associate
       end do
-      write (unit, '(2x, a, f0.3)') 'differences from exact motion, all modes, hop tolerance 1e-14, up to tau = ', &
-         study%horizon
+      write (unit, '(2x, a, f0.3)') 'differences from the reference, up to tau = ', study%horizon
+      write (unit, '(2x, a)') 'reference: exact motion of the model in all its modes, with a hop tolerance of 1e-14'
       associate (check => study%check)
          if (check%failure /= '') then
-            write (unit, '(2x, a)') 'no check of this reference: '//trim(check%failure)
+            write (unit, '(2x, a)') 'the check of the reference failed: '//trim(check%failure)
          else
-            write (unit, '(2x, a, es8.1)') 'this reference against average_acceleration extrapolated from two '// &
-               'steps, the longer ', &
-               check%steps(1)
-            write (unit, '(2x, a48, 5es10.1)') 'that step from the extrapolation', check%between_steps%impact_tau, &
-               check%between_steps%impact_velocity, check%between_steps%history, check%between_steps%energy, &
-               check%between_steps%impulse
-            write (unit, '(2x, a48, 5es10.1)') 'the extrapolation from the reference', check%difference%impact_tau, &
-               check%difference%impact_velocity, check%difference%history, check%difference%energy, &
-               check%difference%impulse
+            write (unit, '(2x, a, es8.1)') 'check of the reference by average_acceleration, extrapolated from two '// &
+               'steps, of which the longer is', check%steps(1)
+            associate (of_longer_step => check%longer_step_difference)
+               write (unit, '(2x, a48, 5es10.1)') 'difference of longer step and extrapolation', &
+                  of_longer_step%impact_tau, of_longer_step%impact_velocity, of_longer_step%history, &
+                  of_longer_step%energy, of_longer_step%impulse
+            end associate
+            write (unit, '(2x, a48, 5es10.1)') 'difference of extrapolation and reference', &
+               check%difference%impact_tau, check%difference%impact_velocity, check%difference%history, &
+               check%difference%energy, check%difference%impulse
          end if
       end associate
    end subroutine print_motion
 
    !> Print the fastest run of each scheme within each error bound, and the contributions of step and mesh to the error
    !> of Newmark's method on the scene's mesh.
-   subroutine print_beam(unit, study)
+   subroutine print_fastest(unit, study)
       !> Unit of the output
       integer, intent(in) :: unit
       !> Results of the study
@@ -88,24 +89,25 @@ contains
       integer :: i, k
 
       associate (entries => study%runs, beam => study%beam, schemes => schemes_of(study%runs))
-         write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
-            study%horizon, ': ms, elements, step'
+         write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with an error of eta (difference from the fine mesh) below ' &
+            //'each bound, up to tau = ', study%horizon, ': time in ms, elements, step'
          ! one column for each scheme, by the first entry of the scheme
-         write (unit, '(2x, a8, *(a36))') 'error', (trim(scheme_name(entries(schemes(k)))), k=1, size(schemes))
+         write (unit, '(2x, a8, *(a36))') 'bound', (trim(scheme_name(entries(schemes(k)))), k=1, size(schemes))
          do i = 1, size(error_bounds)
             write (unit, '(2x, es8.0, *(a36))') error_bounds(i), &
                (cell(fastest_of(entries, entries(schemes(k)), error_bounds(i))), k=1, size(schemes))
          end do
-         write (unit, '(2x, a, i0, a, es8.1)') 'the beam: exact, '//trim(mass_names(beam%mass))//', ', beam%elements, &
-            ' elements; on half of them eta differs by', beam%half_mesh_difference%history
-         write (unit, '(2x, a, es8.1)') 'of the fourth order, it is known to', beam%uncertainty
+         write (unit, '(2x, a, i0, a, es8.1)') 'fine mesh: exact motion, '//trim(mass_names(beam%mass))//', ', &
+            beam%elements, ' elements; with half as many elements eta differs by', beam%half_mesh_difference%history
+         write (unit, '(2x, a, es8.1)') 'error of eta on the fine mesh, estimated for convergence of order four:', &
+            beam%uncertainty
          if (beam%other_mass_failure /= '') then
-            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%other_mass_failure)
+            write (unit, '(2x, a)') 'the run with the other mass matrix failed: '//trim(beam%other_mass_failure)
          else
-            write (unit, '(2x, a, es8.1)') 'with the other mass matrix, extrapolated where of first order, by', &
+            write (unit, '(2x, a, es8.1)') 'with the other mass matrix (extrapolated if of order one) eta differs by', &
                beam%other_mass_difference%history
          end if
-         write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', "the step's", "the mesh's", 'both'
+         write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', 'by step', 'by mesh', 'by both'
          do i = 1, size(entries)
             if (entries(i)%varied == varied_step) write (unit, '(2x, a22, 4es12.1)') &
                integrator_names(entries(i)%integrator), entries(i)%step, error_contributions(entries, i)
@@ -129,7 +131,7 @@ contains
          text = adjustr(text)
       end function cell
 
-   end subroutine print_beam
+   end subroutine print_fastest
 
    !> Value of the setting that an entry varies.
    pure function value_of(entry) result(value)
@@ -172,15 +174,15 @@ contains
       end do
    end subroutine print_parts
 
-   !> Print the run times without and with each skip.
+   !> Print the run times with and without each computation that is omitted if a scene does not need it.
    subroutine print_savings(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
 
       integer :: i
 
-      write (unit, '(/, 2x, a32, 2a11, a8, a12, a)') adjustl('seconds without and with a skip '), 'without', 'with', &
-         'saved', 'difference', '  of'
+      write (unit, '(/, 2x, a32, 2a11, a8, a12, a)') adjustl('omitted computation             '), 'computed, s', &
+         'omitted, s', 'saved', 'difference', '  of'
       do i = 1, size(study%savings)
          associate (saving => study%savings(i))
             write (unit, '(2x, a32, 2es11.2, i6, a)', advance='no') saving%name(:32), saving%without%median, &
@@ -195,7 +197,7 @@ contains
       end do
    end subroutine print_savings
 
-   !> Print the exponents of the growth curves.
+   !> Print how run times and numbers of events grow, as exponents of power laws.
    subroutine print_curves(unit, study)
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
@@ -203,7 +205,7 @@ contains
       integer :: i, last
 
       if (size(study%curves) == 0) return
-      write (unit, '(/, 2x, a40, a12, a10, a)') adjustl('growth                                  '), 'with', &
+      write (unit, '(/, 2x, a40, a12, a10, a)') adjustl('growth as a power                       '), 'of', &
          'exponent', '  from ... to'
       do i = 1, size(study%curves)
          associate (curve => study%curves(i))
@@ -222,7 +224,7 @@ contains
       integer, intent(in) :: unit
       type(precision_t), intent(in) :: study
 
-      character(*), parameter :: rounding = '  rounding takes over beyond'
+      character(*), parameter :: rounding = '  rounding errors dominate on finer meshes'
       integer :: i, rounding_mesh
 
       write (unit, '(/, 2x, a12, a10, a8, 2a12, a11)') adjustl('solver      '), 'elements', 'ratio', 'lambda_1', &
@@ -236,7 +238,7 @@ contains
             write (unit, '()')
          end associate
       end do
-      write (unit, '(2x, a)') 'relative errors; -1: no exact value, or the solver gave none'
+      write (unit, '(2x, a)') 'relative errors of lambda; -1: no exact value is known, or the solver found none'
    end subroutine print_solvers
 
 end module precision_tables

@@ -86,7 +86,7 @@ module precision_types
       !> The two steps, tau
       real(wp) :: steps(2) = 0.0_wp
       !> Differences of the run with the longer step from the extrapolation, and of the extrapolation from the reference
-      type(motion_errors_t) :: between_steps
+      type(motion_errors_t) :: longer_step_difference
       type(motion_errors_t) :: difference
       !> Reason of a failure; empty: the check succeeded
       character(failure_length) :: failure = ''

@@ -10,9 +10,9 @@ module contact_phase
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: phasor_of
+   use exponential_sums, only: exponential_sums_t
    use forced_responses, only: find_rows_at
    use history_list, only: acceleration_stop, acceleration_tip, eta_stop, eta_tip, force_stop, velocity_stop
-   use interval_sums, only: interval_sums_t
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
@@ -55,7 +55,7 @@ module contact_phase
       type(contact_record_t), allocatable :: records(:)
       integer :: recorded = 0
       !> Accelerations at the contacts and of the tip in the present phase; unallocated: not requested yet
-      type(interval_sums_t), allocatable :: accelerations
+      type(exponential_sums_t), allocatable :: accelerations
       !> Histories of each body, [bodies]
       type(body_record_t), allocatable :: bodies(:)
       !> The phase as an interval that observers can evaluate

@@ -6,8 +6,8 @@ module phase_intervals
    use contact_values, only: gap_bound_of_terms
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy
+   use exponential_sums, only: exponential_sums_t
    use flight_peaks, only: find_peak
-   use interval_sums, only: interval_sums_t
    use kinds, only: wp
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
@@ -53,7 +53,7 @@ module phase_intervals
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
-      procedure :: expand
+      procedure :: expand_in_exponentials
       procedure :: energy
       procedure :: dissipated
    end type phase_interval_t
@@ -69,10 +69,10 @@ contains
       associate (state => self%now%states(k))
          contact%number = state%contact%number
          contact%sign = state%contact%sign
-         contact%height = self%now%beam%observed_height(k)
+         contact%signed_height = self%now%beam%observed_height(k)
          contact%is_closed = self%now%set%is_closed(k)
          contact%is_compliant = .not. has_rigid_stop(state)
-         contact%has_force = .not. state%is_rigid
+         contact%has_finite_force = .not. state%is_rigid
          contact%is_active = state%is_active
          contact%has_zero_gap = contact%is_closed .and. .not. contact%is_compliant
          contact%flights = state%flights
@@ -188,11 +188,11 @@ contains
    end function has_history
 
    !> Find the maximum of an output row.
-   subroutine seek_peak(self, row, stretch, known, peak)
+   subroutine seek_peak(self, row, span, known, peak)
       class(phase_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
       !> Start and end of the part of the phase that is searched
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       !> Only a maximum above this value is reported
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
@@ -201,18 +201,18 @@ contains
       class(transformable_signal_t), pointer :: signal
       ! maximum of the signal known from the search for the end of the phase
       real(wp) :: known_max, threshold
-      ! factor 1 and offset 0; the maximum is certain; the stretch is the whole phase
+      ! factor 1 and offset 0; the maximum is certain; the span is the whole phase
       logical :: is_unscaled, is_certain, is_whole
 
-      is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
+      is_whole = .not. (span(1) > 0.0_wp .or. span(2) < self%length)
       is_unscaled = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
       peak%still_rises = .false.
       threshold = known
       if (is_on_path(self%now, self%length, row)) then
          peak%value = known
-         call max_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), stretch, &
+         call max_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), span, &
             max(row%scale, 0.0_wp), peak%is_found, peak%value, peak%time)
-         peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
+         peak%still_rises = peak%is_found .and. .not. peak%time < span(2)
          return
       end if
       ! no value is known yet; half of `huge` avoids overflow in the products below
@@ -233,18 +233,18 @@ contains
          end associate
          threshold = max(threshold, known_max*(1.0_wp + peak_tolerance))
       end if
-      if (stretch(1) > 0.0_wp .or. .not. is_unscaled) then
-         call signal%transform(stretch(1), row%factor, row%offset, 0, part)
+      if (span(1) > 0.0_wp .or. .not. is_unscaled) then
+         call signal%transform(span(1), row%factor, row%offset, 0, part)
          signal => part
       end if
       if (row%scale < 0.0_wp) then
-         call find_maximum(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+         call find_maximum(signal, span(2) - span(1), threshold, peak%is_found, peak%still_rises, peak%value, &
             peak%time, extreme_search=peak%search_state)
       else
-         call find_maximum(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+         call find_maximum(signal, span(2) - span(1), threshold, peak%is_found, peak%still_rises, peak%value, &
             peak%time, row%scale, peak%search_state)
       end if
-      peak%time = stretch(1) + peak%time
+      peak%time = span(1) + peak%time
       if (peak%is_found .or. .not. known_max*(1.0_wp + peak_tolerance) > known) return
       peak%is_found = .true.
       peak%value = known_max
@@ -262,10 +262,10 @@ contains
    end function range_of
 
    !> Find the first turning point of an output row.
-   subroutine seek_turn(self, row, stretch, direction, is_found, time)
+   subroutine seek_turn(self, row, span, direction, is_found, time)
       class(phase_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
@@ -273,7 +273,7 @@ contains
       class(transformable_signal_t), pointer :: signal
 
       call find_signal(self, row, signal)
-      call find_turn(signal, stretch, direction, is_found, time)
+      call find_turn(signal, span, direction, is_found, time)
    end subroutine seek_turn
 
    !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
@@ -313,13 +313,13 @@ contains
    end subroutine record_gap
 
    !> Integrals of all output rows except bending moments, and of their squares.
-   subroutine integrate(self, stretch, first, second)
+   subroutine integrate(self, span, integrals, square_integrals)
       class(phase_interval_t), intent(inout) :: self
       !> Start and end of the integrals, since the start of the phase
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       !> Integral of each output row and of its square, [rows]
-      real(wp), intent(out) :: first(:)
-      real(wp), intent(out) :: second(:)
+      real(wp), intent(out) :: integrals(:)
+      real(wp), intent(out) :: square_integrals(:)
 
       ! rows of displacements at places, of the tip, and of forces of closed contacts; their integrals
       type(output_row_t) :: rows(2*self%contacts + 1)
@@ -359,7 +359,7 @@ contains
             ! a tip at a contact needs no sum of its own
             m = n
             if (tip_place > 0) m = n - 1
-            call integrate_on_path(now, stretch(1), stretch(2) - stretch(1), signals(:m), row_integral(:m), &
+            call integrate_on_path(now, span(1), span(2) - span(1), signals(:m), row_integral(:m), &
                square_integral(:m))
             if (tip_place > 0) then
                row_integral(n) = now%beam%tip_sign(rows(tip_place)%number)*row_integral(tip_place)
@@ -371,32 +371,32 @@ contains
                call find_signals(now, self%length, rows(:places)%number, rows(places + 1:n - 1)%number &
                   - self%tip_row(), self%signals)
             end if
-            call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, row_integral(:n), &
+            call integrate_signals(self%signals, span(1), span(2), set%squares, row_integral(:n), &
                square_integral(:n))
             ! `find_signals` orders the tip before the forces
             row_integral(places + 1:n) = cshift(row_integral(places + 1:n), 1)
             square_integral(places + 1:n) = cshift(square_integral(places + 1:n), 1)
          end if
-         first = 0.0_wp
-         second = 0.0_wp
-         first(rows(:n)%number) = row_integral(:n)
-         second(rows(:n)%number) = square_integral(:n)
+         integrals = 0.0_wp
+         square_integrals = 0.0_wp
+         integrals(rows(:n)%number) = row_integral(:n)
+         square_integrals(rows(:n)%number) = square_integral(:n)
          do k = 1, self%contacts
             if (now%colocated(k) == k) cycle
-            first(k) = now%colocated_sign(k)*first(now%colocated(k))
-            second(k) = second(now%colocated(k))
+            integrals(k) = now%colocated_sign(k)*integrals(now%colocated(k))
+            square_integrals(k) = square_integrals(now%colocated(k))
          end do
       end associate
    end subroutine integrate
 
    !> Rows as sums of exponentials.
-   subroutine expand(self, rows, sums)
+   subroutine expand_in_exponentials(self, rows, sums)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: rows(:)
-      type(interval_sums_t), intent(out) :: sums
+      type(exponential_sums_t), intent(out) :: sums
 
       call find_sums(self%now, self%moments, self%length, rows, sums)
-   end subroutine expand
+   end subroutine expand_in_exponentials
 
    !> Energy of beam and stops.
    function energy(self, time)

@@ -13,7 +13,7 @@ module phase_rows
       observed_tip
    use row_basis, only: has_terms, make_row_basis, row_basis_t, set_row
    use row_search, only: search_rows
-   use row_signals, only: max_nodes, row_signal_t
+   use row_signals, only: max_steps, row_signal_t
    implicit none (type, external)
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
@@ -214,8 +214,8 @@ contains
             if (size(path%z, 1) /= n .or. size(path%rows, 1) /= lanes*basis%blocks) deallocate (path%z, path%rows, &
                path%bounds)
          end if
-         if (.not. allocated(path%z)) allocate (path%z(n, 2, 0:max_nodes), path%rows(lanes*basis%blocks, &
-            0:max_nodes), path%bounds(lanes*basis%blocks, 0:max_nodes))
+         if (.not. allocated(path%z)) allocate (path%z(n, 2, 0:max_steps), path%rows(lanes*basis%blocks, &
+            0:max_steps), path%bounds(lanes*basis%blocks, 0:max_steps))
          associate (z => path%z(:, :, 0))
             z = 0.0_wp
             if (size(set%compliant) > 0) then
@@ -387,7 +387,7 @@ contains
          signals(first:n) = signals(first + 1:n + 1)
          contact(first:n) = contact(first + 1:n + 1)
          kind(first:n) = kind(first + 1:n + 1)
-         last = self%path%count
+         last = self%path%steps
          call search_rows(self%set%shared%basis, limit, signals(:n), self%path, first, time, last)
       end do
       ended_at = 0
@@ -441,7 +441,7 @@ contains
 
       associate (path => self%path, contacts => size(self%states))
          is = path%is_complete .and. row%number <= 2*contacts + 1
-         if (is) is = path%time(path%count) >= length
+         if (is) is = path%time(path%steps) >= length
          if (is .and. row%number /= contacts + 1) is = is_row(self, mod(row%number - 1, contacts + 1) + 1, &
             merge(end_force, observed_gap, row%number > contacts))
       end associate

@@ -1,8 +1,8 @@
 !> Rows of a phase of exact motion (the motion between two events) as explicit sums of exponentials (docs/theory.md,
 !> sections 20 and 24). Rows are linear functionals of the motion: displacements, contact forces, bending moments.
 module phase_sums
+   use exponential_sums, only: differentiate, exponential_sums_t, open_sums, value_of
    use history_list, only: acceleration_stop, acceleration_tip
-   use interval_sums, only: derivative_of, interval_sums_t, open_sums, value_of
    use kinds, only: wp
    use moment_signals, only: find_row, moment_row_t, moments_t
    use phase_integrals, only: find_signals
@@ -26,7 +26,7 @@ contains
       real(wp), intent(in) :: length
       !> Numbers of the rows
       integer, intent(in) :: rows(:)
-      type(interval_sums_t), intent(out) :: sums
+      type(exponential_sums_t), intent(out) :: sums
 
       type(signals_t) :: signals
       type(moment_row_t), allocatable :: bending(:)
@@ -73,14 +73,14 @@ contains
       !> Length of the phase, > 0
       real(wp), intent(in) :: length
       !> [contacts + 1]
-      type(interval_sums_t), intent(out) :: sums
+      type(exponential_sums_t), intent(out) :: sums
 
       integer :: k
 
       call find_sums(now, moments, length, [(k, k=1, size(now%states) + 1)], sums)
       do k = 1, size(now%states) + 1
-         call derivative_of(sums, k)
-         call derivative_of(sums, k)
+         call differentiate(sums, k)
+         call differentiate(sums, k)
          if (k > size(now%states)) cycle
          if (now%states(k)%contact%sign > 0.0_wp) cycle
          sums%power(:, k) = -sums%power(:, k)
@@ -98,7 +98,7 @@ contains
       !> Index of the sample in the histories of contacts
       integer, intent(in) :: place
       !> Accelerations in the phase; unallocated: not found yet
-      type(interval_sums_t), allocatable, intent(inout) :: sums
+      type(exponential_sums_t), allocatable, intent(inout) :: sums
       type(contact_record_t), intent(inout) :: records(:)
       type(sample_t), intent(inout) :: sample
 
@@ -130,7 +130,7 @@ contains
       integer, intent(in) :: rows(:)
       !> Number of terms of the modes; the term of each node follows
       integer, intent(in) :: last
-      type(interval_sums_t), intent(inout) :: sums
+      type(exponential_sums_t), intent(inout) :: sums
 
       real(wp) :: sign
       integer :: i, k, term

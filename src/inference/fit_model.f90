@@ -59,7 +59,7 @@ contains
       !> Number of parameters of the sweep
       integer, intent(in) :: parameters
 
-      fit_count = parameters + count([scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])
+      fit_count = parameters + count([scene%fit%has_offset, scene%fit%has_scale, scene%fit%max_time_shift > 0.0_wp])
    end function fit_count
 
    !> Names of the fitted parameters, [fitted parameters].
@@ -71,7 +71,8 @@ contains
       allocate (names(size(plan%axes)))
       names(:) = plan%axes%parameter%name
       names = [character(max_name_length) :: names, pack([character(max_name_length) :: 'signal_offset', &
-         'signal_scale', 'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, scene%fit%time_shift > 0.0_wp])]
+         'signal_scale', 'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, &
+         scene%fit%max_time_shift > 0.0_wp])]
    end function fit_names
 
    !> Initialise the model of a scene.
@@ -100,7 +101,7 @@ contains
       max_signal = maxval(abs(model%fit%value))
       if (model%fit%has_offset) call add(-10.0_wp*max_signal, 10.0_wp*max_signal)
       if (model%fit%has_scale) call add(-100.0_wp, 100.0_wp)
-      if (model%fit%time_shift > 0.0_wp) call add(-model%fit%time_shift, model%fit%time_shift)
+      if (model%fit%max_time_shift > 0.0_wp) call add(-model%fit%max_time_shift, model%fit%max_time_shift)
 
    contains
 
@@ -204,7 +205,7 @@ contains
       delay = 0.0_wp
       scale = 1.0_wp
       offset = 0.0_wp
-      if (self%fit%time_shift > 0.0_wp) then
+      if (self%fit%max_time_shift > 0.0_wp) then
          delay = values(k)
          k = k - 1
       end if
@@ -244,7 +245,7 @@ contains
       found = 0.0_wp
       units = units_in(self%runner%scene)
       unit_of_time = 1.0_wp
-      if (units%are_of_scene) unit_of_time = units%factor(quantity_named('time'))
+      if (units%are_physical) unit_of_time = units%factor(quantity_named('time'))
       last = self%runner%scene%response%duration
       output%history = .false.
       output%history(force_stop) = self%fit%observed == observed_force
@@ -292,7 +293,7 @@ contains
             found = response%shape_displacement(node, place)
          end if
       end if
-      if (units%are_of_scene) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
+      if (units%are_physical) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(response_of_run)) response_of_run = response
    end subroutine find_signal_of_run

@@ -1,5 +1,6 @@
-!> A fit from one start, as a case of a sweep plan: the parameters of the case are the start, the extra values of the
-!> case are the fitted parameters.
+!> A fit from one start. A fit is repeated from many starts (multistart), because the sum of squares has local minima.
+!> The starts are cases of a sweep plan: the parameters of a case are the start, and its extra values, stored beside its
+!> measures, are the fitted parameters.
 module fit_start
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use case_runs, only: runner_t
@@ -20,111 +21,130 @@ module fit_start
 
 contains
 
-   !> Number of extra values of a case: the fitted parameters, the sum of the squares of residuals over their divisors,
-   !> and the number of runs.
-   pure integer function extras_of_fit(values)
+   !> Number of extra values of a case: the fitted parameters, the weighted sum of squared residuals, and the number of
+   !> runs.
+   pure integer function extras_of_fit(parameters)
       !> Number of fitted parameters
-      integer, intent(in) :: values
+      integer, intent(in) :: parameters
 
-      extras_of_fit = values + 2
+      extras_of_fit = parameters + 2
    end function extras_of_fit
 
-   !> Fit from a start. First only the beginning of the signal is fitted, then more and more of it: the later part
-   !> depends more strongly on the parameters and has many local minima. Residuals of a signal that jumps at impacts are
-   !> integrated over time until the last step, because each sample at which an impact may lie gives a local minimum.
-   subroutine fit_from(runner, values, row, reason, sets, extras)
+   !> Fit from a start by minimisations in passes. The first pass fits only the beginning of the signal and each further
+   !> pass more of it, because the later part depends more strongly on the parameters and has many local minima. If a
+   !> signal jumps at impacts, the sum of squares jumps whenever a change of the parameters moves an impact across the
+   !> instant of a sample. All passes but the last therefore fit the integrals of the residuals over time, which are
+   !> continuous.
+   subroutine fit_from(runner, start_values, measures, reason, sets, extras)
       type(runner_t), target, intent(inout) :: runner
       !> Start: parameters of the sweep, in the order of the axes
-      real(wp), intent(in) :: values(:)
+      real(wp), intent(in) :: start_values(:)
       !> Measures of the run with the fitted parameters
-      real(wp), intent(out) :: row(:)
+      real(wp), intent(out) :: measures(:)
       !> Reason of a failure; unallocated: no failure
       character(:), allocatable, intent(out) :: reason
+      !> Cache of the modes of the beam for each combination of closed contacts, shared by all runs of the fit
       type(set_store_t), target, intent(inout) :: sets
       !> Extra values as `extras_of_fit` lists them
       real(wp), intent(out) :: extras(:)
 
-      real(wp), parameter :: fractions(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
+      ! status of a case whose run failed
+      real(wp), parameter :: status_failed = 1.0_wp
+      ! tolerance of all minimisations but the last, whose results are only starts
+      real(wp), parameter :: start_tolerance = 1.0e-4_wp
+      ! fraction of the signal that each pass fits; the last pass is only for signals with jumps, without integration
+      real(wp), parameter :: fitted_fraction(7) = [0.125_wp, 0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 1.0_wp]
       type(fit_model_t), allocatable :: model
       type(plan_t) :: plan
       type(response_t) :: response
-      real(wp), allocatable :: x(:), found(:), signal(:)
-      real(wp) :: sum_of_squares
-      integer :: all_evaluations, count, evaluations, i, n
+      ! fitted parameters, and the unbounded coordinates that stand for them in the minimisation
+      real(wp), allocatable :: parameters(:), coordinates(:)
+      real(wp), allocatable :: signal(:)
+      real(wp) :: sum_of_squares, tolerance
+      ! samples: number of samples that a pass fits; total_evaluations: those of all passes until now
+      integer :: total_evaluations, samples, evaluations, i, n
+      logical :: is_last
 
-      row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
-      row(measure_status) = 1.0_wp
+      measures = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
+      measures(measure_status) = status_failed
       extras = ieee_value(1.0_wp, ieee_quiet_nan)
       allocate (model)
       call make_plan(runner%scene, plan)
       call start_model(runner%scene, plan, runner, sets, model)
-      associate (all_values => size(model%fit%value))
-         n = fit_count(runner%scene, size(values))
-         allocate (found(n), x(n), signal(all_values))
-         call find_start_values(model, values, found)
-         x = coordinates_of(model, found)
-         all_evaluations = 0
+      associate (all_samples => size(model%fit%value), passes => size(fitted_fraction), &
+         has_jumps => jumps(model%fit%observed))
+         n = fit_count(runner%scene, size(start_values))
+         allocate (parameters(n), coordinates(n), signal(all_samples))
+         call find_start_values(model, start_values, parameters)
+         coordinates = coordinates_of(model, parameters)
+         total_evaluations = 0
          sum_of_squares = huge(1.0_wp)
-         ! The last pass, over the whole signal again, is only for a signal with jumps, then without integration. Passes
-         ! before the last minimisation need no more than 1e-4; fewer than two values a parameter do not determine it
-         do i = 1, size(fractions)
-            count = nint(fractions(i)*real(all_values, wp))
-            if (count < min(max(2*n, 8), all_values)) cycle
-            if (all_evaluations >= model%fit%evaluations) exit
-            model%integrates = jumps(model%fit%observed) .and. i < size(fractions)
-            if (.not. jumps(model%fit%observed) .and. i == size(fractions)) exit
-            call minimise(model, count, merge(final_tolerance, 1.0e-4_wp, i == size(fractions) .or. &
-               (.not. jumps(model%fit%observed) .and. count == all_values)), x, &
-               sum_of_squares, evaluations, model%fit%evaluations - all_evaluations)
-            all_evaluations = all_evaluations + evaluations
+         do i = 1, passes
+            samples = nint(fitted_fraction(i)*real(all_samples, wp))
+            ! fewer than two samples for each parameter do not determine it
+            if (samples < min(max(2*n, 8), all_samples)) cycle
+            if (total_evaluations >= model%fit%evaluations) exit
+            if (.not. has_jumps .and. i == passes) exit
+            model%integrates = has_jumps .and. i < passes
+            is_last = i == passes .or. (.not. has_jumps .and. samples == all_samples)
+            tolerance = merge(final_tolerance, start_tolerance, is_last)
+            call minimise(model, samples, tolerance, coordinates, sum_of_squares, evaluations, &
+               model%fit%evaluations - total_evaluations)
+            total_evaluations = total_evaluations + evaluations
             ! a parameter at the limit of its range is moved inside, so that it can leave the limit
-            if (i < size(fractions)) x = coordinates_of(model, model%parameters_at(x))
+            if (i < passes) coordinates = coordinates_of(model, model%parameters_at(coordinates))
          end do
       end associate
-      found = model%parameters_at(x)
-      call model%find_signal(found, signal, response)
+      parameters = model%parameters_at(coordinates)
+      call model%find_signal(parameters, signal, response)
       if (allocated(model%reason)) then
          reason = model%reason
          return
       end if
-      row = row_in_units(units_in(runner%scene), row_of(response%measures))
-      extras(:n) = found
+      measures = row_in_units(units_in(runner%scene), row_of(response%measures))
+      extras(:n) = parameters
       extras(n + 1) = sum(((signal - model%fit%value)/model%divisor)**2)
-      extras(n + 2) = real(all_evaluations, wp)
+      extras(n + 2) = real(total_evaluations, wp)
    end subroutine fit_from
 
    !> Start values of the fitted parameters: those of the case, and the offset and scale that fit best with them.
-   subroutine find_start_values(model, values, found)
+   subroutine find_start_values(model, start_values, parameters)
       type(fit_model_t), intent(inout) :: model
-      real(wp), intent(in) :: values(:)
-      real(wp), intent(out) :: found(:)
+      !> Parameters of the sweep, in the order of the axes
+      real(wp), intent(in) :: start_values(:)
+      !> Parameters of the sweep, then offset, scale and delay of the signal if they are fitted
+      real(wp), intent(out) :: parameters(:)
 
-      real(wp) :: signal(size(model%fit%value)), measured_mean, model_mean, slope
+      ! A fitted scale of smaller magnitude starts from 1, because the signal would hardly depend on the parameters
+      real(wp), parameter :: min_scale = 1.0e-3_wp
+      ! maximum magnitude of a scale at the start, inside the range of +-100 in which it is fitted
+      real(wp), parameter :: max_scale = 99.0_wp
+      real(wp) :: signal(size(model%fit%value)), measured_mean, model_mean, scale
       integer :: k, n
 
-      found(:size(values)) = values
-      k = size(values)
-      if (model%fit%has_offset) found(k + 1) = 0.0_wp
+      parameters(:size(start_values)) = start_values
+      k = size(start_values)
+      if (model%fit%has_offset) parameters(k + 1) = 0.0_wp
       if (model%fit%has_offset) k = k + 1
-      if (model%fit%has_scale) found(k + 1) = 1.0_wp
-      if (model%fit%time_shift > 0.0_wp) found(size(found)) = 0.0_wp
+      if (model%fit%has_scale) parameters(k + 1) = 1.0_wp
+      if (model%fit%max_time_shift > 0.0_wp) parameters(size(parameters)) = 0.0_wp
       if (.not. (model%fit%has_offset .or. model%fit%has_scale)) return
-      call model%find_signal(found, signal)
+      call model%find_signal(parameters, signal)
       if (allocated(model%reason)) return
       n = size(signal)
       measured_mean = 0.0_wp
       model_mean = 0.0_wp
       if (model%fit%has_offset) measured_mean = sum(model%fit%value)/real(n, wp)
       if (model%fit%has_offset) model_mean = sum(signal)/real(n, wp)
-      slope = 1.0_wp
+      scale = 1.0_wp
       if (model%fit%has_scale) then
          associate (square => sum((signal - model_mean)**2))
-            if (square > 0.0_wp) slope = sum((signal - model_mean)*(model%fit%value - measured_mean))/square
+            if (square > 0.0_wp) scale = sum((signal - model_mean)*(model%fit%value - measured_mean))/square
          end associate
-         if (abs(slope) < 1.0e-3_wp) slope = 1.0_wp
-         found(size(values) + merge(2, 1, model%fit%has_offset)) = min(max(slope, -99.0_wp), 99.0_wp)
+         if (abs(scale) < min_scale) scale = 1.0_wp
+         parameters(size(start_values) + merge(2, 1, model%fit%has_offset)) = min(max(scale, -max_scale), max_scale)
       end if
-      if (model%fit%has_offset) found(size(values) + 1) = measured_mean - slope*model_mean
+      if (model%fit%has_offset) parameters(size(start_values) + 1) = measured_mean - scale*model_mean
    end subroutine find_start_values
 
 end module fit_start

@@ -250,7 +250,7 @@ contains
          k = k + 1
          names(k) = unit_in(units, quantity_observed(scene%fit%observed))
       end if
-      if (scene%fit%time_shift > 0.0_wp) names(size(names)) = unit_in(units, 'time')
+      if (scene%fit%max_time_shift > 0.0_wp) names(size(names)) = unit_in(units, 'time')
       where (names == '') names = '1'
    end subroutine name_units
 

@@ -94,7 +94,7 @@ contains
       associate (start => run%flight_start, blocks => run%observers%blocks)
          start%block = blocks_begun(blocks, instant_of(run))
          if (.not. allocated(start%impacts)) then
-            allocate (start%impacts(size(blocks%contact)), start%has_flown(size(blocks%contact)))
+            allocate (start%impacts(size(blocks%contact)), start%has_separated(size(blocks%contact)))
             allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%contact)))
          end if
          ! before the first block that block is stored, whose sums are still empty; after the last block, the last
@@ -104,7 +104,7 @@ contains
                associate (contact => blocks%contact(k))
                   start%sums(:, k) = contact%sums(:, block)
                   if (contact%count > 0) start%impacts(k) = contact%impacts(contact%count)
-                  start%has_flown(k) = contact%has_flown
+                  start%has_separated(k) = contact%has_separated
                end associate
             end do
          end associate
@@ -135,7 +135,7 @@ contains
                   contact%sums(:, block) = empty_block(blocks%edge(block - 1:block))
                end do
                if (contact%count > 0) contact%impacts(contact%count) = start%impacts(k)
-               contact%has_flown = start%has_flown(k)
+               contact%has_separated = start%has_separated(k)
             end associate
          end do
       end associate

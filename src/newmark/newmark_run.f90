@@ -171,7 +171,7 @@ module newmark_run
       !> Last impact at each contact
       type(impact_t), allocatable :: impacts(:)
       !> The gap exceeded the hop tolerance since the last impact
-      logical, allocatable :: has_flown(:)
+      logical, allocatable :: has_separated(:)
       !> Integrals of spectra up to the beginning of the flight, if spectra are requested
       type(spectrum_sums_t) :: spectrum
    end type flight_start_t

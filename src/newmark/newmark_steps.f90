@@ -392,10 +392,10 @@ contains
          interval%energies = energies
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
-               ! the components after `height`: `is_closed`, `is_compliant`, `has_force`, `is_active`, `has_zero_gap`
-               ! and `flights`. `has_force` equals `is_compliant`, because each node has mass in Newmark's method, so
-               ! that only compliant contacts have a finite maximum of the force. `has_zero_gap` is false, because the
-               ! gap of a closed contact is zero only within the contact tolerance
+               ! the components after `signed_height`: `is_closed`, `is_compliant`, `has_finite_force`, `is_active`,
+               ! `has_zero_gap` and `flights`. `has_finite_force` equals `is_compliant`, because each node has mass in
+               ! Newmark's method, so that only compliant contacts have a finite maximum of the force. `has_zero_gap` is
+               ! false, because the gap of a closed contact is zero only within the contact tolerance
                seen = observed_contact_t(contact%contact%number, contact%row%sign, observed_height(contact%contact), &
                   contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)

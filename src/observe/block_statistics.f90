@@ -20,7 +20,7 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_flight
+   public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_separation
    public :: finish_blocks, finish_statistics
 
    !> Confidence level of the intervals
@@ -177,15 +177,15 @@ contains
       !> The instant lies within the blocks
       logical, intent(in) :: is_within
 
-      logical :: has_flown
+      logical :: has_separated
 
-      has_flown = contact%has_flown
-      contact%has_flown = .false.
+      has_separated = contact%has_separated
+      contact%has_separated = .false.
       if (contact%count > 0) then
-         if (.not. has_flown .or. tau - contact%impacts(contact%count)%until <= blocks%min_pause) return
+         if (.not. has_separated .or. tau - contact%impacts(contact%count)%until <= blocks%min_pause) return
       end if
       call begin_impact(contact, tau, velocity, &
-         is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_flown))
+         is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_separated))
    end subroutine begin_contact
 
    !> Append an impact.
@@ -208,15 +208,15 @@ contains
       contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact
 
-   !> Record that the beam has risen above the hop tolerance over a contact, if its flight is that high.
-   elemental subroutine record_flight(contact, height, hop_tolerance)
+   !> Record that the beam has separated from a contact, if its gap exceeds the hop tolerance.
+   elemental subroutine record_separation(contact, height, hop_tolerance)
       type(contact_sums_t), intent(inout) :: contact
       !> Maximum gap to the undeformed contact
       real(wp), intent(in) :: height
       real(wp), intent(in) :: hop_tolerance
 
-      contact%has_flown = contact%has_flown .or. height > hop_tolerance
-   end subroutine record_flight
+      contact%has_separated = contact%has_separated .or. height > hop_tolerance
+   end subroutine record_separation
 
    !> Add a closed contact, or the part of a closed contact within a block.
    pure subroutine add_contact(contact, from, to, block, integrals, max_force)

@@ -23,7 +23,7 @@ module closing_measures
       logical :: is_closed = .false.
       integer :: flights = 0
       !> The force has a finite maximum: the maximum since the closing, and the minimum since that maximum
-      logical :: has_force = .false.
+      logical :: has_finite_force = .false.
       real(wp) :: maximum = -huge(1.0_wp)
       real(wp) :: minimum = huge(1.0_wp)
       !> The force has been at least the `lasting_force` of &relay since `lasts_from`, tau
@@ -52,8 +52,8 @@ contains
       end if
       if (.not. closing%is_closed .or. closing%flights /= contact%flights) closing = closing_t(is_closed=.true., &
          flights=contact%flights, search_state=closing%search_state)
-      closing%has_force = contact%has_force
-      if (.not. (closing%has_force .and. interval%length > 0.0_wp)) return
+      closing%has_finite_force = contact%has_finite_force
+      if (.not. (closing%has_finite_force .and. interval%length > 0.0_wp)) return
       call record_extremes(interval, interval%force_row(k), closing)
       if (lasting_force > 0.0_wp) call record_duration(interval, interval%force_row(k), lasting_force, closing)
    end subroutine record_closing
@@ -175,7 +175,7 @@ contains
       measures%force_lasts = nan
       if (comes_to_rest(accumulator)) measures%static_force = accumulator%force_scale*accumulator%rest_force
       if (.not. closing%is_closed) return
-      if (closing%has_force) measures%minimum_force = merge(0.0_wp, accumulator%force_scale*closing%minimum, &
+      if (closing%has_finite_force) measures%minimum_force = merge(0.0_wp, accumulator%force_scale*closing%minimum, &
          has_short_opening)
       if (closing%lasts) measures%force_lasts = closing%lasts_from
    end subroutine find_closing

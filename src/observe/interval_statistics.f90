@@ -1,11 +1,13 @@
-!> Contribution of an interval of the motion (a phase or a step) to the statistics of a run, block of time by block:
-!> integrals of forces, of displacements and of their squares, and extremes (docs/theory.md, section 20). Gaps,
-!> displacements and forces are numbered as rows of the interval (module `motion_intervals`).
+!> Contribution of an interval of the motion (a phase or a step) to the statistics of a run: integrals of forces, of
+!> displacements and of their squares, and extremes (docs/theory.md, section 20). An interval is divided at the ends of
+!> the blocks of time in which statistics are accumulated. The observed quantities of an interval are called rows; they
+!> are numbered in the order gaps of the contacts, displacement of the tip, forces of the contacts (module
+!> `motion_intervals`).
 module interval_statistics
-   use block_statistics, only: blocks_begun, add_contact, record_flight
+   use block_statistics, only: blocks_begun, add_contact, record_separation
    use certified_search, only: transformable_signal_t
    use exponential_signal, only: exponential_signal_t
-   use interval_sums, only: derivative_of, interval_sums_t, square_integral, value_of
+   use exponential_sums, only: differentiate, exponential_sums_t, square_integral, value_of
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, output_row_t
    use signal_peaks, only: extreme_search_t, find_maximum
@@ -25,7 +27,7 @@ contains
       type(block_sums_t), intent(inout) :: blocks
 
       type(observed_contact_t) :: contact
-      real(wp) :: stretch(2)
+      real(wp) :: span(2)
       integer :: block, k, last
 
       last = ubound(blocks%edge, 1)
@@ -33,8 +35,8 @@ contains
       associate (tau => interval%start, length => interval%length)
          if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
             do block = max(blocks_begun(blocks, tau), 1), last
-               stretch = [max(blocks%edge(block - 1) - tau, 0.0_wp), min(blocks%edge(block) - tau, length)]
-               if (stretch(2) > stretch(1)) call add_stretch(interval, stretch, block, blocks)
+               span = [max(blocks%edge(block - 1) - tau, 0.0_wp), min(blocks%edge(block) - tau, length)]
+               if (span(2) > span(1)) call add_span(interval, span, block, blocks)
                if (blocks%edge(block) >= tau + length) exit
             end do
          end if
@@ -42,18 +44,18 @@ contains
             contact = interval%contact(k)
             associate (contact_sums => blocks%contact(contact%number))
                if (contact%is_closed) then
-                  ! extends the impact in progress, outside the blocks too
+                  ! the closed contact extends the impact in progress, even if the interval lies outside all blocks
                   call add_contact(contact_sums, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
-               else if (contact%is_active .and. .not. contact_sums%has_flown) then
-                  call check_flight(interval, k, blocks%hop_tolerance, contact_sums)
+               else if (contact%is_active .and. .not. contact_sums%has_separated) then
+                  call check_separation(interval, k, blocks%hop_tolerance, contact_sums)
                end if
             end associate
          end do
       end associate
    end subroutine add_interval
 
-   !> Does the beam rise above the hop tolerance over an open contact?
-   subroutine check_flight(interval, k, hop_tolerance, contact_sums)
+   !> Record whether the gap of an open contact exceeds the hop tolerance in the interval, which separates two impacts.
+   subroutine check_separation(interval, k, hop_tolerance, contact_sums)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
       real(wp), intent(in) :: hop_tolerance
@@ -66,32 +68,39 @@ contains
       ! no search is needed if the value at the end of the interval exceeds the level
       state = interval%evaluate(output_row_t(k), interval%length)
       if (state(1) <= level) then
+         ! any value above the level records the separation; the maximum itself is not needed
          if (interval%exceeds(output_row_t(k), level)) state(1) = huge(1.0_wp)
       end if
-      call record_flight(contact_sums, state(1), level)
-   end subroutine check_flight
+      call record_separation(contact_sums, state(1), level)
+   end subroutine check_separation
 
-   !> Add the stretch of an interval that lies within one block. Displacements are upwards from the undeformed beam: the
-   !> displacement at a contact is its sign times (gap + height).
-   subroutine add_stretch(interval, stretch, block, blocks)
+   !> Add the span of an interval that lies within one block. Statistics refer to displacements upwards from the
+   !> undeformed beam, y = s (gap + s d) with the sign s of a contact and the height d of its surface. `integrate` gives
+   !> the integrals of gap + s d; `evaluate` and searches give the gap, which an output row with factor s and offset d
+   !> converts to y.
+   subroutine add_span(interval, span, block, blocks)
       class(interval_t), intent(inout) :: interval
-      !> Beginning and end of the stretch, since the start of the interval
-      real(wp), intent(in) :: stretch(2)
+      !> Beginning and end of the span, since the start of the interval
+      real(wp), intent(in) :: span(2)
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
 
-      ! `twin`: the opposite contact at the same place, whose displacement is the same
-      type(observed_contact_t) :: contact, twin
-      real(wp), dimension(2*interval%contacts + 1) :: first, second
+      type(observed_contact_t) :: contact
+      ! opposite contact at the same place, whose displacement is the same
+      type(observed_contact_t) :: twin
+      ! integrals of the rows and of their squares over the span
+      real(wp), dimension(2*interval%contacts + 1) :: integrals, square_integrals
+      ! minimum force of the block, and maximum force of the span
       real(wp) :: force(2)
       integer :: k, row
 
-      if (blocks%has_acceleration) call add_accelerations(interval, stretch, block, blocks)
-      call interval%integrate(stretch, first, second)
+      if (blocks%has_acceleration) call add_accelerations(interval, span, block, blocks)
+      call interval%integrate(span, integrals, square_integrals)
       row = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
-         sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(row), second(row)]
-         call widen_range(interval, output_row_t(row), stretch, sums(minimum_tip:maximum_tip), &
+         ! these sums are integrals over time
+         sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [integrals(row), square_integrals(row)]
+         call widen_range(interval, output_row_t(row), span, sums(minimum_tip:maximum_tip), &
             blocks%search_state(minimum_tip:maximum_tip))
       end associate
       do k = 1, interval%contacts
@@ -99,10 +108,10 @@ contains
          associate (contact_sums => blocks%contact(contact%number), sign => contact%sign)
             associate (sums => contact_sums%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
-                  + [sign*first(k), second(k)]
+                  + [sign*integrals(k), square_integrals(k)]
                if (contact%has_zero_gap) then
-                  sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%height)
-                  sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%height)
+                  sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%signed_height)
+                  sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%signed_height)
                else if (contact%first_at_place < k) then
                   twin = interval%contact(contact%first_at_place)
                   associate (range => blocks%contact(twin%number)%sums([minimum_displacement, maximum_displacement], &
@@ -111,45 +120,45 @@ contains
                      sums(maximum_displacement) = max(sums(maximum_displacement), range(2))
                   end associate
                else
-                  call widen_range(interval, output_row_t(k, sign, sign*contact%height), stretch, &
+                  call widen_range(interval, output_row_t(k, sign, sign*contact%signed_height), span, &
                      sums(minimum_displacement:maximum_displacement), &
                      blocks%search_state(minimum_displacement:maximum_displacement))
                end if
             end associate
             associate (sums => contact_sums%sums(:, block))
-               sums(sum_work) = sums(sum_work) + (interval%dissipated(k, stretch(2)) &
-                  - interval%dissipated(k, stretch(1)))
+               sums(sum_work) = sums(sum_work) + (interval%dissipated(k, span(2)) &
+                  - interval%dissipated(k, span(1)))
                if (.not. contact%is_closed) then
                   sums(minimum_force) = 0.0_wp
                   cycle
                end if
                force = [sums(minimum_force), 0.0_wp]
                row = interval%force_row(k)
-               if (contact%has_force) call widen_range(interval, output_row_t(row), stretch, force, &
-                  blocks%search_state(minimum_force:maximum_force), least=0.0_wp)
+               if (contact%has_finite_force) call widen_range(interval, output_row_t(row), span, force, &
+                  blocks%search_state(minimum_force:maximum_force), lower_limit=0.0_wp)
                sums(minimum_force) = force(1)
             end associate
-            call add_contact(contact_sums, interval%start + stretch(1), interval%start + stretch(2), block, &
-               [first(row), second(row)], force(2))
+            call add_contact(contact_sums, interval%start + span(1), interval%start + span(2), block, &
+               [integrals(row), square_integrals(row)], force(2))
          end associate
       end do
-   end subroutine add_stretch
+   end subroutine add_span
 
-   !> Add the accelerations on a stretch, the second derivatives of the displacements at contacts and of the tip.
-   subroutine add_accelerations(interval, stretch, block, blocks)
+   !> Add the accelerations on a span, the second derivatives of the displacements at contacts and of the tip.
+   subroutine add_accelerations(interval, span, block, blocks)
       class(interval_t), intent(in) :: interval
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
 
       type(observed_contact_t) :: contact
-      type(interval_sums_t) :: accelerations
+      type(exponential_sums_t) :: accelerations
       integer :: k
 
-      call interval%expand([(k, k=1, interval%tip_row())], accelerations)
+      call interval%expand_in_exponentials([(k, k=1, interval%tip_row())], accelerations)
       do k = 1, interval%tip_row()
-         call derivative_of(accelerations, k)
-         call derivative_of(accelerations, k)
+         call differentiate(accelerations, k)
+         call differentiate(accelerations, k)
       end do
       k = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
@@ -168,7 +177,7 @@ contains
 
       !> Add the square of the signal of row k, and widen the range of the signal.
       subroutine add(sign, square, range, search_state)
-         !> Sign by which the signal is an acceleration upwards
+         !> Factor, 1 or -1, that converts the signal to an acceleration upwards
          real(wp), intent(in) :: sign
          real(wp), intent(inout) :: square
          real(wp), intent(inout) :: range(2)
@@ -180,10 +189,11 @@ contains
          integer :: i
          logical :: is_found, still_rises
 
-         square = square + square_integral(accelerations, k, stretch(1), stretch(2))
-         ! with exponentials there is no more than a constant besides, without them the signal is linear
+         square = square + square_integral(accelerations, k, span(1), span(2))
+         ! A signal without exponentials is linear in time, so that its extremes are at the ends of the span. A signal
+         ! with exponentials has no other term than a constant
          do i = 1, 2
-            values = value_of(accelerations, stretch(i))
+            values = value_of(accelerations, span(i))
             range = [min(range(1), sign*values(k)), max(range(2), sign*values(k))]
          end do
          if (size(accelerations%exponent) == 0) return
@@ -192,8 +202,8 @@ contains
          signal%amplitude = accelerations%amplitude(k, :)
          do i = 1, 2
             limit = merge(-range(1), range(2), i == 1)
-            call signal%transform(stretch(1), merge(-sign, sign, i == 1), 0.0_wp, 0, part)
-            call find_maximum(part, stretch(2) - stretch(1), limit, is_found, still_rises, value, time, &
+            call signal%transform(span(1), merge(-sign, sign, i == 1), 0.0_wp, 0, part)
+            call find_maximum(part, span(2) - span(1), limit, is_found, still_rises, value, time, &
                maxval(abs(range)), search_state(i))
             if (is_found .and. i == 1) range(1) = -value
             if (is_found .and. i == 2) range(2) = value
@@ -201,66 +211,66 @@ contains
       end subroutine add
    end subroutine add_accelerations
 
-   !> Widen a range (minimum, maximum) by the values of a row on a stretch.
-   subroutine widen_range(interval, row, stretch, range, search_state, least)
+   !> Widen a range (minimum, maximum) by the values of a row on a span.
+   subroutine widen_range(interval, row, span, range, search_state, lower_limit)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       real(wp), intent(inout) :: range(2)
-      !> State of the searches for the minimum and for the maximum
+      !> Tolerance of the searches for the minimum and for the maximum, and effort that remains for them
       type(extreme_search_t), intent(inout) :: search_state(2)
-      !> Value below which the row never falls; default: none
-      real(wp), intent(in), optional :: least
+      !> Value below which the row never falls; absent: there is none
+      real(wp), intent(in), optional :: lower_limit
 
       real(wp) :: bounds(2), negated_minimum, scale
 
       bounds = interval%range_of(row)
       if (.not. (bounds(1) < range(1) .or. bounds(2) > range(2))) return
-      call include_ends(interval, row, stretch, range)
+      call include_ends(interval, row, span, range)
       ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))
-      call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), stretch, range(2), &
+      call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), span, range(2), &
          search_state(2))
-      if (present(least)) then
-         range(1) = max(range(1), least)
-         if (.not. range(1) > least) return
+      if (present(lower_limit)) then
+         range(1) = max(range(1), lower_limit)
+         if (.not. range(1) > lower_limit) return
       end if
       negated_minimum = -range(1)
       scale = maxval(abs(range))
-      call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), stretch, &
+      call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), span, &
          negated_minimum, search_state(1))
       range(1) = -negated_minimum
    end subroutine widen_range
 
-   !> Widen a range by the values at both ends of a stretch. A search for extremes then mostly ends at once, because a
+   !> Widen a range by the values at both ends of a span. A search for extremes then mostly ends at once, because a
    !> bound of the values does not exceed the range.
-   subroutine include_ends(interval, row, stretch, range)
+   subroutine include_ends(interval, row, span, range)
       class(interval_t), intent(in) :: interval
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       real(wp), intent(inout) :: range(2)
 
       real(wp) :: state(2)
       integer :: i
 
       do i = 1, 2
-         state = interval%evaluate(row, stretch(i))
+         state = interval%evaluate(row, span(i))
          range = [min(range(1), state(1)), max(range(2), state(1))]
       end do
    end subroutine include_ends
 
    !> Raise a known maximum of a row, if the row exceeds it.
-   subroutine raise_maximum(interval, row, stretch, known_maximum, search_state)
+   subroutine raise_maximum(interval, row, span, known_maximum, search_state)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       real(wp), intent(inout) :: known_maximum
       type(extreme_search_t), intent(inout) :: search_state
 
       type(peak_t) :: peak
 
       peak%search_state = search_state
-      call interval%seek_peak(row, stretch, known_maximum, peak)
+      call interval%seek_peak(row, span, known_maximum, peak)
       search_state = peak%search_state
       if (peak%is_found) known_maximum = peak%value
    end subroutine raise_maximum

@@ -6,7 +6,7 @@
 !> measures, statistics, moments, Poincare sections) requests values, integrals and extremes of rows, and does not
 !> depend on the method.
 module motion_intervals
-   use interval_sums, only: interval_sums_t
+   use exponential_sums, only: exponential_sums_t
    use kinds, only: wp
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
@@ -15,17 +15,19 @@ module motion_intervals
 
    !> Status of a contact during an interval.
    type :: observed_contact_t
-      !> Number in the scene's order of contacts, sign s, and height s d
+      !> Number in the scene's order of contacts
       integer :: number = 1
+      !> Sign s of the contact: 1 below the beam, -1 above it
       real(wp) :: sign = 1.0_wp
-      real(wp) :: height = 0.0_wp
+      !> s d, the height d of the contact times its sign; the gap plus s d is s times the displacement of the beam
+      real(wp) :: signed_height = 0.0_wp
       !> The contact is closed
       logical :: is_closed = .false.
       !> The contact is compliant, so that its force converges with the mesh
       logical :: is_compliant = .false.
       !> The force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node of the
       !> beam in front of it
-      logical :: has_force = .false.
+      logical :: has_finite_force = .false.
       !> The contact is active: no other contact lies in front of it
       logical :: is_active = .true.
       !> The contact is closed and its gap is exactly zero
@@ -48,16 +50,16 @@ module motion_intervals
       logical :: needs_time = .false.
    end type output_row_t
 
-   !> Maximum of a row on a stretch of an interval.
+   !> Maximum of a row on a span of an interval.
    type :: peak_t
       !> The maximum exceeds the given threshold
       logical :: is_found = .false.
-      !> The maximum is at the end of the stretch, where the row still rises
+      !> The maximum is at the end of the span, where the row still rises
       logical :: still_rises = .false.
       real(wp) :: value = 0.0_wp
       !> Time since the start of the interval
       real(wp) :: time = 0.0_wp
-      !> State of the searches for this extreme
+      !> Tolerance of the searches for this extreme, and effort that remains for them
       type(extreme_search_t) :: search_state
    end type peak_t
 
@@ -84,8 +86,8 @@ module motion_intervals
       logical :: is_last = .false.
       !> The energy of beam and stops may grow during the interval
       logical :: may_gain = .false.
-      !> A maximum is searched only if it may exceed the known maximum by more than this share, because a search takes
-      !> time
+      !> A maximum is searched only if it may exceed the known maximum by more than this fraction of it, because a
+      !> search takes time
       real(wp) :: tolerance = 0.0_wp
    contains
       procedure(contact_interface), deferred :: contact
@@ -99,7 +101,7 @@ module motion_intervals
       procedure(record_gap_interface), deferred :: record_gap
       procedure(impulse_interface), deferred :: impulse
       procedure(integrate_interface), deferred :: integrate
-      procedure(expand_interface), deferred :: expand
+      procedure(expand_interface), deferred :: expand_in_exponentials
       procedure(energy_interface), deferred :: energy
       procedure(dissipated_interface), deferred :: dissipated
       procedure :: tip_row
@@ -169,27 +171,27 @@ module motion_intervals
          real(wp) :: bounds(2)
       end function range_interface
 
-      !> Find the maximum of a row on a stretch of the interval, if it exceeds a known value.
-      subroutine seek_peak_interface(self, row, stretch, known, peak)
+      !> Find the maximum of a row on a span of the interval, if it exceeds a known value.
+      subroutine seek_peak_interface(self, row, span, known, peak)
          import :: interval_t, peak_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          type(output_row_t), intent(in) :: row
-         !> Beginning and end of the stretch, since the start of the interval
-         real(wp), intent(in) :: stretch(2)
+         !> Beginning and end of the span, since the start of the interval
+         real(wp), intent(in) :: span(2)
          real(wp), intent(in) :: known
          type(peak_t), intent(inout) :: peak
       end subroutine seek_peak_interface
 
-      !> Find the first turning point (zero of the rate) of a row inside a stretch of the interval.
-      subroutine seek_turn_interface(self, row, stretch, direction, is_found, time)
+      !> Find the first turning point (zero of the rate) of a row inside a span of the interval.
+      subroutine seek_turn_interface(self, row, span, direction, is_found, time)
          import :: interval_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          type(output_row_t), intent(in) :: row
-         !> Beginning and end of the stretch, since the start of the interval
-         real(wp), intent(in) :: stretch(2)
-         !> In: 1 (-1) if the stretch begins at a turning point after which the row rises (falls), else 0. Out: 1 (-1)
+         !> Beginning and end of the span, since the start of the interval
+         real(wp), intent(in) :: span(2)
+         !> In: 1 (-1) if the span begins at a turning point after which the row rises (falls), else 0. Out: 1 (-1)
          !> if the row rises (falls) after the turning point that was found
          integer, intent(inout) :: direction
          logical, intent(out) :: is_found
@@ -216,28 +218,29 @@ module motion_intervals
          real(wp) :: impulse
       end function impulse_interface
 
-      !> Integrals of displacements and forces, and of their squares, over a stretch of the interval.
-      subroutine integrate_interface(self, stretch, first, second)
+      !> Integrals of rows and of their squares over a span of the interval. The row of a gap is integrated as the
+      !> displacement gap + s d, whereas `evaluate` and the searches for extremes refer to the gap.
+      subroutine integrate_interface(self, span, integrals, square_integrals)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
-         !> Beginning and end of the stretch, since the start of the interval
-         real(wp), intent(in) :: stretch(2)
+         !> Beginning and end of the span, since the start of the interval
+         real(wp), intent(in) :: span(2)
          !> Integrals of displacements (gap + s d) at contacts, of the tip, and of forces, [2 contacts + 1]
-         real(wp), intent(out) :: first(:)
+         real(wp), intent(out) :: integrals(:)
          !> Integrals of the squares of these quantities, [2 contacts + 1]
-         real(wp), intent(out) :: second(:)
+         real(wp), intent(out) :: square_integrals(:)
       end subroutine integrate_interface
 
-      !> Expand rows into sums of elementary functions over the whole interval, which is longer than zero: displacements
-      !> at contacts, as gap + s d; displacement of the tip; forces; moments. The force of an open contact is zero.
+      !> Expand rows into cubic polynomials and exponentials over the whole interval, which is longer than zero. The row
+      !> of a gap is expanded as the displacement gap + s d. The force of an open contact is zero.
       subroutine expand_interface(self, rows, sums)
-         import :: interval_sums_t, interval_t
+         import :: exponential_sums_t, interval_t
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: rows(:)
          !> One signal for each row
-         type(interval_sums_t), intent(out) :: sums
+         type(exponential_sums_t), intent(out) :: sums
       end subroutine expand_interface
 
       !> Energy of beam and stops at a time since the start of the interval.

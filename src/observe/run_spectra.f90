@@ -8,8 +8,8 @@
 !>
 !> Intervals are integrated in closed form until this has cost more than a limit; from then on the signals are sampled.
 module run_spectra
+   use exponential_sums, only: differentiate, exponential_sums_t, open_sums, value_of
    use fourier_integrals, only: add_fourier_integrals, add_impulse
-   use interval_sums, only: derivative_of, interval_sums_t, open_sums, value_of
    use kinds, only: pi, wp
    use motion_intervals, only: interval_t, observed_contact_t
    use response_types, only: response_t
@@ -124,7 +124,7 @@ contains
       class(interval_t), intent(in) :: interval
       type(spectrum_sums_t), intent(inout) :: sums
 
-      type(interval_sums_t) :: signals
+      type(exponential_sums_t) :: signals
       real(wp) :: edges(2), from, start, to
       integer :: k
 
@@ -136,13 +136,13 @@ contains
       call add_jumps(max(start, 0.0_wp), start >= 0.0_wp, interval%length, signals, sums)
       do k = 1, size(sums%result%of)
          ! accelerations follow from the integrals of velocities
-         if (signal_table(sums%result%of(k))%derivatives > 0) call derivative_of(signals, k)
+         if (signal_table(sums%result%of(k))%derivatives > 0) call differentiate(signals, k)
       end do
       do
          edges = sums%windows%half*real([sums%half_index, sums%half_index + 1], wp)
          from = max(edges(1) - start, 0.0_wp)
          to = min(edges(2) - start, interval%length)
-         if (to > from) call add_stretch(signals, [from, to], start, edges, sums)
+         if (to > from) call add_span(signals, [from, to], start, edges, sums)
          if (edges(2) > start + interval%length .or. sums%half_index == sums%windows%halves - 1) exit
          call end_half(sums)
       end do
@@ -155,9 +155,9 @@ contains
    subroutine find_signals(interval, sums, signals)
       class(interval_t), intent(in) :: interval
       type(spectrum_sums_t), intent(in) :: sums
-      type(interval_sums_t), intent(out) :: signals
+      type(exponential_sums_t), intent(out) :: signals
 
-      type(interval_sums_t) :: of_rows
+      type(exponential_sums_t) :: of_rows
       type(observed_contact_t) :: contact
       ! rows of the interval, and for each the signal to which it is added and the factor
       integer, allocatable :: owner(:), rows(:)
@@ -183,7 +183,7 @@ contains
             end if
          end associate
       end do
-      call interval%expand(rows, of_rows)
+      call interval%expand_in_exponentials(rows, of_rows)
       call open_sums(size(sums%result%of), size(of_rows%exponent), signals)
       signals%exponent = of_rows%exponent
       do i = 1, size(rows)
@@ -216,7 +216,7 @@ contains
       !> Length of the interval
       real(wp), intent(in) :: length
       !> Undifferentiated signals
-      type(interval_sums_t), intent(in) :: signals
+      type(exponential_sums_t), intent(in) :: signals
       type(spectrum_sums_t), intent(inout) :: sums
 
       real(wp) :: jump(size(sums%result%of))
@@ -233,29 +233,29 @@ contains
       sums%last_values = value_of(signals, length)
    end subroutine add_jumps
 
-   !> Add the stretch of an interval that lies within the present half segment, in closed form or as samples.
-   subroutine add_stretch(signals, stretch, start, edges, sums)
-      type(interval_sums_t), intent(in) :: signals
-      !> Ends of the stretch, since the start of the interval
-      real(wp), intent(in) :: stretch(2)
+   !> Add the span of an interval that lies within the present half segment, in closed form or as samples.
+   subroutine add_span(signals, span, start, edges, sums)
+      type(exponential_sums_t), intent(in) :: signals
+      !> Ends of the span, since the start of the interval
+      real(wp), intent(in) :: span(2)
       !> Start of the interval, and ends of the half segment, since the start of the first segment
       real(wp), intent(in) :: start
       real(wp), intent(in) :: edges(2)
       type(spectrum_sums_t), intent(inout) :: sums
 
-      ! end of the part of the stretch that is integrated in closed form
+      ! end of the part of the span that is integrated in closed form
       real(wp) :: closed_to
       integer :: n
 
-      if (.not. sums%has_start) sums%edge_values(:, 1) = value_of(signals, stretch(1))
+      if (.not. sums%has_start) sums%edge_values(:, 1) = value_of(signals, span(1))
       sums%has_start = .true.
-      sums%edge_values(:, 2) = value_of(signals, stretch(2))
-      closed_to = min(stretch(2), sums%sampled_from - start)
+      sums%edge_values(:, 2) = value_of(signals, span(2))
+      closed_to = min(span(2), sums%sampled_from - start)
       associate (windows => sums%windows)
-         if (closed_to > stretch(1)) then
+         if (closed_to > span(1)) then
             do n = 1, size(windows%blocks, 2)
                associate (block => windows%blocks(:, n))
-                  call add_fourier_integrals(signals, stretch(1), closed_to, start, windows%omega(block(1):block(2)), &
+                  call add_fourier_integrals(signals, span(1), closed_to, start, windows%omega(block(1):block(2)), &
                      sums%transform(block(1):block(2), :, 1))
                end associate
             end do
@@ -263,17 +263,17 @@ contains
                *real(size(windows%omega), wp)
          end if
       end associate
-      if (.not. allocated(sums%samples) .or. closed_to >= stretch(2)) return
-      call take_samples(signals, [max(closed_to, stretch(1)), stretch(2)], start - edges(1), sums)
-   end subroutine add_stretch
+      if (.not. allocated(sums%samples) .or. closed_to >= span(2)) return
+      call take_samples(signals, [max(closed_to, span(1)), span(2)], start - edges(1), sums)
+   end subroutine add_span
 
-   !> Sample a stretch, and record by how much its exact integral differs from the sum of the samples: the force of a
+   !> Sample a span, and record by how much its exact integral differs from the sum of the samples: the force of a
    !> damper can begin and end between two samples, so that a comparison of all samples with every second one would not
    !> show this error.
-   subroutine take_samples(signals, stretch, start, sums)
-      type(interval_sums_t), intent(in) :: signals
-      !> Ends of the stretch, since the start of the interval
-      real(wp), intent(in) :: stretch(2)
+   subroutine take_samples(signals, span, start, sums)
+      type(exponential_sums_t), intent(in) :: signals
+      !> Ends of the span, since the start of the interval
+      real(wp), intent(in) :: span(2)
       !> Start of the interval, since the start of the half segment
       real(wp), intent(in) :: start
       type(spectrum_sums_t), intent(inout) :: sums
@@ -283,36 +283,36 @@ contains
       complex(wp) :: integral(1, size(sums%unsampled, 1))
       real(wp) :: sampled(size(sums%unsampled, 1)), values(size(sums%unsampled, 1))
       ! a sample represents the half steps before and after it: time by which the first sample not before the beginning
-      ! (the end) of the stretch represents too much (too little) of the stretch; 0 at the first and last sample
+      ! (the end) of the span represents too much (too little) of the span; 0 at the first and last sample
       real(wp) :: surplus(2), time
       integer :: first, last, n
-      ! the sampled part of the half segment begins with the stretch
+      ! the sampled part of the half segment begins with the span
       logical :: is_first
 
       associate (step => sums%result%step)
-         first = max(0, ceiling((start + stretch(1))/step - same))
+         first = max(0, ceiling((start + span(1))/step - same))
          last = ubound(sums%samples, 1)
-         is_first = start + stretch(1) <= max(0.0_wp, sums%sampled_from - sums%windows%half*real(sums%half_index, wp)) &
+         is_first = start + span(1) <= max(0.0_wp, sums%sampled_from - sums%windows%half*real(sums%half_index, wp)) &
             + same*step
          sampled = 0.0_wp
          do n = first, last
             time = real(n, wp)*step - start
             ! a sample at an instant that two intervals share belongs to the later one; the last sample of the half
             ! segment belongs to the interval that ends there
-            if (time >= stretch(2) - same*step .and. .not. (n == last .and. time <= stretch(2) + same*step)) exit
-            values = value_of(signals, min(max(time, stretch(1)), stretch(2)))
+            if (time >= span(2) - same*step .and. .not. (n == last .and. time <= span(2) + same*step)) exit
+            values = value_of(signals, min(max(time, span(1)), span(2)))
             sums%samples(n, :) = values
             sampled = sampled + step*merge(0.5_wp, 1.0_wp, n == last .or. (n == first .and. is_first))*values
          end do
          if (size(signals%exponent) == 0) return
-         surplus = (start + stretch)/step
+         surplus = (start + span)/step
          surplus = step*(0.5_wp - (ceiling(surplus - same) - surplus))
          if (is_first) surplus(1) = 0.0_wp
-         if (start + stretch(2) >= (real(last, wp) - same)*step) surplus(2) = 0.0_wp
+         if (start + span(2) >= (real(last, wp) - same)*step) surplus(2) = 0.0_wp
          integral = (0.0_wp, 0.0_wp)
-         call add_fourier_integrals(signals, stretch(1), stretch(2), 0.0_wp, [0.0_wp], integral)
+         call add_fourier_integrals(signals, span(1), span(2), 0.0_wp, [0.0_wp], integral)
          sums%unsampled(:, 1) = sums%unsampled(:, 1) + abs(real(integral(1, :), wp) - sampled &
-            + surplus(1)*value_of(signals, stretch(1)) - surplus(2)*value_of(signals, stretch(2)))
+            + surplus(1)*value_of(signals, span(1)) - surplus(2)*value_of(signals, span(2)))
       end associate
    end subroutine take_samples
 
@@ -368,7 +368,7 @@ contains
       integer :: k
 
       if (allocated(sums%samples)) call transform_samples(sums)
-      call differentiate(sums)
+      call differentiate_transforms(sums)
       associate (result => sums%result, windows => sums%windows)
          do k = 1, size(result%of)
             ! the integral at frequency 0, over the length of all half segments
@@ -392,7 +392,7 @@ contains
    !> Transforms of accelerations from those of velocities, by integration by parts: i omega times the transform of the
    !> velocity plus its values at both ends. The sum of the impulses and short intervals of an acceleration would lose
    !> digits by cancellation.
-   subroutine differentiate(sums)
+   subroutine differentiate_transforms(sums)
       type(spectrum_sums_t), intent(inout) :: sums
 
       real(wp) :: edges(2)
@@ -410,7 +410,7 @@ contains
             sums%unsampled(k, 1) = maxval(abs(sums%windows%omega))*sums%unsampled(k, 1)
          end associate
       end do
-   end subroutine differentiate
+   end subroutine differentiate_transforms
 
    !> Add the samples of a half segment to its integrals by the trapezoidal rule, and record by how much the integrals
    !> change if every second sample is left out.

@@ -80,9 +80,9 @@ contains
             sections%tip(:, n) = interval%evaluate(output_row_t(interval%tip_row()), time)
             do k = 1, interval%contacts
                contact = interval%contact(k)
-               sections%stop(:, contact%number, n) = [contact%sign*contact%height, 0.0_wp]
+               sections%stop(:, contact%number, n) = [contact%sign*contact%signed_height, 0.0_wp]
                if (.not. contact%has_zero_gap) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
-                  contact%sign, contact%sign*contact%height), time)
+                  contact%sign, contact%sign*contact%signed_height), time)
             end do
             do k = 1, size(sections%body, 2)
                sections%body(:, k, n) = interval%evaluate(output_row_t(interval%body_row(k)), time)

@@ -13,7 +13,7 @@ module spectrum_windows
    type :: windows_t
       !> One of the `window_` constants
       integer :: kind = window_hann
-      !> Length and number of the stretches that are integrated (number 0: the run has no segment). Hann windows: half
+      !> Length and number of the spans that are integrated (number 0: the run has no segment). Hann windows: half
       !> segments; all but the first and the last belong to two segments. Rectangular windows: whole segments
       real(wp) :: half = 1.0_wp
       integer :: halves = 0

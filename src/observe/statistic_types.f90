@@ -82,7 +82,7 @@ module statistic_types
       type(impact_t), allocatable :: impacts(:)
       integer :: count = 0
       !> The beam has risen above the hop tolerance since the last contact, or since the start
-      logical :: has_flown = .false.
+      logical :: has_separated = .false.
    end type contact_sums_t
 
    !> Sums of a run.

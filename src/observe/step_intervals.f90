@@ -4,7 +4,7 @@
 !> linear. Gaps, displacements, forces and moments are numbered as rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
-   use interval_sums, only: interval_sums_t, open_sums
+   use exponential_sums, only: exponential_sums_t, open_sums
    use kinds, only: wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    implicit none (type, external)
@@ -40,7 +40,7 @@ module step_intervals
       procedure :: record_gap
       procedure :: impulse
       procedure :: integrate
-      procedure :: expand
+      procedure :: expand_in_exponentials
       procedure :: energy
       procedure :: dissipated
    end type step_interval_t
@@ -152,23 +152,23 @@ contains
       end if
    end function range_of
 
-   !> Find the maximum of a row on a stretch of the step.
-   subroutine seek_peak(self, row, stretch, known, peak)
+   !> Find the maximum of a row on a span of the step.
+   subroutine seek_peak(self, row, span, known, peak)
       class(step_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
       type(cubic_t) :: cubic
-      ! both ends of the stretch and up to two turning points between them, as fractions of the stretch
+      ! both ends of the span and up to two turning points between them, as fractions of the span
       real(wp) :: bounds(2), s(4), value
       integer :: k, turn_count
 
       peak%is_found = .false.
       bounds = self%range_of(row)
       if (.not. bounds(2) > known) return
-      cubic = cubic_of_row(self, row, stretch)
+      cubic = cubic_of_row(self, row, span)
       ! no cubic exceeds its control points
       associate (c => cubic%c)
          if (.not. max(c(0), c(0) + c(1)/3.0_wp, c(0) + (2.0_wp*c(1) + c(2))/3.0_wp, sum(c)) > known) return
@@ -182,16 +182,16 @@ contains
          if (.not. value > peak%value) cycle
          peak%is_found = .true.
          peak%value = value
-         peak%time = stretch(1) + s(k)*(stretch(2) - stretch(1))
+         peak%time = span(1) + s(k)*(span(2) - span(1))
          peak%still_rises = k == turn_count + 2
       end do
    end subroutine seek_peak
 
-   !> Find the first turning point of a row inside a stretch of the step.
-   subroutine seek_turn(self, row, stretch, direction, is_found, time)
+   !> Find the first turning point of a row inside a span of the step.
+   subroutine seek_turn(self, row, span, direction, is_found, time)
       class(step_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
@@ -200,15 +200,15 @@ contains
       real(wp) :: turn(2)
       integer :: k, turn_count
 
-      cubic = cubic_of_row(self, row, stretch)
+      cubic = cubic_of_row(self, row, span)
       call find_turns(cubic, turn_count, turn)
       is_found = .false.
-      time = stretch(2)
+      time = span(2)
       do k = 1, turn_count
-         ! the turning point at the beginning of the stretch may appear inside it by rounding
+         ! the turning point at the beginning of the span may appear inside it by rounding
          if (direction /= 0 .and. turn(k) < 1.0e-9_wp) cycle
          is_found = .true.
-         time = stretch(1) + turn(k)*(stretch(2) - stretch(1))
+         time = span(1) + turn(k)*(span(2) - span(1))
          direction = merge(1, -1, rate_at(cubic, 0.5_wp*(1.0_wp + turn(k))) > 0.0_wp)
          return
       end do
@@ -245,11 +245,11 @@ contains
 
    !> Integrals of cubics and of their squares by the mass matrix of the Hermite shape functions, and of linear
    !> functions.
-   subroutine integrate(self, stretch, first, second)
+   subroutine integrate(self, span, integrals, square_integrals)
       class(step_interval_t), intent(inout) :: self
-      real(wp), intent(in) :: stretch(2)
-      real(wp), intent(out) :: first(:)
-      real(wp), intent(out) :: second(:)
+      real(wp), intent(in) :: span(2)
+      real(wp), intent(out) :: integrals(:)
+      real(wp), intent(out) :: square_integrals(:)
 
       real(wp), parameter :: mass(4, 4) = reshape([156.0_wp, 22.0_wp, 54.0_wp, -13.0_wp, 22.0_wp, 4.0_wp, 13.0_wp, &
          -3.0_wp, 54.0_wp, 13.0_wp, 156.0_wp, -22.0_wp, -13.0_wp, -3.0_wp, -22.0_wp, 4.0_wp], [4, 4])/420.0_wp
@@ -257,12 +257,12 @@ contains
       real(wp) :: a(4), length
       integer :: k
 
-      length = stretch(2) - stretch(1)
-      do k = 1, size(first)
-         cubic = cubic_of_row(self, output_row_t(k, 1.0_wp, offset_of(k)), stretch)
+      length = span(2) - span(1)
+      do k = 1, size(integrals)
+         cubic = cubic_of_row(self, output_row_t(k, 1.0_wp, offset_of(k)), span)
          a = [cubic%c(0), cubic%c(1), sum(cubic%c), rate_at(cubic, 1.0_wp)]
-         first(k) = length*(0.5_wp*(a(1) + a(3)) + (a(2) - a(4))/12.0_wp)
-         second(k) = length*dot_product(a, matmul(mass, a))
+         integrals(k) = length*(0.5_wp*(a(1) + a(3)) + (a(2) - a(4))/12.0_wp)
+         square_integrals(k) = length*dot_product(a, matmul(mass, a))
       end do
 
    contains
@@ -273,15 +273,15 @@ contains
          real(wp) :: offset
 
          offset = 0.0_wp
-         if (row <= self%contacts) offset = self%seen(row)%height
+         if (row <= self%contacts) offset = self%seen(row)%signed_height
       end function offset_of
    end subroutine integrate
 
    !> Expand rows into the cubics and straight lines of the step.
-   subroutine expand(self, rows, sums)
+   subroutine expand_in_exponentials(self, rows, sums)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: rows(:)
-      type(interval_sums_t), intent(out) :: sums
+      type(exponential_sums_t), intent(out) :: sums
 
       type(cubic_t) :: cubic
       integer :: i
@@ -289,10 +289,10 @@ contains
       call open_sums(size(rows), 0, sums)
       do i = 1, size(rows)
          cubic = cubic_of_row(self, output_row_t(rows(i)), [0.0_wp, self%length])
-         if (rows(i) <= self%contacts) cubic%c(0) = cubic%c(0) + self%seen(rows(i))%height
+         if (rows(i) <= self%contacts) cubic%c(0) = cubic%c(0) + self%seen(rows(i))%signed_height
          sums%power(:, i) = cubic%c/self%length**[0, 1, 2, 3]
       end do
-   end subroutine expand
+   end subroutine expand_in_exponentials
 
    !> Energy of beam and stops at a time since the start of the step.
    function energy(self, time)
@@ -337,18 +337,18 @@ contains
       end do
    end subroutine last_exceedance
 
-   !> A row on a stretch of the step, as a cubic.
-   pure function cubic_of_row(self, row, stretch) result(cubic)
+   !> A row on a span of the step, as a cubic.
+   pure function cubic_of_row(self, row, span) result(cubic)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
-      !> Beginning and end of the stretch, since the start of the step
-      real(wp), intent(in) :: stretch(2)
+      !> Beginning and end of the span, since the start of the step
+      real(wp), intent(in) :: span(2)
       type(cubic_t) :: cubic
 
       type(cubic_t) :: whole
       real(wp) :: s(2)
 
-      s = stretch/self%length
+      s = span/self%length
       if (row%number > self%contacts + 1) then
          associate (line => self%line(:, row%number - self%contacts - 1))
             cubic%c(0) = line(1) + s(1)*(line(2) - line(1))

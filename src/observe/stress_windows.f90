@@ -75,28 +75,28 @@ contains
       type(stress_windows_t), intent(inout) :: windows
 
       type(output_row_t) :: row
-      real(wp) :: stretch(2)
+      real(wp) :: span(2)
       integer :: p
 
-      stretch = [max(windows%window(1) - interval%start, 0.0_wp), &
+      span = [max(windows%window(1) - interval%start, 0.0_wp), &
          min(windows%window(2) - interval%start, interval%length)]
-      if (.not. stretch(2) > stretch(1)) return
+      if (.not. span(2) > span(1)) return
       do p = 1, size(windows%now)
          row = output_row_t(interval%moment_row(p))
          associate (now => windows%now(p))
-            call widen_range(interval, row, stretch, now%extremes, now%search_state)
-            if (windows%slope > 0.0_wp) call add_turns(interval, row, stretch, windows%threshold(p), windows%limit, &
+            call widen_range(interval, row, span, now%extremes, now%search_state)
+            if (windows%slope > 0.0_wp) call add_turns(interval, row, span, windows%threshold(p), windows%limit, &
                now, windows%points(p))
          end associate
       end do
    end subroutine add_interval
 
-   !> Add the values at both ends of a stretch and at all turning points between them. Without damping a fine mesh has
+   !> Add the values at both ends of a span and at all turning points between them. Without damping a fine mesh has
    !> turning points at the rate of its highest mode, so their number is limited.
-   subroutine add_turns(interval, row, stretch, threshold, limit, now, points)
+   subroutine add_turns(interval, row, span, threshold, limit, now, points)
       class(interval_t), intent(inout) :: interval
       type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       real(wp), intent(in) :: threshold
       integer, intent(in) :: limit
       type(place_window_t), intent(inout) :: now
@@ -107,12 +107,12 @@ contains
       logical :: is_found
 
       if (now%counted_until < huge(1.0_wp)) return
-      state = interval%evaluate(row, stretch(1))
+      state = interval%evaluate(row, span(1))
       call add_value(state(1), threshold, now%reversals, points)
       direction = 0
-      time = stretch(1)
+      time = span(1)
       do
-         call interval%seek_turn(row, [time, stretch(2)], direction, is_found, turn)
+         call interval%seek_turn(row, [time, span(2)], direction, is_found, turn)
          if (.not. is_found .or. turn <= time) exit
          time = turn
          state = interval%evaluate(row, time)
@@ -122,7 +122,7 @@ contains
          now%counted_until = interval%start + time
          return
       end do
-      state = interval%evaluate(row, stretch(2))
+      state = interval%evaluate(row, span(2))
       call add_value(state(1), threshold, now%reversals, points)
    end subroutine add_turns
 

@@ -59,7 +59,7 @@ contains
          ['column', 'mode  '])
       call group%attribute('coordinates', column_coordinates, 'lambda')
       call group%put('omega', omega, &
-         trim(merge('frequency         ', 'circular_frequency', group%units%are_of_scene)), &
+         trim(merge('frequency         ', 'circular_frequency', group%units%are_physical)), &
          '{circular frequency in omega1~frequency}', ['column', 'mode  '])
       call group%attribute('coordinates', column_coordinates, group%named('omega'))
       if (allocated(table%exact)) then
@@ -83,7 +83,7 @@ contains
          ['x   ', 'mode'])
       if (allocated(table%shape_slope)) then
          call group%put('slope', table%shape_slope, trim(merge('per_length', 'number    ', &
-            group%units%are_of_scene)), 'its derivative by {x/L~x}', ['x   ', 'mode'])
+            group%units%are_physical)), 'its derivative by {x/L~x}', ['x   ', 'mode'])
       end if
       call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
       call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &

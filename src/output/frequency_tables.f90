@@ -6,7 +6,7 @@ module frequency_tables
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, unit_of, units_t
    use reader_units, only: choose_prefix
-   use scene_words, only: mesh_in_words
+   use scene_words, only: elements_in_words
    use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t
    implicit none (type, external)
    private
@@ -50,7 +50,7 @@ contains
             call print_meshes('error of lambda in percent', error_in_percent(lambda(:size(table%exact), :), &
                spread(table%exact, 2, size(lambda, 2))), percent)
          end if
-         if (units%are_of_scene) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals, &
+         if (units%are_physical) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals, &
             hertz*exact**2)
       end if
       call print_notes(unit, table)
@@ -62,7 +62,7 @@ contains
          type(table_t) :: shown
 
          associate (column => table%columns(1))
-            write (unit, '(/, 2x, a)') 'lambda, '//mesh_in_words(column%elements, column%ratio)//', solver ' &
+            write (unit, '(/, 2x, a)') 'lambda, '//elements_in_words(column%elements, column%ratio)//', solver ' &
                //column%solver
          end associate
          call add_texts(shown, '', modes(rows))
@@ -71,7 +71,7 @@ contains
             call add_numbers(shown, 'exact', exact, decimals)
             call add_numbers(shown, 'error %', error_in_percent(lambda(:, 1), exact), percent)
          end if
-         if (units%are_of_scene) call add_numbers(shown, frequency_unit, hertz*lambda(:, 1)**2, six_digits)
+         if (units%are_physical) call add_numbers(shown, frequency_unit, hertz*lambda(:, 1)**2, six_digits)
          call print_table(unit, shown)
       end subroutine print_column
 
@@ -131,7 +131,7 @@ contains
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
             if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
-               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
+               //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
          end associate
       end do
    end subroutine print_notes

@@ -43,7 +43,7 @@ contains
       real(wp) :: converted(measure_count)
 
       converted = row
-      if (.not. units%are_of_scene) return
+      if (.not. units%are_physical) return
       where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
    end function row_in_units
 

@@ -30,16 +30,16 @@ module mesh_errors
 contains
 
    !> Estimate the discretisation error of a measure and its order of convergence. If the difference of the two finer
-   !> meshes is not clearly smaller than that of the two coarser ones, the effect of chatter exceeds the discretisation
-   !> error, and an estimate would be random.
-   elemental subroutine estimate_mesh_error(value, finer, finest, is_whole, error, order)
+   !> meshes is not clearly smaller than that of the two coarser ones, the measure does not converge (for instance
+   !> because of chatter), and no estimate is possible.
+   elemental subroutine estimate_mesh_error(coarse, medium, fine, is_whole, error, order)
       !> Values on the three meshes; NaN: the event of the measure did not happen
-      real(wp), intent(in) :: value
-      real(wp), intent(in) :: finer
-      real(wp), intent(in) :: finest
+      real(wp), intent(in) :: coarse
+      real(wp), intent(in) :: medium
+      real(wp), intent(in) :: fine
       !> Whether the measure is a count
       logical, intent(in) :: is_whole
-      !> Estimated error of `value`; NaN: no estimate is possible
+      !> Estimated error of `coarse`; NaN: no estimate is possible
       real(wp), intent(out) :: error
       !> Observed order of convergence; NaN: none was observed
       real(wp), intent(out) :: order
@@ -47,20 +47,23 @@ contains
       ! Relative differences below `rounding` are rounding errors. The elements converge with order four, peaks seldom
       ! faster.
       real(wp), parameter :: rounding = 1.0e-11_wp, min_order = 0.5_wp, max_order = 6.0_wp
-      real(wp) :: coarse, fine
+      ! differences of neighbouring meshes
+      real(wp) :: coarse_difference, fine_difference
 
       order = ieee_value(1.0_wp, ieee_quiet_nan)
       error = order
-      if (any(ieee_is_nan([value, finer, finest]))) return
-      ! Richardson extrapolation from the differences of neighbouring meshes
-      coarse = abs(value - finer)
-      fine = abs(finer - finest)
-      if (max(coarse, fine) <= rounding*max(1.0_wp, abs(value))) then
+      if (any(ieee_is_nan([coarse, medium, fine]))) return
+      coarse_difference = abs(coarse - medium)
+      fine_difference = abs(medium - fine)
+      if (max(coarse_difference, fine_difference) <= rounding*max(1.0_wp, abs(coarse))) then
          error = 0.0_wp
-      else if (.not. is_whole .and. fine*2.0_wp**min_order < coarse) then
+      else if (.not. is_whole .and. fine_difference*2.0_wp**min_order < coarse_difference) then
          order = max_order
-         if (fine*2.0_wp**max_order > coarse) order = log(coarse/fine)/log(2.0_wp)
-         error = coarse/(1.0_wp - 0.5_wp**order)
+         if (fine_difference*2.0_wp**max_order > coarse_difference) then
+            order = log(coarse_difference/fine_difference)/log(2.0_wp)
+         end if
+         ! Richardson extrapolation
+         error = coarse_difference/(1.0_wp - 0.5_wp**order)
       end if
    end subroutine estimate_mesh_error
 
@@ -69,6 +72,7 @@ contains
       type(quantity_group_t), intent(in) :: group
       type(mesh_errors_t), intent(in) :: errors
 
+      ! the group without multiplication of values by the units of the results
       type(quantity_group_t) :: unscaled
       integer :: i
 
@@ -81,9 +85,9 @@ contains
             if (.not. is_shown(i)) cycle
             if (measure%group /= '' .and. all(ieee_is_nan(errors%row(i, :)))) cycle
             call unscaled%put(trim(measure%name), [errors%error(i, :)], measure%quantity, &
-               'estimated error of the mesh; nan: it does not settle: '//measure%meaning, 'case')
+               'estimated discretisation error; nan: it does not converge: '//measure%meaning, 'case')
             call unscaled%put('order_'//trim(measure%name), [errors%order(i, :)], 'number', &
-               'order of convergence seen; nan: none', 'case')
+               'observed order of convergence; nan: none', 'case')
          end associate
       end do
    end subroutine write_mesh_errors
@@ -116,7 +120,8 @@ contains
             call choose_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
                unit_in(units, measure_table(i)%quantity), factors(i), prefixed_unit)
             if (prefixed_unit /= '') labels(i) = trim(labels(i))//', '//prefixed_unit
-            if (i == measure_mean_force) labels(i) = trim(labels(i))//phrase(units, ', first ', 'time', force_window)
+            if (i == measure_mean_force) labels(i) = trim(labels(i)) &
+               //phrase(units, ', over the first ', 'time', force_window)
             max_error(i) = ieee_value(1.0_wp, ieee_quiet_nan)
             if (any(known)) max_error(i) = factors(i)*maxval(errors%error(i, :), mask=known)
             estimated(i) = to_text(count(known))//' of '//to_text(cases)
@@ -124,16 +129,16 @@ contains
       end do
       call add_texts(table, 'measure', labels(shown))
       if (cases == 1) then
-         write (unit, '(/, 2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
+         write (unit, '(/, 2x, a)') 'Discretisation error, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
          call add_numbers(table, 'value', factors(shown)*errors%row(shown, 1), 6)
-         call add_numbers(table, 'error', max_error(shown), with_exponent, none='does not settle')
+         call add_numbers(table, 'error', max_error(shown), with_exponent, none='does not converge')
          call add_numbers(table, 'order', errors%order(shown, 1), 1)
       else
-         write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
+         write (unit, '(/, 2x, a)') 'Discretisation error in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
          call add_numbers(table, 'maximum error', max_error(shown), with_exponent, none='none')
-         call add_texts(table, 'settled', estimated(shown))
+         call add_texts(table, 'converged', estimated(shown))
       end if
       call print_table(unit, table)
    end subroutine print_mesh_errors

@@ -68,7 +68,7 @@ contains
       same%units = self%units
       same%scales_values = .false.
       same%symbols_as_units = self%symbols_as_units
-      if (.not. same%units%are_of_scene) same%units%factor = 0.0_wp
+      if (.not. same%units%are_physical) same%units%factor = 0.0_wp
       if (.not. present(varied)) return
       ! the height of the stop from which the beam is released changes the unit of displacement
       if (any(varied == 'displacement')) same%units%factor = 0.0_wp
@@ -104,7 +104,7 @@ contains
       call self%find_unit(quantity, unit, factor, scene_factor)
       scale = ''
       if (present(along)) scale = self%named(along)
-      if (self%units%are_of_scene) then
+      if (self%units%are_physical) then
          call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scale, is_scale, scene_factor)
       else
          call self%add(self%named(name), values, unit, self%resolved(meaning), scale, is_scale, scene_factor)
@@ -129,7 +129,7 @@ contains
       call self%find_unit(quantity, unit, factor, scene_factor)
       scales(1) = self%named(along(1))
       scales(2) = self%named(along(2))
-      if (self%units%are_of_scene) then
+      if (self%units%are_physical) then
          call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scales, &
             in_scene_units=scene_factor)
       else
@@ -274,7 +274,7 @@ contains
       scene_factor = 0.0_wp
       if (quantity == 'number') return
       scene_factor = self%units%factor(entry)
-      if (.not. self%units%are_of_scene) return
+      if (.not. self%units%are_physical) return
       unit = unit_of(entry, self%units)
       if (self%scales_values) factor = scene_factor
    end subroutine find_unit
@@ -287,7 +287,7 @@ contains
       !> One dimensionless unit in units of the scene; 0: unknown
       real(wp), intent(in) :: scene_factor
 
-      if (self%units%are_of_scene .or. self%units%system == system_none .or. scene_factor <= 0.0_wp) return
+      if (self%units%are_physical .or. self%units%system == system_none .or. scene_factor <= 0.0_wp) return
       call self%attribute(scale_unit, unit_of(quantity_named(quantity), self%units), self%named(name))
    end subroutine write_scale_unit
 

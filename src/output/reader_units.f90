@@ -118,7 +118,7 @@ contains
       unit = unit_in(units, quantity)
       if (unit /= '') then
          words = with_unit(value*units%factor(quantity_named(quantity)), unit)
-      else if (present(decimals) .and. .not. units%are_of_scene) then
+      else if (present(decimals) .and. .not. units%are_physical) then
          words = with_decimals(value, decimals)
       else
          words = rounded(value)
@@ -147,7 +147,7 @@ contains
       character(:), allocatable :: unit
 
       unit = ''
-      if (units%are_of_scene .and. quantity /= 'number') unit = unit_of(quantity_named(quantity), units)
+      if (units%are_physical .and. quantity /= 'number') unit = unit_of(quantity_named(quantity), units)
    end function unit_in
 
    !> Unit of an input parameter in the scene, whatever the units of the results; empty for a ratio or a pure number.

@@ -78,7 +78,7 @@ contains
             call group%attribute('mesh_compared', real(check%compared, wp))
             call group%attribute('mesh_difference', check%difference)
             call group%put_attribute('mesh_horizon', check%horizon, 'time')
-            call group%attribute('mesh_is_settled', merge(1.0_wp, 0.0_wp, check%is_settled))
+            call group%attribute('mesh_is_settled', merge(1.0_wp, 0.0_wp, check%is_converged))
          end if
       end associate
       if (.not. allocated(response%tau)) return

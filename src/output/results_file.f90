@@ -168,12 +168,12 @@ contains
       call group%attribute('name', scene%name)
       call group%attribute('program', program_name)
       call group%attribute('version', program_version)
-      if (group%units%are_of_scene) then
+      if (group%units%are_physical) then
          call group%attribute('conventions', conventions_in_units//conventions(:index(conventions, '; in_scene') - 1))
       else
          call group%attribute('conventions', conventions)
       end if
-      if (group%units%are_of_scene) call group%attribute('units', trim(merge('scene   ', &
+      if (group%units%are_physical) call group%attribute('units', trim(merge('scene   ', &
          system_names(group%units%system), group%units%system == system_none)))
    end subroutine write_root
 

@@ -82,11 +82,11 @@ contains
          words = words//phrase(units, 'the motion differs by ', 'displacement', check%difference)
       end if
       call print_line(unit, '', words//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
-      if (check%is_settled) return
+      if (check%is_converged) return
       if (check%is_cut) then
          call print_line(unit, '', 'that is NOT reached: finer meshes would take long; &mesh tolerance searches on')
       else
-         call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
+         call print_line(unit, '', 'it does NOT converge to the tolerance on finer meshes')
       end if
    end subroutine print_mesh
 
@@ -155,7 +155,7 @@ contains
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
          'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
       if (decays) call print_rebounds()
-      if (present(errors)) call print_line(unit, '', '+- error of the mesh, by '//to_text(2*errors%elements(1)) &
+      if (present(errors)) call print_line(unit, '', '+- discretisation error, by '//to_text(2*errors%elements(1)) &
          //' and '//to_text(4*errors%elements(1))//' elements')
 
    contains
@@ -404,7 +404,7 @@ contains
          real(wp) :: factor
 
          factor = 1.0_wp
-         if (units%are_of_scene .and. quantity /= 'number') factor = units%factor(quantity_named(quantity))
+         if (units%are_physical .and. quantity /= 'number') factor = units%factor(quantity_named(quantity))
          call add_numbers(table, words_in(units, heading), factor*values, decimals, unit_in(units, quantity))
       end subroutine add
    end subroutine print_stresses

@@ -14,11 +14,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(units_t) :: units
 
-      logical :: are_of_scene
+      logical :: are_physical
 
-      are_of_scene = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
+      are_physical = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
          .and. scene%unit_system > 0 .and. scene%unit_system /= system_none)
-      units = units_of(scene%scales, scene%unit_system, are_of_scene)
+      units = units_of(scene%scales, scene%unit_system, are_physical)
    end function units_in
 
 end module scene_units

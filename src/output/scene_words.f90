@@ -6,9 +6,8 @@ module scene_words
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, value_in_units
    use root_and_mass_settings, only: mass_settings_t, root_pinned, root_settings_t
-   use run_settings, only: body_settings_t, impulse_names, law_names, law_restitution, law_spring_damper, &
-      method_names, &
-      method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
+   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, law_spring_damper, &
+      method_names, method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
    use scene_units, only: units_in
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names, shape_rectangle
@@ -16,8 +15,8 @@ module scene_words
    use warning_list, only: warning_names
    implicit none (type, external)
    private
-   public :: print_model, print_warnings, law_in_words, mass_in_words, mesh_in_words, mesh_of_scene, place_in_words, &
-      released_stop, root_in_words, stops_in_scene, support_in_words
+   public :: print_model, print_warnings, law_in_words, mass_in_words, elements_in_words, mesh_in_words, &
+      place_in_words, stop_of_release, root_in_words, stops_in_scene, support_in_words
 
 contains
 
@@ -49,7 +48,7 @@ contains
          call print_warnings(unit, scene)
          return
       end if
-      call print_line(unit, 'mesh', mesh_of_scene(scene, node_position))
+      call print_line(unit, 'mesh', mesh_in_words(scene, node_position))
       call print_stops(unit, scene, units, node_position)
       if (allocated(scene%bodies)) then
          do i = 1, size(scene%bodies)
@@ -80,7 +79,8 @@ contains
       end do
    end subroutine print_warnings
 
-   !> Section, damping and tip mass of the beam.
+   !> Section, damping and tip mass of the beam. In texts for `phrase` and `words_in`, {a~b} stands for a in
+   !> dimensionless results and for b in results with units.
    pure function beam_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
       !> Units of the results
@@ -101,12 +101,12 @@ contains
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
          end if
       end associate
-      if (units%are_of_scene) words = words//', L = '//value_in_units(units, 'length', 1.0_wp)
+      if (units%are_physical) words = words//', L = '//value_in_units(units, 'length', 1.0_wp)
       ! the mean height of other sections is that of a rectangle with the same inertia and area, which no reader expects
       if (scene%beam%shape /= shape_section .or. scene%beam%section%shape == shape_rectangle) words = words &
          //phrase(units, ', {hbar/L~hbar} = ', 'length', scene%scales%height_ratio)
       words = words//damping_in_words(scene)
-      if (scene%tip_mass_ratio > 0.0_wp .or. .not. units%are_of_scene) words = words &
+      if (scene%tip_mass_ratio > 0.0_wp .or. .not. units%are_physical) words = words &
          //phrase(units, ', {mu =~tip mass} ', 'mass', scene%tip_mass_ratio)
    end function beam_in_words
 
@@ -120,7 +120,7 @@ contains
 
       words = ''
       if (allocated(scene%mode_ratios)) then
-         words = ', mode ratios'
+         words = ', modal damping ratios'
          do i = 1, min(size(scene%mode_ratios), max_shown)
             words = words//' '//rounded(scene%mode_ratios(i))
          end do
@@ -128,7 +128,7 @@ contains
          return
       end if
       if (scene%zeta > 0.0_wp .or. scene%wants_response) words = ', zeta = '//rounded(scene%zeta)
-      if (scene%zeta_mass > 0.0_wp) words = words//', zeta_mass = '//rounded(scene%zeta_mass)
+      if (scene%zeta_mass > 0.0_wp) words = words//', mass-proportional damping ratio '//rounded(scene%zeta_mass)
    end function damping_in_words
 
    !> Print position and law of each stop, in one line for a single stop below the beam, else in two lines each.
@@ -157,7 +157,7 @@ contains
             call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
             cycle
          end if
-         if (scene%start%kind == start_release .and. k == released_stop(scene)) words = words//'; released from it'
+         if (scene%start%kind == start_release .and. k == stop_of_release(scene)) words = words//'; released from it'
          if (stops(k)%side == side_below) words = 'below, '//words
          call print_line(unit, label, words)
          call print_line(unit, '', law_in_words(stops(k), units))
@@ -255,28 +255,30 @@ contains
       words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)
    end function mass_in_words
 
-   !> Number of elements, ratio of their lengths, and the tolerance for which the mesh was found, if the program chose
-   !> it.
-   pure function mesh_of_scene(scene, node_position) result(words)
+   !> Mesh of a scene: the number of elements with the ratio of their lengths or, if the program chose the mesh, the
+   !> tolerance for which it was chosen.
+   pure function mesh_in_words(scene, node_position) result(words)
       type(scene_t), intent(in) :: scene
       !> Positions x/L of the nodes, [0:n]; absent if no motion is computed
       real(wp), intent(in), optional :: node_position(0:)
       character(:), allocatable :: words
 
       associate (mesh => scene%mesh)
-         words = mesh_in_words(mesh%elements, merge(0.0_wp, mesh%ratio, allocated(mesh%nodes)))
+         words = elements_in_words(mesh%elements, merge(0.0_wp, mesh%ratio, allocated(mesh%nodes)))
          if (mesh%tolerance > 0.0_wp .and. present(node_position)) then
             words = to_text(size(node_position) - 1)//' elements, found for a tolerance of '//rounded(mesh%tolerance)
          else if (mesh%found%compared > 0) then
+            ! the scene gives no mesh, and the mesh was found from the runs named in `found_for`, for a tolerance of
+            ! displacements and of the first impact
             if (abs(mesh%ratio - 1.0_wp) <= 0.0_wp) words = to_text(mesh%elements)//' elements'
-            words = words//' found for '//rounded(100.0_wp*mesh%found%tolerance) &
-               //' % of displacement, first impact '//trim(mesh%found_for)
+            words = trim(words//', found for a tolerance of '//rounded(100.0_wp*mesh%found%tolerance) &
+               //' % of displacement and first impact '//mesh%found_for)
          end if
       end associate
-   end function mesh_of_scene
+   end function mesh_in_words
 
    !> Number of elements and ratio of their lengths.
-   pure function mesh_in_words(elements, ratio) result(words)
+   pure function elements_in_words(elements, ratio) result(words)
       integer, intent(in) :: elements
       !> Ratio l_i/l_(i+1) of neighbouring lengths; 0: the nodes are given
       real(wp), intent(in) :: ratio
@@ -288,7 +290,7 @@ contains
       else
          words = words//' between nodes that are given'
       end if
-   end function mesh_in_words
+   end function elements_in_words
 
    !> All stops in the order of the scene.
    pure function stops_in_scene(scene) result(stops)
@@ -299,14 +301,14 @@ contains
       if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
    end function stops_in_scene
 
-   !> Number of the stop from which the beam is released, if there is more than one stop; 0: there is a single stop.
-   pure function released_stop(scene) result(number)
+   !> Number of the stop from which the beam is released; 0: there is a single stop.
+   pure function stop_of_release(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number
 
       number = 0
       if (allocated(scene%more_stops)) number = stop_released_from(stops_in_scene(scene), scene%release_stop)
-   end function released_stop
+   end function stop_of_release
 
    !> The law of a stop with its parameters.
    pure function law_in_words(stop, units) result(words)
@@ -316,12 +318,13 @@ contains
       character(:), allocatable :: words
 
       if (stop%law == law_restitution) then
-         words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
+         words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' (' &
+            //merge('node alone', 'whole beam', stop%impulse == impulse_nodal)//')'
          return
       end if
       words = trim(merge('spring and damper', 'three elements   ', stop%law == law_spring_damper)) &
          //phrase(units, ', {kappa~k} = ', 'stiffness', stop%stiffness_ratio)
-      if (stop%law /= law_spring_damper) words = words//', beta = '//rounded(stop%branch_ratio)
+      if (stop%law /= law_spring_damper) words = words//', branch ratio '//rounded(stop%branch_ratio)
       words = words//phrase(units, ', {c*~c} = ', 'damper', stop%damper_ratio)
    end function law_in_words
 
@@ -340,13 +343,13 @@ contains
             words = words//' (so near to the tip that it is put there)'
          end if
       end if
-      ! a positive preload presses the stop against the unstressed beam, a negative preload is a gap; in units of the
-      ! scene the height of the stop is positive upwards
+      ! A preload is positive if the unstressed beam would overlap the stop, and negative if there is a gap. Results
+      ! with units print the height of the stop instead, positive upwards: for a stop above the beam, minus the preload
       if (stop%side == side_both) then
          words = 'on both sides, '//words//phrase(units, ', clearance ', 'displacement', -stop%preload)
       else
          words = words//phrase(units, ', {delta~d} = ', 'displacement', &
-            merge(-stop%preload, stop%preload, units%are_of_scene .and. stop%side == side_above))
+            merge(-stop%preload, stop%preload, units%are_physical .and. stop%side == side_above))
       end if
       if (stop%side == side_above) words = 'above, '//words
    end function place_in_words

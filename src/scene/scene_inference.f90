@@ -91,7 +91,7 @@ contains
          //'of the residuals', range_t(0.0_wp, 1.0e20_wp)))
       call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
       call table%bind(fit%has_scale, name_t('scale', 'find the scale of the signal too'))
-      call table%bind(fit%time_shift, name_t('time_shift', 'find by how much the signal is late, at most this ' &
+      call table%bind(fit%max_time_shift, name_t('time_shift', 'find by how much the signal is late, at most this ' &
          //'much or as early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
       call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
    end subroutine list_fit
@@ -324,7 +324,7 @@ contains
             call input%complain(group, 'noise_column', 'must differ from time_column and value_column')
          else if (fit%noise > 0.0_wp .and. fit%noise_column > 0) then
             call input%complain(group, 'noise', 'does not go with noise_column; give one of them')
-         else if (is_feature(fit%observed) .and. fit%time_shift > 0.0_wp) then
+         else if (is_feature(fit%observed) .and. fit%max_time_shift > 0.0_wp) then
             call input%complain(group, 'time_shift', 'does not go with numbered '//trim(observed_names(fit%observed)))
          else if (fit%start >= fit%end) then
             call input%complain(group, 'start end', 'no part of the signal is between start and end')

@@ -31,7 +31,8 @@ module scene_resolve
    use scene_warnings, only: warn_of_scene, words_of_frequency
    use section_shapes, only: is_uniform, profile_stepped
    use unit_ratios, only: check_units, entries_in_units, set_ratio
-   use value_rules, only: contains_value, max_length_ratio, max_numbers, range_t, range_text, length_ratio_problem
+   use value_rules, only: contains_value, length_ratio_problem, max_length_ratio, max_stored_numbers, range_t, &
+      range_text
    implicit none (type, external)
    private
    public :: resolve_scene, resolve_units, problem_with_damping
@@ -295,10 +296,10 @@ contains
                   //rounded(response%duration/omega1)//' s: '//words_of_frequency(scene)
             end if
             call input%complain('response', names, reason)
-         else if (response%duration/response%step > max_numbers) then
+         else if (response%duration/response%step > max_stored_numbers) then
             call input%complain('response', 'step step_time', &
                'duration over step is '//to_text(response%duration/response%step) &
-               //' samples: must be at most '//to_text(max_numbers)//' to fit into memory')
+               //' samples: must be at most '//to_text(max_stored_numbers)//' to fit into memory')
          end if
       end associate
    end subroutine check_samples
@@ -446,17 +447,17 @@ contains
                   //to_text(scene%response%duration)//' (tau)')
             else if (any([(instants(i) >= instants(i + 1), i=1, size(instants) - 1)])) then
                call input%complain('output', 'shape_times', 'must be ascending')
-            else if (numbers > max_numbers) then
+            else if (numbers > max_stored_numbers) then
                call input%complain('output', 'shape_times', to_text(size(instants))//' shapes of ' &
                   //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most ' &
-                  //to_text(max_numbers))
+                  //to_text(max_stored_numbers))
             end if
          end associate
       end if
       if (scene%output%shape_step > 0.0_wp) then
          numbers = scene%response%duration/scene%output%shape_step*real(scene%mesh%elements + 1, wp)
-         if (numbers > max_numbers) call input%complain('output', 'shape_step', to_text(numbers) &
-            //' numbers would be stored: must be at most '//to_text(max_numbers))
+         if (numbers > max_stored_numbers) call input%complain('output', 'shape_step', to_text(numbers) &
+            //' numbers would be stored: must be at most '//to_text(max_stored_numbers))
       end if
       if (.not. scene%wants_frequencies) return
       modes = 2*scene%frequencies%mesh_elements(1)

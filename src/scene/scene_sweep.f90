@@ -14,7 +14,7 @@ module scene_sweep
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_follower, is_swept, parameter_t, &
       parameter_index, &
       swept_t, values_given
-   use value_rules, only: max_length_ratio, max_numbers, length_ratio_problem
+   use value_rules, only: max_length_ratio, max_stored_numbers, length_ratio_problem
    implicit none (type, external)
    private
    public :: resolve_sweep, resolve_cases, entry_of_parameter, refuse_lost_units
@@ -265,8 +265,9 @@ contains
          if (any(values_given(duration) < scene%response%step)) then
             call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
                //to_text(scene%response%step))
-         else if (any(values_given(duration) > max_numbers*scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(max_numbers)//' steps')
+         else if (any(values_given(duration) > max_stored_numbers*scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(max_stored_numbers) &
+               //' steps')
          end if
       end associate
    end subroutine check_duration

@@ -1,18 +1,19 @@
-!> Ranges of values: definitions of common ranges, tests, and descriptions in messages.
+!> Ranges of values that names of scenes accept: a type, its tests and its texts in messages, and common ranges.
 module value_rules
    use kinds, only: wp
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, length_ratio_problem, max_length_ratio, max_numbers
+   public :: range_t, contains_value, range_text, one_of, length_ratio_problem, max_length_ratio, max_stored_numbers
    public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
    !> Maximum ratio of the longest to the shortest element; with larger ratios, nodes of the short elements coincide
    !> because of rounding.
    real(wp), parameter :: max_length_ratio = 1.0e12_wp
-   !> Maximum number of values of one kind in the results: 0.8 GB.
-   real(wp), parameter :: max_numbers = 1.0e8_wp
+   !> Maximum number of values that a run stores of one kind (samples of a history, or shapes or modes times their
+   !> nodes); they take 0.8 GB.
+   real(wp), parameter :: max_stored_numbers = 1.0e8_wp
 
    !> Closed interval from `minimum` to `maximum`; `excludes_minimum`: without `minimum` itself.
    type :: range_t
@@ -21,18 +22,26 @@ module value_rules
       logical :: excludes_minimum = .false.
    end type range_t
 
-   !> Values in the user's units: wide ranges, but products and quotients of a few values do not overflow.
+   !> Nonnegative values in the user's units. The limit of this range, and of the next two, is so low that products and
+   !> quotients of a few values do not overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
+   !> Values of either sign in the user's units.
    type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
+   !> Lengths in the user's units.
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
-   !> x/L of stops, supports and masses; x/L of any point; stiffness ratios of springs.
+   !> Positions x/L of stops, supports and masses, which must not be at the root.
    type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
+   !> Positions x/L of any point of the beam.
    type(range_t), parameter :: point_range = range_t(0.0_wp, 1.0_wp)
+   !> Stiffness ratios of springs.
    type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
-   !> Dimensionless loads and displacements, of either sign; positive ones. Instants, and durations, tau.
+   !> Dimensionless loads and displacements of either sign.
    type(range_t), parameter :: load_range = range_t(-1.0e12_wp, 1.0e12_wp)
+   !> Positive dimensionless values.
    type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.)
+   !> Instants, tau.
    type(range_t), parameter :: instant_range = range_t(0.0_wp, 1.0e9_wp)
+   !> Durations, tau.
    type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_minimum=.true.)
 
    interface range_t

@@ -59,7 +59,7 @@ module inference_settings
       logical :: has_offset = .false.
       logical :: has_scale = .false.
       !> Maximum delay or advance of the signal relative to the run, in the unit of time of the results; 0: none
-      real(wp) :: time_shift = 0.0_wp
+      real(wp) :: max_time_shift = 0.0_wp
       !> Maximum number of runs from one start
       integer :: evaluations = 2000
       !> Times (of features: numbers), ascending, and values of the part that is fitted, in the units of the results,

@@ -19,14 +19,14 @@ module mesh_checks
       integer :: compared = 0
       !> Requested tolerance
       real(wp) :: tolerance = 0.0_wp
-      !> Tolerance and difference are relative: to the maximum displacement, and to the instant of the first impact
+      !> Tolerance and difference are relative to the maximum displacement and to the instant of the first impact
       logical :: is_relative = .false.
-      !> End of the comparison, tau, and maximum difference: of eta at stop and tip, and of the instants tau of first
-      !> impact and settling
+      !> End of the comparison, tau
       real(wp) :: horizon = 0.0_wp
+      !> Maximum difference of eta at stop and tip, and of the instants tau of first impact and settling
       real(wp) :: difference = 0.0_wp
       !> The difference is within the tolerance, so the mesh is accepted
-      logical :: is_settled = .false.
+      logical :: is_converged = .false.
       !> The search ended because further meshes would have cost too much
       logical :: is_cut = .false.
    end type mesh_check_t

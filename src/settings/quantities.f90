@@ -97,7 +97,7 @@ module quantities
    !> Units of results.
    type :: units_t
       !> Results are in the units of the scene, otherwise dimensionless
-      logical :: are_of_scene = .false.
+      logical :: are_physical = .false.
       !> Units of the scene: index in `system_names`
       integer :: system = system_none
       !> One dimensionless unit of each quantity, in the units of the scene; 0: not known
@@ -114,17 +114,17 @@ contains
    end function quantity_named
 
    !> The units of the results of a scene.
-   pure function units_of(scales, system, are_of_scene) result(units)
+   pure function units_of(scales, system, are_physical) result(units)
       type(scales_t), intent(in) :: scales
       !> Index in `system_names`; 0: not given
       integer, intent(in) :: system
       !> Results are in the units of the scene, otherwise dimensionless
-      logical, intent(in) :: are_of_scene
+      logical, intent(in) :: are_physical
       type(units_t) :: units
 
       integer :: i
 
-      units%are_of_scene = are_of_scene
+      units%are_physical = are_physical
       units%system = merge(system, system_none, system > 0)
       units%factor = [(factor_of(i, scales), i=1, quantity_count)]
    end function units_of
@@ -275,7 +275,7 @@ contains
          if (opened == 0) return
          closed = opened + index(words(opened:), '}') - 1
          tilde = opened + index(words(opened:closed)//'~', '~') - 1
-         if (units%are_of_scene) then
+         if (units%are_physical) then
             words = words(:opened - 1)//words(tilde + 1:closed - 1)//words(closed + 1:)
          else
             words = words(:opened - 1)//words(opened + 1:min(tilde, closed) - 1)//words(closed + 1:)

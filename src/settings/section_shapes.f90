@@ -6,7 +6,7 @@ module section_shapes
    use run_settings, only: name_length
    implicit none (type, external)
    private
-   public :: section_settings_t, area_of_shape, inertia_of_shape, fibre_of_shape, is_uniform, mean_of_profile
+   public :: section_settings_t, area_of_shape, inertia_of_shape, outer_fibre_of_shape, is_uniform, mean_of_profile
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
@@ -19,20 +19,23 @@ module section_shapes
    !> General section; its first dimension is the area, its second the second moment of area
    integer, parameter :: shape_general = 4
 
-   !> Between stations, dimensions are linear, or constant up to the next station, or a natural cubic spline (curvature
-   !> 0 at its ends).
+   !> Dimensions are linear between stations.
    integer, parameter :: profile_linear = 1
+   !> Dimensions are constant from each station to the next.
    integer, parameter :: profile_stepped = 2
+   !> Dimensions are natural cubic splines through the stations (curvature 0 at the ends of the beam).
    integer, parameter :: profile_cubic = 3
 
-   !> Names of the `shape_` and `profile_` constants in scene files
+   !> Names of the `shape_` constants in scene files
    character(*), parameter :: shape_names(4) = [character(name_length) :: 'rectangle', 'round', 'tube', 'general']
+   !> Names of the `profile_` constants in scene files
    character(*), parameter :: profile_names(3) = [character(name_length) :: 'linear', 'stepped', 'cubic']
 
    !> Settings of &section, in the user's units.
    type :: section_settings_t
-      !> One of the `shape_` and of the `profile_` constants
+      !> One of the `shape_` constants
       integer :: shape = shape_rectangle
+      !> One of the `profile_` constants
       integer :: profile = profile_linear
       !> Stations from 0 to L, ascending; for a stepped profile, the beginnings of the steps. Unallocated: a uniform
       !> section
@@ -40,8 +43,9 @@ module section_shapes
       !> Dimensions as given in the file, one value for each station, or one value for the whole beam
       real(wp), allocatable :: width(:), height(:), diameter(:), outer_diameter(:), wall(:), inner_diameter(:)
       real(wp), allocatable :: area(:), inertia(:)
-      !> First and second dimension of the shape, one value for each station, or one value for the whole beam
+      !> First dimension of the shape, one value for each station, or one value for the whole beam
       real(wp), allocatable :: first(:)
+      !> Second dimension of the shape, one value for each station, or one value for the whole beam
       real(wp), allocatable :: second(:)
       !> Distance of the outer fibre from the neutral axis, for `shape_general`; unallocated: not known
       real(wp), allocatable :: outer_fibre(:)
@@ -94,7 +98,7 @@ contains
    end function inertia_of_shape
 
    !> Distance of the outer fibre from the neutral axis; 0: not known.
-   elemental function fibre_of_shape(shape, first, second) result(fibre)
+   elemental function outer_fibre_of_shape(shape, first, second) result(fibre)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
       !> The two dimensions of the shape
@@ -105,7 +109,7 @@ contains
       fibre = 0.5_wp*first
       if (shape == shape_rectangle) fibre = 0.5_wp*second
       if (shape == shape_general) fibre = 0.0_wp
-   end function fibre_of_shape
+   end function outer_fibre_of_shape
 
    !> Whether the section is constant along the beam, that is, each dimension has a single value.
    pure function is_uniform(section) result(uniform)
@@ -123,21 +127,22 @@ contains
       real(wp), intent(in) :: values(:)
       real(wp) :: mean
 
-      real(wp), allocatable :: width(:)
-      integer :: count
+      ! distances between neighbouring stations
+      real(wp), allocatable :: spacing(:)
+      integer :: stations
 
-      count = size(values)
+      stations = size(values)
       mean = values(1)
-      if (count == 1) return
+      if (stations == 1) return
       if (section%profile == profile_stepped) then
          mean = sum(values*([section%station(2:), length] - section%station))/length
          return
       end if
-      width = section%station(2:) - section%station(:count - 1)
-      mean = sum(0.5_wp*(values(2:) + values(:count - 1))*width)/length
+      spacing = section%station(2:) - section%station(:stations - 1)
+      mean = sum(0.5_wp*(values(2:) + values(:stations - 1))*spacing)/length
       if (section%profile == profile_linear) return
       associate (curvature => spline_curvature(section%station, values, [.false., .false.]))
-         mean = mean - sum((curvature(2:) + curvature(:count - 1))*width**3)/(24.0_wp*length)
+         mean = mean - sum((curvature(2:) + curvature(:stations - 1))*spacing**3)/(24.0_wp*length)
       end associate
    end function mean_of_profile
 

@@ -6,7 +6,7 @@
 !> with a series for the last factor. Frequencies ascend, so the frequencies with a small z are neighbours and no loop
 !> over frequencies has a branch; loops have real variables, because compilers then use vector instructions.
 module fourier_integrals
-   use interval_sums, only: interval_sums_t
+   use exponential_sums, only: exponential_sums_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -21,18 +21,18 @@ module fourier_integrals
    !> exp(-x) counts as zero for x above this number, near the underflow.
    real(wp), parameter :: max_exponent = 700.0_wp
 
-   !> A band of frequencies, and their phasors over a stretch of the length h.
+   !> A band of frequencies, and their phasors over a span of the length h.
    type :: band_t
       !> Frequencies, of which the first `count` are used
       real(wp) :: omega(band_size) = 0.0_wp
       integer :: count = 0
-      !> Length h of the stretch
+      !> Length h of the span
       real(wp) :: length = 0.0_wp
       !> Real and imaginary parts of exp(-i omega h) and of exp(-i omega h/2)
       real(wp), dimension(band_size) :: phasor_re = 1.0_wp, phasor_im = 0.0_wp, half_re = 1.0_wp, half_im = 0.0_wp
    end type band_t
 
-   !> Sums over the terms of one signal: contributions of the end of the stretch, still to be multiplied by
+   !> Sums over the terms of one signal: contributions of the end of the span, still to be multiplied by
    !> exp(-i omega h), and contributions of its start.
    type :: sums_t
       real(wp), dimension(band_size) :: end_re = 0.0_wp, end_im = 0.0_wp, start_re = 0.0_wp, start_im = 0.0_wp
@@ -40,11 +40,11 @@ module fourier_integrals
 
 contains
 
-   !> Add the integrals of x(t) exp(-i omega (start + t)) over a stretch of an interval.
+   !> Add the integrals of x(t) exp(-i omega (start + t)) over a span of an interval.
    pure subroutine add_fourier_integrals(sums, from, to, start, omega, transform)
       !> Signals x
-      type(interval_sums_t), intent(in) :: sums
-      !> Start and end of the stretch, measured from the start of the interval
+      type(exponential_sums_t), intent(in) :: sums
+      !> Start and end of the span, measured from the start of the interval
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       !> Instant of the start of the interval
@@ -58,9 +58,9 @@ contains
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
       type(band_t) :: band
       type(sums_t) :: total(size(transform, 2))
-      ! exp(-i omega t) at the start of the stretch
+      ! exp(-i omega t) at the start of the span
       real(wp), dimension(band_size) :: origin_re, origin_im
-      ! amplitudes and coefficients of powers for the time since the start of the stretch
+      ! amplitudes and coefficients of powers for the time since the start of the span
       complex(wp) :: amplitude(size(transform, 2), size(sums%exponent))
       real(wp) :: power(0:3, size(transform, 2))
       integer :: first, i, k, m
@@ -138,7 +138,7 @@ contains
    pure subroutine open_band(omega, length, band)
       !> Frequencies, ascending
       real(wp), intent(in) :: omega(:)
-      !> Length of the stretch
+      !> Length of the span
       real(wp), intent(in) :: length
       !> In: `count` is set
       type(band_t), intent(inout) :: band
@@ -220,7 +220,7 @@ contains
       type(band_t), intent(in) :: band
       !> Exponent
       complex(wp), intent(in) :: s
-      !> Amplitude in each signal at the start of the stretch, [signals]
+      !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
       type(sums_t), intent(inout) :: total(:)
 
@@ -281,7 +281,7 @@ contains
       type(band_t), intent(in) :: band
       !> Exponent
       complex(wp), intent(in) :: s
-      !> Amplitude in each signal at the start of the stretch, [signals]
+      !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
       !> Indices of the first and last frequency
       integer, intent(in) :: first
@@ -338,7 +338,7 @@ contains
       type(band_t), intent(in) :: band
       !> Exponent
       complex(wp), intent(in) :: s
-      !> Amplitude in each signal at the start of the stretch, [signals]
+      !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
       !> Indices of the first and last frequency
       integer, intent(in) :: first

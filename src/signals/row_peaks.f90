@@ -3,13 +3,13 @@
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, powers_of, row_path_t, row_signal_t, &
-      values_of
+   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, max_steps, &
+      monomial_coefficients, row_path_t, row_signal_t
    implicit none (type, external)
    private
    public :: max_on_path, range_on_path, peak_tolerance
 
-   !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this share.
+   !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this fraction.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
    !> An interval within a step: its ends, and value, slope and curvature of the signal at both ends.
@@ -45,7 +45,7 @@ contains
       real(wp), intent(inout) :: time
 
       type(maximum_t) :: best
-      type(interval_t) :: step(0:max_nodes - 1)
+      type(interval_t) :: step(0:max_steps - 1)
       real(wp) :: range(2)
       integer :: first, last, node
 
@@ -54,7 +54,7 @@ contains
       if (.not. range(2) > value) return
       best%value = value
       first = 0
-      last = path%count - 1
+      last = path%steps - 1
       do while (first < last .and. path%time(first + 1) <= ends(1))
          first = first + 1
       end do
@@ -70,12 +70,12 @@ contains
          else if (node > first) then
             step(node)%at_start = step(node - 1)%at_end
          else
-            call values_of(basis, signal, path%rows(:, node), step(node)%from, step(node)%at_start)
+            call evaluate_signal(basis, signal, path%rows(:, node), step(node)%from, step(node)%at_start)
          end if
          if (step(node)%to < path%time(node + 1)) then
             call values_at(basis, path, signal, node, step(node)%to, step(node)%at_end)
          else
-            call values_of(basis, signal, path%rows(:, node + 1), step(node)%to, step(node)%at_end)
+            call evaluate_signal(basis, signal, path%rows(:, node + 1), step(node)%to, step(node)%at_end)
          end if
          call update_maximum(step(node)%from, step(node)%at_start(0), best)
          call update_maximum(step(node)%to, step(node)%at_end(0), best)
@@ -107,14 +107,14 @@ contains
          if (.not. allocated(path%range)) allocate (path%range(2*n, 2))
          path%range(:, 1) = huge(1.0_wp)
          path%range(:, 2) = -huge(1.0_wp)
-         do node = 0, path%count - 1
+         do node = 0, path%steps - 1
             length = path%time(node + 1) - path%time(node)
             associate (left => path%rows(:, node), right => path%rows(:, node + 1), bound => path%bounds(:, node), &
                low => path%range(:, 1), high => path%range(:, 2))
                ! coefficients of the quintic in Bernstein's form; the next derivative of a row stands n places further
                !$omp simd private(curvature, end_curvature, error, inner)
                do i = 1, 2*n
-                  error = bound(i)*length**6*error_share(0)
+                  error = bound(i)*length**6*error_fraction(0)
                   curvature = 0.05_wp*length**2*left(i + 2*n)
                   end_curvature = 0.05_wp*length**2*right(i + 2*n)
                   inner(1) = left(i) + 0.2_wp*length*left(i + n)
@@ -128,7 +128,7 @@ contains
          end do
          path%has_range = .true.
       end if
-      associate (row => signal%factor*path%range(signal%row, :), ramp => signal%slope*path%time(path%count), &
+      associate (row => signal%factor*path%range(signal%row, :), ramp => signal%slope*path%time(path%steps), &
          rate => signal%rate_factor*path%range(signal%row + n, :))
          bounds = signal%offset + [min(0.0_wp, ramp), max(0.0_wp, ramp)] + [minval(row), maxval(row)] &
             + [minval(rate), maxval(rate)]
@@ -149,19 +149,19 @@ contains
 
       integer, parameter :: max_depth = 64
       type(interval_t) :: stack(max_depth), interval
-      real(wp) :: b(0:5), bound, length, middle(0:2), noise, t, tolerance
+      real(wp) :: b(0:5), bound, length, middle(0:2), rounding, t, tolerance
       integer :: depth
 
-      call bounds_of(basis, signal, path%bounds(:, node), path%time(node), node, bound, noise)
+      call bound_signal(basis, signal, path%bounds(:, node), path%time(node), node, bound, rounding)
       interval = step
       depth = 0
       do
          length = interval%to - interval%from
-         b = coefficients(interval%at_start, interval%at_end, length)
-         tolerance = peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
+         b = bernstein_coefficients(interval%at_start, interval%at_end, length)
+         tolerance = peak_tolerance*max(abs(best%value), scale) + 4.0_wp*rounding
          if (may_exceed(b, bound*length**6, best%value, tolerance)) then
             t = interval%from + length*highest_point(b)
-            ! when the stack is full, the interval is a tiny share of the step and is not divided further
+            ! when the stack is full, the interval is a tiny fraction of the step and is not divided further
             if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
                call refine_maximum(basis, path, signal, node, interval, t, middle)
                call update_maximum(t, middle(0), best)
@@ -188,7 +188,7 @@ contains
       real(wp), intent(in) :: tolerance
       logical :: may
 
-      may = maxval(b) + size_of_error*error_share(0) > maximum + tolerance
+      may = maxval(b) + size_of_error*error_fraction(0) > maximum + tolerance
       if (may .and. .not. b(0) < maximum) may = may_exceed_from(b)
       if (may .and. .not. b(5) < maximum) may = may_exceed_from(b(5:0:-1))
 
@@ -200,8 +200,10 @@ contains
          real(wp), intent(in) :: b(0:5)
          logical :: may
 
-         may = maxval(b(1:)) + size_of_error*error_share(1) > maximum
-         if (may .and. b(1) <= maximum + 0.5_wp*tolerance) may = maxval(b(2:)) + size_of_error*error_share(2) > maximum
+         may = maxval(b(1:)) + size_of_error*error_fraction(1) > maximum
+         if (may .and. b(1) <= maximum + 0.5_wp*tolerance) then
+            may = maxval(b(2:)) + size_of_error*error_fraction(2) > maximum
+         end if
       end function may_exceed_from
    end function may_exceed
 
@@ -228,7 +230,7 @@ contains
       call advance_by(basis, instant - path%time(node), path%z(:, :, node), z)
       call evaluate_rows(basis, z, rows)
       path%evaluations = path%evaluations + 1_i8
-      call values_of(basis, signal, rows, instant, values)
+      call evaluate_signal(basis, signal, rows, instant, values)
    end subroutine values_at
 
    !> Move to the local maximum by Newton's method, as long as the iteration stays within the interval.
@@ -242,8 +244,8 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       integer, parameter :: max_rounds = 6
-      ! a shift below this share of the interval is not evaluated again: its error is of the order of the squared share,
-      ! and half of slope times shift is added to the value
+      ! A shift below this fraction of the interval is not evaluated again, because its error is of the order of the
+      ! squared fraction; half of slope times shift is added to the value
       real(wp), parameter :: last_shift = 1.0e-5_wp
       real(wp) :: shift
       integer :: round
@@ -260,23 +262,23 @@ contains
       end do
    end subroutine refine_maximum
 
-   !> Approximate position of the maximum of a polynomial in Bernstein's form, as a share of the step, by samples inside
-   !> the step and Newton's method.
+   !> Approximate position of the maximum of a polynomial in Bernstein's form, as a fraction of the step, by samples
+   !> inside the step and Newton's method.
    pure function highest_point(b) result(top)
       real(wp), intent(in) :: b(0:5)
       real(wp) :: top
 
       integer, parameter :: samples = 8, max_rounds = 3
       integer :: i, k
-      real(wp), parameter :: shares(samples - 1) = [(real(i, wp)/real(samples, wp), i=1, samples - 1)]
+      real(wp), parameter :: fractions(samples - 1) = [(real(i, wp)/real(samples, wp), i=1, samples - 1)]
       real(wp) :: c(0:5), curvature, slope, value(samples - 1), x
 
-      c = powers_of(b)
+      c = monomial_coefficients(b)
       value = c(5)
       do k = 4, 0, -1
-         value = c(k) + shares*value
+         value = c(k) + fractions*value
       end do
-      top = shares(maxloc(value, dim=1))
+      top = fractions(maxloc(value, dim=1))
       ! Newton's method for a zero of the slope
       do i = 1, max_rounds
          slope = 5.0_wp*c(5)

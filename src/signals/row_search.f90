@@ -7,20 +7,20 @@ module row_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    use row_basis, only: advance, advance_by, bound_rows, evaluate_rows, lowest_step, row_basis_t
-   use row_signals, only: bounds_of, coefficients, error_share, max_nodes, powers_of, row_path_t, &
-      row_signal_t, values_of
+   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, max_steps, &
+      monomial_coefficients, row_path_t, row_signal_t
    implicit none (type, external)
    private
    public :: search_rows
 
-   !> Error of the slope of a quintic Hermite polynomial as a share of B h**5 (Birkhoff and Priver).
-   real(wp), parameter :: slope_error_share = sqrt(5.0_wp)/30000.0_wp
+   !> Error of the slope of a quintic Hermite polynomial as a fraction of B h**5 (Birkhoff and Priver).
+   real(wp), parameter :: slope_error_fraction = sqrt(5.0_wp)/30000.0_wp
 
-   !> The first trial of a step has an error of about this share of the value or of its change.
-   real(wp), parameter :: target_error_share = 0.03_wp
+   !> The first trial of a step has an error of about this fraction of the value or of its change.
+   real(wp), parameter :: target_error_fraction = 0.03_wp
 
    !> Maximum number of evaluations, after which the signals are searched one by one.
-   integer(i8), parameter :: max_evaluations = 4_i8*max_nodes
+   integer(i8), parameter :: max_evaluations = 4_i8*max_steps
 
    !> Number of zeros of a signal in a step: none, unknown, exactly one.
    integer, parameter :: has_no_zero = 0
@@ -36,7 +36,7 @@ module row_search
       !> Value, slope and curvature of each signal at both ends, [0:2, signals]
       real(wp), allocatable :: at_start(:, :), at_end(:, :)
       !> Bound of the sixth derivative, rounding error, and lower bound of each signal, [signals]
-      real(wp), allocatable :: bound(:), noise(:), floor(:)
+      real(wp), allocatable :: bound(:), rounding(:), floor(:)
       !> `has_no_zero`, `is_undecided` or `has_one_zero`, [signals]
       integer, allocatable :: answer(:)
    end type step_t
@@ -62,7 +62,7 @@ contains
       integer :: node, n
 
       allocate (step%at_start(0:2, size(signals)), step%at_end(0:2, size(signals)), step%bound(size(signals)), &
-         step%floor(size(signals)), step%noise(size(signals)), step%answer(size(signals)))
+         step%floor(size(signals)), step%rounding(size(signals)), step%answer(size(signals)))
       first_signal = 0
       node = 0
       if (present(first_node)) node = first_node
@@ -82,10 +82,10 @@ contains
       call evaluate_rows(basis, path%z(:, :, node), path%rows(:, node))
       do
          call begin_step(basis, limit, signals, path, node, step)
-         if (.not. any(signals%is_certified .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
+         if (.not. any(signals%is_certified .and. .not. step%floor > step%rounding) .or. .not. step%from < limit) exit
          ! Stiff terms of small amplitude make the steps of this search short; the search of a single signal
          ! (`certified_search`) has better bounds for such terms
-         if (node == max_nodes .or. path%evaluations > max_evaluations) signals%is_certified = .false.
+         if (node == max_steps .or. path%evaluations > max_evaluations) signals%is_certified = .false.
          if (.not. any(signals%is_certified)) exit
          step%next = node + 1
          call take_step(basis, limit, signals, path, node, step)
@@ -95,8 +95,8 @@ contains
             if (.not. signals(n)%is_certified) cycle
             signals(n)%start_order = 0
             if (step%answer(n) == has_no_zero) signals(n)%max_value = max(signals(n)%max_value, step%at_end(0, n))
-            signals(n)%ceiling = max(signals(n)%ceiling, maxval(coefficients(step%at_start(:, n), step%at_end(:, n), &
-               step%length)) + step%bound(n)*step%length**6*error_share(0) + step%noise(n))
+            signals(n)%ceiling = max(signals(n)%ceiling, maxval(bernstein_coefficients(step%at_start(:, n), &
+               step%at_end(:, n), step%length)) + step%bound(n)*step%length**6*error_fraction(0) + step%rounding(n))
          end do
          node = step%next
          step%from = path%time(node)
@@ -105,7 +105,7 @@ contains
             exit
          end if
       end do
-      path%count = node
+      path%steps = node
       time = merge(path%time(node), limit, first_signal > 0)
       if (first_signal > 0 .or. .not. step%from < limit) return
       path%is_complete = .false.
@@ -126,14 +126,14 @@ contains
 
       call bound_rows(basis, path%z(:, :, node), path%bounds(:, node))
       do n = 1, size(signals)
-         call values_of(basis, signals(n), path%rows(:, node), step%from, step%at_start(:, n))
-         call bounds_of(basis, signals(n), path%bounds(:, node), step%from, step%count, step%bound(n), step%noise(n), &
-            limit, step%floor(n))
+         call evaluate_signal(basis, signals(n), path%rows(:, node), step%from, step%at_start(:, n))
+         call bound_signal(basis, signals(n), path%bounds(:, node), step%from, step%count, step%bound(n), &
+            step%rounding(n), limit, step%floor(n))
          ! a signal that has decayed so far that its digits underflow has no zero
          if (max(maxval(abs(step%at_start(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
             huge(1.0_wp)
          if (signals(n)%is_begun) cycle
-         call begin_signal(signals(n), step%at_start(:, n), step%noise(n))
+         call begin_signal(signals(n), step%at_start(:, n), step%rounding(n))
       end do
    end subroutine begin_step
 
@@ -165,14 +165,14 @@ contains
             path%evaluations = path%evaluations + 1_i8
             do n = 1, size(signals)
                if (.not. signals(n)%is_certified) cycle
-               call values_of(basis, signals(n), path%rows(:, next), path%time(next), step%at_end(:, n))
+               call evaluate_signal(basis, signals(n), path%rows(:, next), path%time(next), step%at_end(:, n))
                step%answer(n) = answer_of(step%at_start(:, n), step%at_end(:, n), length, signals(n)%start_order, &
-                  step%bound(n), step%noise(n))
+                  step%bound(n), step%rounding(n))
             end do
             if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
             ! if rounding errors decide, a shorter step decides no better
-            where (step%answer == is_undecided .and. (step%bound*length**6*error_share(0) < 0.1_wp*step%noise .or. &
-               power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_certified = .false.
+            where (step%answer == is_undecided .and. (step%bound*length**6*error_fraction(0) < 0.1_wp*step%rounding &
+               .or. power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_certified = .false.
             if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
             power = power - 1
             do while (.not. 2.0_wp**power < length)
@@ -184,19 +184,19 @@ contains
    end subroutine take_step
 
    !> Begin a signal. A signal whose value at the start may be zero within rounding must be searched by itself.
-   pure subroutine begin_signal(signal, at_start, noise)
+   pure subroutine begin_signal(signal, at_start, rounding)
       type(row_signal_t), intent(inout) :: signal
       !> Value, slope and curvature
       real(wp), intent(inout) :: at_start(0:2)
-      real(wp), intent(in) :: noise
+      real(wp), intent(in) :: rounding
 
-      ! a value below this share of the magnitude of its terms may be rounding error
-      real(wp), parameter :: min_share = 1.0e-9_wp
+      ! a value below this fraction of the magnitude of its terms may be rounding error
+      real(wp), parameter :: min_fraction = 1.0e-9_wp
 
       signal%is_begun = .true.
-      signal%rounding = noise
+      signal%rounding = rounding
       if (signal%start_order == 0) then
-         signal%is_certified = signal%is_certified .and. at_start(0) > min_share*noise/epsilon(1.0_wp)
+         signal%is_certified = signal%is_certified .and. at_start(0) > min_fraction*rounding/epsilon(1.0_wp)
       else
          at_start(:min(signal%start_order - 1, 2)) = 0.0_wp
       end if
@@ -204,8 +204,8 @@ contains
       signal%ceiling = at_start(0)
    end subroutine begin_signal
 
-   !> Exponent of 2 of the step for which the error of the polynomial is a small share of the value of the signal or of
-   !> its change.
+   !> Exponent of 2 of the step for which the error of the polynomial is a small fraction of the value of the signal or
+   !> of its change.
    pure function trial_exponents(at_start, bound) result(step)
       !> Value, slope and curvature of each signal, [3, signals]
       real(wp), intent(in) :: at_start(0:, :)
@@ -218,7 +218,7 @@ contains
 
       do n = 1, size(bound)
          step(n) = lowest_step
-         scaled_bound = max(error_share(0)/target_error_share*bound(n), tiny(1.0_wp))
+         scaled_bound = max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp))
          do k = 0, 2
             step(n) = max(step(n), floor(real(exponent(abs(at_start(k, n))) - exponent(scaled_bound) - 1)/real(6 - k)))
          end do
@@ -226,7 +226,7 @@ contains
    end function trial_exponents
 
    !> Does a signal have zeros in a step?
-   pure function answer_of(at_start, at_end, length, order, bound, noise) result(answer)
+   pure function answer_of(at_start, at_end, length, order, bound, rounding) result(answer)
       !> Value, slope and curvature at both ends
       real(wp), intent(in) :: at_start(0:2)
       real(wp), intent(in) :: at_end(0:2)
@@ -235,20 +235,20 @@ contains
       integer, intent(in) :: order
       !> Bound of the sixth derivative, and the rounding error
       real(wp), intent(in) :: bound
-      real(wp), intent(in) :: noise
+      real(wp), intent(in) :: rounding
       integer :: answer
 
       real(wp) :: b(0:5), size_of_error
 
       ! The first `order` coefficients vanish with the first derivatives at the start
-      b = coefficients(at_start, at_end, length)
+      b = bernstein_coefficients(at_start, at_end, length)
       size_of_error = bound*length**6
       answer = is_undecided
-      if (minval(b(order:)) > size_of_error*error_share(order) + 2.0_wp*noise) then
+      if (minval(b(order:)) > size_of_error*error_fraction(order) + 2.0_wp*rounding) then
          answer = has_no_zero
-      else if (order == 0 .and. at_end(0) < -2.0_wp*noise) then
+      else if (order == 0 .and. at_end(0) < -2.0_wp*rounding) then
          ! the slope is bounded by 5/h times the differences of the coefficients
-         if (maxval(b(1:) - b(:4)) < -0.2_wp*size_of_error*slope_error_share - 4.0_wp*noise) answer = has_one_zero
+         if (maxval(b(1:) - b(:4)) < -0.2_wp*size_of_error*slope_error_fraction - 4.0_wp*rounding) answer = has_one_zero
       end if
    end function answer_of
 
@@ -262,16 +262,16 @@ contains
       integer, intent(in) :: node
       integer, intent(out) :: first_signal
 
-      ! if two roots of polynomials differ by more than this share of the step, the zeros of the signals are in the same
-      ! order
+      ! if two roots of polynomials differ by more than this fraction of the step, the zeros of the signals are in the
+      ! same order
       real(wp), parameter :: min_apart = 0.05_wp
       real(wp) :: best, root(size(signals)), zero
       integer :: n
 
       root = huge(1.0_wp)
       do n = 1, size(signals)
-         if (step%answer(n) == has_one_zero) root(n) = root_of(coefficients(step%at_start(:, n), step%at_end(:, n), &
-            step%length))
+         if (step%answer(n) == has_one_zero) root(n) = root_of(bernstein_coefficients(step%at_start(:, n), &
+            step%at_end(:, n), step%length))
       end do
       best = huge(1.0_wp)
       first_signal = 0
@@ -288,7 +288,7 @@ contains
          step%length, best)
    end subroutine find_crossing
 
-   !> Zero of a falling polynomial in Bernstein's form, as a share of the step.
+   !> Zero of a falling polynomial in Bernstein's form, as a fraction of the step.
    pure function root_of(b) result(root)
       real(wp), intent(in) :: b(0:5)
       real(wp) :: root
@@ -297,7 +297,7 @@ contains
       real(wp) :: c(0:5), value, slope
       integer :: k
 
-      c = powers_of(b)
+      c = monomial_coefficients(b)
       bracket%high = 1.0_wp
       bracket%point = b(0)/(b(0) - b(5))
       bracket%step_tolerance = 1.0e-9_wp
@@ -336,7 +336,7 @@ contains
          call advance_by(basis, zero, path%z(:, :, start_node), path%z(:, :, node))
          call evaluate_rows(basis, path%z(:, :, node), path%rows(:, node))
          path%evaluations = path%evaluations + 1_i8
-         call values_of(basis, signal, path%rows(:, node), from + zero, values)
+         call evaluate_signal(basis, signal, path%rows(:, node), from + zero, values)
          correction = -values(0)/values(1)
          correction = correction - 0.5_wp*values(2)*correction**2/values(1)
          zero = min(max(zero + correction, 0.0_wp), length)

@@ -1,24 +1,28 @@
 !> Signals made of rows (linear functionals of the state), their values at the ends of the steps of a phase, and
-!> their bounds within a step (docs/theory.md, section 23).
+!> their bounds within a step. The search for the first zero of many signals (module `row_search`) and the search for
+!> maxima (module `row_peaks`) use them (docs/theory.md, section 23).
 !>
-!> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and
-!> curvature at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the
-!> polynomial in Bernstein's form bound the polynomial.
+!> In a step of length h a signal is approximated by the quintic Hermite polynomial with the same value, slope and
+!> curvature (first and second derivative by time) at both ends of the step. The error is at most B h**6/46080, with a
+!> bound B of the magnitude of the sixth derivative of the signal. The polynomial lies between the minimum and the
+!> maximum of its Bernstein coefficients.
 module row_signals
    use kinds, only: i8, wp
    use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, max_nodes, error_share, values_of, bounds_of, coefficients, powers_of, &
-      node_at_time, value_at_node
+   public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal
+   public :: bernstein_coefficients, monomial_coefficients, node_at_time, value_at_node
 
    !> Maximum number of steps of a path.
-   integer, parameter :: max_nodes = 64
+   integer, parameter :: max_steps = 64
 
-   !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first k - 1 derivatives vanish
-   !> at the start, the error at a share x of the step is at most `error_share(k)` x**k B h**6, because it is at most
-   !> x**3 (1 - x)**3/720 B h**6.
-   real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
+   !> Bounds of the error of the quintic Hermite polynomial, divided by B h**6. At the time x h since the start of a
+   !> step, 0 <= x <= 1, the error is at most x**3 (1 - x)**3/720 B h**6, and therefore at most
+   !> `error_fraction(k)` x**k B h**6. The bounds with k > 0 serve for signals that vanish at the start together with
+   !> their first k - 1 derivatives. The numerators are the maxima of x**(3 - k) (1 - x)**3 (docs/theory.md,
+   !> section 23).
+   real(wp), parameter :: error_fraction(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
    !> A signal `offset` + `slope` t + `factor` y + `rate_factor` y', with y the row of number `row`.
@@ -31,12 +35,13 @@ module row_signals
       !> Order of the first derivative that does not vanish at the start, where it is positive; 0: the signal is
       !> positive
       integer :: start_order = 0
-      !> The search has begun with this signal
+      !> The search for zeros (`search_rows` of module `row_search`) has begun with this signal
       logical :: is_begun = .false.
-      !> The common search of all signals is certain about the zeros of this signal so far
+      !> The search for zeros, common to all signals, is certain about the zeros of this signal so far
       logical :: is_certified = .true.
-      !> Maximum over the nodes, and upper bound of the signal over the path
+      !> Maximum of the signal at the nodes
       real(wp) :: max_value = 0.0_wp
+      !> Upper bound of the signal over the path
       real(wp) :: ceiling = 0.0_wp
       !> Rounding error of the value at the start
       real(wp) :: rounding = 0.0_wp
@@ -44,15 +49,21 @@ module row_signals
 
    !> The steps of a phase (the motion between two events); a node is an instant at which a step ends or starts.
    type :: row_path_t
-      !> Index of the last node (the first is 0), and whether the steps reach from the start to the end of the phase
-      integer :: count = 0
+      !> Number of steps, which is the index of the last node (the first is 0)
+      integer :: steps = 0
+      !> The steps reach from the start to the end of the phase
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
-      real(wp) :: time(0:max_nodes)
-      !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., nodes]
-      real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
-      !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2], and whether they are computed
+      real(wp) :: time(0:max_steps)
+      !> Real and imaginary parts of the amplitudes z_m of module `row_basis`, [padded terms, 2, nodes]
+      real(wp), allocatable :: z(:, :, :)
+      !> Values and first three time derivatives of all rows, [`index_of` row and order, nodes]
+      real(wp), allocatable :: rows(:, :)
+      !> Bounds of all rows from the node on, [`index_of` row and column of the bound, nodes]
+      real(wp), allocatable :: bounds(:, :)
+      !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2]
       real(wp), allocatable :: range(:, :)
+      !> `range` is computed
       logical :: has_range = .false.
       !> Number of evaluations of all rows
       integer(i8) :: evaluations = 0_i8
@@ -60,12 +71,13 @@ module row_signals
 
 contains
 
-   !> Value, slope and curvature of a signal.
-   pure subroutine values_of(basis, signal, rows, time, values)
+   !> Value, slope and curvature (first and second time derivative) of a signal.
+   pure subroutine evaluate_signal(basis, signal, rows, time, values)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
-      !> All rows and their derivatives, from `evaluate_rows`
+      !> All rows and their time derivatives, from `evaluate_rows`
       real(wp), contiguous, intent(in) :: rows(:)
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: values(0:2)
 
@@ -74,10 +86,10 @@ contains
          values(1) = signal%slope + signal%factor*rows(i + n) + signal%rate_factor*rows(i + 2*n)
          values(2) = signal%factor*rows(i + 2*n) + signal%rate_factor*rows(i + 3*n)
       end associate
-   end subroutine values_of
+   end subroutine evaluate_signal
 
    !> Bounds of a signal that hold from an instant on.
-   pure subroutine bounds_of(basis, signal, bounds, time, steps, bound, noise, limit, floor)
+   pure subroutine bound_signal(basis, signal, bounds, time, steps, bound, rounding, limit, floor)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
       !> Bounds of all rows, from `bound_rows`
@@ -88,7 +100,7 @@ contains
       !> Bound of the magnitude of the sixth derivative
       real(wp), intent(out) :: bound
       !> Rounding error of the value
-      real(wp), intent(out) :: noise
+      real(wp), intent(out) :: rounding
       !> End of the search, and lower bound of the signal up to it
       real(wp), intent(in), optional :: limit
       real(wp), intent(out), optional :: floor
@@ -104,20 +116,21 @@ contains
             if (rate_factor > 0.0_wp) then
                bound = bound + rate_factor*bounds(index_of(basis, row, seventh_column))
                magnitude = magnitude + rate_factor*rate_bound
-               ! Hoelder's inequality: sum |c| |s|^2 from the sums of |c| |s| and |c| |s|^6
+               ! With the coefficients c and exponents s of the terms of the row, Hoelder's inequality bounds the sum of
+               ! |c| |s|^2 by the sums of |c| |s| and |c| |s|^6
                curvature = 0.0_wp
                if (rate_bound > 0.0_wp) curvature = rate_bound*(sixth/rate_bound)**0.2_wp
                rate = rate + rate_factor*curvature
             end if
          end associate
       end associate
-      noise = epsilon(1.0_wp)*((4.0_wp + 2.0_wp*real(steps, wp))*magnitude + time*rate &
+      rounding = epsilon(1.0_wp)*((4.0_wp + 2.0_wp*real(steps, wp))*magnitude + time*rate &
          + 4.0_wp*(abs(signal%offset) + abs(signal%slope)*time))
       if (present(floor)) floor = signal%offset + min(signal%slope*time, signal%slope*limit) - magnitude
-   end subroutine bounds_of
+   end subroutine bound_signal
 
-   !> Bernstein coefficients of the quintic Hermite polynomial of a step.
-   pure function coefficients(at_start, at_end, length) result(b)
+   !> Bernstein coefficients of the quintic Hermite polynomial of a step, from value, slope and curvature at both ends.
+   pure function bernstein_coefficients(at_start, at_end, length) result(b)
       !> Value, slope and curvature at both ends
       real(wp), intent(in) :: at_start(0:2)
       real(wp), intent(in) :: at_end(0:2)
@@ -130,10 +143,11 @@ contains
       b(3) = at_end(0) - 0.4_wp*length*at_end(1) + 0.05_wp*length**2*at_end(2)
       b(4) = at_end(0) - 0.2_wp*length*at_end(1)
       b(5) = at_end(0)
-   end function coefficients
+   end function bernstein_coefficients
 
-   !> Coefficients of the powers of the share of the step, from Bernstein coefficients.
-   pure function powers_of(b) result(c)
+   !> Coefficients of the powers x**0 to x**5 of the polynomial with the given Bernstein coefficients; x is 0 at the
+   !> start of the step and 1 at its end.
+   pure function monomial_coefficients(b) result(c)
       real(wp), intent(in) :: b(0:5)
       real(wp) :: c(0:5)
 
@@ -141,7 +155,7 @@ contains
          10.0_wp*(b(3) - 3.0_wp*b(2) + 3.0_wp*b(1) - b(0)), &
          5.0_wp*(b(4) - 4.0_wp*b(3) + 6.0_wp*b(2) - 4.0_wp*b(1) + b(0)), &
          b(5) - 5.0_wp*b(4) + 10.0_wp*b(3) - 10.0_wp*b(2) + 5.0_wp*b(1) - b(0)]
-   end function powers_of
+   end function monomial_coefficients
 
    !> The node at the start or at the end of a path; -1: neither node is at that time.
    pure function node_at_time(path, time) result(node)
@@ -151,7 +165,7 @@ contains
 
       node = -1
       if (.not. time > 0.0_wp) node = 0
-      if (.not. abs(time - path%time(path%count)) > 0.0_wp) node = path%count
+      if (.not. abs(time - path%time(path%steps)) > 0.0_wp) node = path%steps
    end function node_at_time
 
    !> A signal and its rate at a node.
@@ -164,7 +178,7 @@ contains
 
       real(wp) :: values(0:2)
 
-      call values_of(basis, signal, path%rows(:, node), path%time(node), values)
+      call evaluate_signal(basis, signal, path%rows(:, node), path%time(node), values)
       state = values(:1)
    end function value_at_node
 

@@ -236,17 +236,17 @@ contains
 
    !> The first turning point of a signal, a zero of its slope. If the sign of the slope at the start is uncertain, the
    !> start is delayed, repeatedly and each time by twice as much.
-   subroutine find_turn(signal, stretch, direction, is_found, time)
+   subroutine find_turn(signal, span, direction, is_found, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
-      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: span(2)
       !> In: 1 (-1) if the search starts at a turning point after which the signal rises (falls), else 0. Out: 1 (-1) if
       !> the signal rises (falls) after the turning point that was found
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
 
-      ! first delay of the start, as a share of the stretch
+      ! first delay of the start, as a share of the span
       real(wp), parameter :: first_delay = 1.0e-9_wp
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
@@ -256,9 +256,9 @@ contains
       logical :: is_turning
 
       is_found = .false.
-      time = stretch(1)
-      delay = first_delay*(stretch(2) - stretch(1))
-      do while (time < stretch(2))
+      time = span(1)
+      delay = first_delay*(span(2) - span(1))
+      do while (time < span(2))
          is_turning = direction /= 0
          if (direction == 0) then
             call signal%find_bounds(time, 1, bounds)
@@ -270,7 +270,7 @@ contains
          if (direction /= 0) then
             call signal%transform(time, real(direction, wp), 0.0_wp, 1, rate)
             if (is_turning) rate%start_order = 1
-            call first_zero(rate, stretch(2) - time, search)
+            call first_zero(rate, span(2) - time, search)
             if (search%outcome == found_none) return
             is_found = search%outcome == found_zero .and. time + search%time > time
             if (is_found) then

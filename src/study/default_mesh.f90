@@ -39,7 +39,7 @@ contains
          call search_mesh(sample(i), 1.0_wp/real(size(sample), wp), beam)
          associate (check => beam%check)
             if (.not. allocated(beam%error) .and. check%compared > 0) then
-               all_accepted = all_accepted .and. check%is_settled
+               all_accepted = all_accepted .and. check%is_converged
                ! of equally fine meshes, the mesh with the maximum difference is reported
                if (check%elements > found%elements .or. (check%elements == found%elements .and. &
                   check%difference > found%difference)) found = check
@@ -49,7 +49,7 @@ contains
       end do
       scene%mesh%is_sought = .false.
       if (found%compared == 0) return
-      found%is_settled = all_accepted
+      found%is_converged = all_accepted
       scene%mesh%found = found
       scene%mesh%elements = found%elements
       scene%mesh%ratio = found%ratio

@@ -231,7 +231,7 @@ contains
          if (check(i)%difference <= agreement*tolerance) then
             beam = coarse%beam
             beam%check = check(i)
-            beam%check%is_settled = .true.
+            beam%check%is_converged = .true.
             return
          end if
          if (coarse%elements == graded_elements .and. other_grading > grading) then

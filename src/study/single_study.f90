@@ -23,7 +23,7 @@ module single_study
    use scene_beam_model, only: load_period_of, motion_model_of, run_settings_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use scene_words, only: print_model, released_stop
+   use scene_words, only: print_model, stop_of_release
    use study_job, only: job_t
    use table_columns, only: print_line
    implicit none (type, external)
@@ -83,7 +83,7 @@ contains
       if (allocated(response) .and. (scene%has_stop .or. scene%has_bodies)) then
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
-         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene), errors, &
+         call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), errors, &
             is_driven=load_period > 0.0_wp)
          if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
          if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &

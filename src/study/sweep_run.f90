@@ -301,7 +301,7 @@ contains
       integer :: first, k
 
       factor = 1.0_wp
-      if (units%are_of_scene) factor = [units%factor(quantity_named('displacement')), &
+      if (units%are_physical) factor = [units%factor(quantity_named('displacement')), &
          units%factor(quantity_named('velocity'))]
       first = size(values)/section_values - recorded%count
       do k = 1, recorded%count

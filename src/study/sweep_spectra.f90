@@ -58,7 +58,7 @@ contains
       values = ieee_value(1.0_wp, ieee_quiet_nan)
       if (size(spectrum%power) /= size(values) .or. spectrum%segments == 0) return
       allocate (amplitude, source=amplitudes_of(spectrum))
-      if (units%are_of_scene) then
+      if (units%are_physical) then
          do k = 1, size(spectrum%of)
             amplitude(:, k) = amplitude(:, k)*units%factor(quantity_named(signal_table(spectrum%of(k))%quantity))
          end do

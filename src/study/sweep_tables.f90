@@ -8,7 +8,7 @@ module sweep_tables
    use run_tables, only: print_mesh
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use scene_words, only: mesh_of_scene, print_warnings
+   use scene_words, only: mesh_in_words, print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: is_at_end, plan_t
@@ -43,7 +43,7 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       call print_warnings(unit, scene)
       if (scene%mesh%found%compared > 0) then
-         call print_line(unit, 'mesh', mesh_of_scene(scene))
+         call print_line(unit, 'mesh', mesh_in_words(scene))
          call print_mesh(unit, scene%mesh%found, units)
       end if
       do k = 1, size(plan%axes)

@@ -1,21 +1,21 @@
-!> Signals over one interval of a motion as explicit sums: a cubic polynomial of time plus exponentials, whose exponents
-!> are common to all signals. Their integrals follow in closed form, without samples.
-module interval_sums
+!> Signals over one interval of a motion as sums of exponentials, whose exponents are common to all signals, and of a
+!> cubic polynomial of time. Their integrals follow in closed form, without samples.
+module exponential_sums
    use kinds, only: wp
    use power_integrals, only: integral
    implicit none (type, external)
    private
-   public :: interval_sums_t, open_sums, derivative_of, square_integral, value_of
+   public :: exponential_sums_t, open_sums, differentiate, square_integral, value_of
 
    !> Each signal is sum power(k) t^k + Re sum amplitude exp(exponent t); t is the time since the start of the interval.
-   type :: interval_sums_t
+   type :: exponential_sums_t
       !> Coefficients of the powers of t, [0:3, signals]
       real(wp), allocatable :: power(:, :)
       !> Exponents, [terms]
       complex(wp), allocatable :: exponent(:)
       !> Amplitudes, [signals, terms]
       complex(wp), allocatable :: amplitude(:, :)
-   end type interval_sums_t
+   end type exponential_sums_t
 
 contains
 
@@ -24,25 +24,25 @@ contains
       !> Number of signals, and of exponentials
       integer, intent(in) :: signals
       integer, intent(in) :: terms
-      type(interval_sums_t), intent(out) :: sums
+      type(exponential_sums_t), intent(out) :: sums
 
       allocate (sums%power(0:3, signals), source=0.0_wp)
       allocate (sums%exponent(terms), sums%amplitude(signals, terms), source=(0.0_wp, 0.0_wp))
    end subroutine open_sums
 
    !> Replace a signal by its derivative.
-   pure subroutine derivative_of(sums, signal)
-      type(interval_sums_t), intent(inout) :: sums
+   pure subroutine differentiate(sums, signal)
+      type(exponential_sums_t), intent(inout) :: sums
       !> Index of the signal
       integer, intent(in) :: signal
 
       sums%power(:, signal) = [[1.0_wp, 2.0_wp, 3.0_wp]*sums%power(1:3, signal), 0.0_wp]
       sums%amplitude(signal, :) = sums%amplitude(signal, :)*sums%exponent
-   end subroutine derivative_of
+   end subroutine differentiate
 
    !> Values of all signals at a time.
    pure function value_of(sums, time) result(values)
-      type(interval_sums_t), intent(in) :: sums
+      type(exponential_sums_t), intent(in) :: sums
       !> Time since the start of the interval
       real(wp), intent(in) :: time
       real(wp) :: values(size(sums%power, 2))
@@ -55,7 +55,7 @@ contains
    !> Integral of the square of a signal from one time to another. Powers beyond a constant are allowed without
    !> exponentials only.
    pure function square_integral(sums, signal, from, to) result(square)
-      type(interval_sums_t), intent(in) :: sums
+      type(exponential_sums_t), intent(in) :: sums
       integer, intent(in) :: signal
       !> Times since the start of the interval
       real(wp), intent(in) :: from
@@ -93,4 +93,4 @@ contains
       end do
    end function square_integral
 
-end module interval_sums
+end module exponential_sums
