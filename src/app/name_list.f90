@@ -118,7 +118,7 @@ contains
       type(reference_t), allocatable, intent(inout) :: names(:)
 
       ! name, allowed values and meaning of each of the four names
-      character(*), parameter :: pattern(3, 4) = reshape([character(58) :: &
+      character(*), parameter :: pattern(3, 4) = reshape([character(59) :: &
          'NAME', 'numbers in the range of that name', 'values of NAME, which is one of the names allowed for carry', &
          'NAME_range', 'two such numbers; not for names of whole numbers', 'minimum and maximum, divided evenly', &
          'NAME_log_range', 'two such numbers; not for names of whole numbers', 'the same, evenly in the logarithm', &
