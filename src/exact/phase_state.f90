@@ -232,10 +232,11 @@ contains
       else if (kind == end_gap .or. kind == observed_gap) then
          call find_gap_signal(self, k, gap)
          ! the gap to the stop includes the displacement of the massless node
-         if (self%states(k)%is_node .and. kind == observed_gap &
-            .and. self%states(k)%spring%recovery_rate < huge(1.0_wp)) then
-            gap%relaxation = self%node_depth
-            gap%rate = self%states(k)%spring%recovery_rate
+         if (self%states(k)%is_node .and. kind == observed_gap) then
+            if (self%states(k)%spring%recovery_rate < huge(1.0_wp)) then
+               gap%relaxation = self%node_depth
+               gap%rate = self%states(k)%spring%recovery_rate
+            end if
          end if
          signal => gap
          if (self%loads%count == 0) return
