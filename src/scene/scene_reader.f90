@@ -139,7 +139,7 @@ contains
    end subroutine complain_of_scene
 
    !> Change the values of parameters in a scene that has been read.
-   subroutine set_parameters(scene, parameters, values, problem, draft)
+   subroutine set_parameters(scene, parameters, values, problem, draft, previous)
       type(scene_t), intent(inout) :: scene
       !> All parameters whose values differ from those in the file
       type(parameter_t), intent(in) :: parameters(:)
@@ -149,9 +149,13 @@ contains
       !> Contents of the scene file, stored between calls with the same scene and parameters so that the file is read
       !> only once
       type(draft_t), intent(inout), optional :: draft
+      !> Values that the scene has from an earlier call with the same parameters; absent: the scene has none
+      real(wp), intent(in), optional :: previous(:)
 
       ! allocated, because the type is large and stacks of threads are small
       type(draft_t), allocatable :: new_draft
+      ! the scene has the value of the parameter already
+      logical :: is_set(size(parameters))
       logical :: uses_file
       integer :: k
 
@@ -163,7 +167,10 @@ contains
          call set_by_file(scene, parameters, values, new_draft, problem)
       end if
       if (allocated(problem)) return
+      is_set = .false.
+      if (present(previous)) is_set = abs(values - previous) <= 0.0_wp .and. .not. uses_file
       do k = 1, size(parameters)
+         if (is_set(k)) cycle
          if (is_taper(parameters(k)) .or. .not. uses_file) call set_parameter(scene, parameters(k), values(k))
       end do
    end subroutine set_parameters

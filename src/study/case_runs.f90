@@ -27,6 +27,8 @@ module case_runs
       !> Final state of the preceding case, from which the next case starts; unallocated: the cases are independent
       type(section_state_t), allocatable :: carried
       type(draft_t), private :: draft
+      !> Values of the parameters in `scene`; unallocated: `scene` has those of the file
+      real(wp), allocatable, private :: values(:)
       !> Parameters that differ from case to case, and the minimum and maximum of each over all cases
       type(parameter_t), allocatable, private :: parameter(:)
       real(wp), allocatable, private :: minimum(:)
@@ -109,7 +111,7 @@ contains
 
       ! gfortran stores the lengths of texts that functions return in static variables, which threads would share
       !$omp critical (case_scenes)
-      call set_parameters(runner%scene, runner%parameter, values, problem, runner%draft)
+      call set_parameters(runner%scene, runner%parameter, values, problem, runner%draft, runner%values)
       if (allocated(runner%extremes)) then
          do i = 1, 2
             ! the parameters that change the beam have the values of this case in both extreme cases
@@ -122,6 +124,7 @@ contains
          call fail(error, status_run_failed, problem)
          return
       end if
+      runner%values = values
       call update_case_beam(runner%scene, values, runner%parameter%changes_beam, runner%beam, runner%extremes)
       if (allocated(runner%beam%error)) then
          allocate (error, source=runner%beam%error)

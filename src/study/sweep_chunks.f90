@@ -207,7 +207,7 @@ contains
       ! space for attributes and the structure of the HDF5 file, bytes
       integer(c_size_t), parameter :: overhead = 32768_c_size_t
       type(hdf5_group_t) :: root
-      character(kind=c_char), allocatable :: bytes(:)
+      character(kind=c_char), allocatable :: bytes(:), sealed(:)
       character(seal_length, kind=c_char) :: mark
       integer :: i
 
@@ -231,7 +231,10 @@ contains
       call root%finish(bytes, error)
       if (allocated(error)) return
       mark = seal(checksum(bytes, size(bytes, kind=c_size_t)))
-      call replace_file(path, chunk_name(number), [bytes, transfer(mark, bytes)], error)
+      allocate (sealed(size(bytes) + seal_length))
+      sealed(:size(bytes)) = bytes
+      sealed(size(bytes) + 1:) = transfer(mark, bytes)
+      call replace_file(path, chunk_name(number), sealed, error)
    end subroutine write_chunk
 
    !> The seal of a chunk, a text with a checksum that follows the last byte of the HDF5 file and that HDF5 does not

@@ -328,9 +328,8 @@ contains
       if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
          '1: on the way through the values of carry, -1: on the way back', .true., 'case')
       if (plan%sections > 0) call make_tables(group, plan, sections)
-      associate (buffer_rows => max(max_rows, plan%chunk_cases))
-         allocate (values(buffer_rows, size(plan%axes)), rows(buffer_rows, measure_count))
-      end associate
+      allocate (values(max(max_rows, plan%chunk_cases), size(plan%axes)))
+      allocate (rows(size(values, 1), measure_count))
       first = 1
       buffered = 0
       do number = 1, plan%chunks
@@ -340,10 +339,15 @@ contains
             return
          end if
          if (buffered + size(chunk%rows, 2) > size(rows, 1)) call write_buffered()
-         do i = 1, size(chunk%rows, 2)
-            values(buffered + i, :) = chunk%values(:, i)
-            rows(buffered + i, :) = chunk%rows(:, i)
-         end do
+         ! column by column, because the rows of a column are contiguous in the buffers
+         associate (next => buffered + 1, last => buffered + size(chunk%rows, 2))
+            do i = 1, size(values, 2)
+               values(next:last, i) = chunk%values(i, :)
+            end do
+            do i = 1, measure_count
+               if (has_column(i)) rows(next:last, i) = chunk%rows(i, :)
+            end do
+         end associate
          if (plan%sections > 0) then
             do i = 1, section_values
                call sections(i)%put(first_of_chunk(plan, number), &
