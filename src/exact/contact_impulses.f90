@@ -69,7 +69,14 @@ contains
       logical :: is_active(size(arrested))
       type(event_t) :: event
 
-      arrested = [k, pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)]
+      ! an explicit loop, because `pack` would allocate temporary arrays
+      arrested(1) = k
+      j = 1
+      do i = 1, size(self%states)
+         if (.not. (self%states(i)%is_rigid .and. self%states(i)%is_closed)) cycle
+         j = j + 1
+         arrested(j) = i
+      end do
       value = self%beam%value(:, arrested)
       reduction = 0.0_wp
       is_active = .true.

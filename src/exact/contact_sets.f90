@@ -129,14 +129,18 @@ contains
          call drop_sets(store)
          store%is_rigid = is_rigid
          store%spring = spring
+         store%beam = beam
       else if (.not. has_same_damping(store%beam, beam)) then
          if (has_mass_damping(store%beam) .or. has_mass_damping(beam)) then
             call drop_sets(store)
          else
             call drop_compliant(store)
          end if
+         store%beam = beam
+      else
+         ! of all that sets read from the beam, only the heights can differ
+         store%beam%height(:) = beam%height
       end if
-      store%beam = beam
       store%run = store%run + 1
       store%in_use => null()
    end subroutine start_sets

@@ -4,7 +4,7 @@ module scene_units
    use scene_types, only: output_dimensionless, output_scene, scene_t
    implicit none (type, external)
    private
-   public :: units_in
+   public :: are_physical, units_in
 
 contains
 
@@ -14,11 +14,16 @@ contains
       type(scene_t), intent(in) :: scene
       type(units_t) :: units
 
-      logical :: are_physical
-
-      are_physical = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
-         .and. scene%unit_system > 0 .and. scene%unit_system /= system_none)
-      units = units_of(scene%scales, scene%unit_system, are_physical)
+      units = units_of(scene%scales, scene%unit_system, are_physical(scene))
    end function units_in
+
+   !> Whether the results of a scene are physical, that is, in its units; otherwise they are dimensionless.
+   pure function are_physical(scene) result(answer)
+      type(scene_t), intent(in) :: scene
+      logical :: answer
+
+      answer = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
+         .and. scene%unit_system > 0 .and. scene%unit_system /= system_none)
+   end function are_physical
 
 end module scene_units

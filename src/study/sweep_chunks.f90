@@ -3,6 +3,7 @@
 !> and then renamed, so that it is complete or absent, however the run ends. The folder of the chunks also has the text
 !> of the plan of the sweep (`sweep_plan`).
 module sweep_chunks
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use checksums, only: checksum
@@ -209,19 +210,26 @@ contains
       type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:), sealed(:)
       character(seal_length, kind=c_char) :: mark
+      integer, allocatable :: columns(:)
+      logical :: is_stored(measure_count)
       integer :: i
 
+      ! measures that no case has, such as those of groups that the scene does not have, are not stored
+      is_stored = .not. all(ieee_is_nan(chunk%rows), dim=2)
+      columns = pack([(i, i=1, measure_count)], is_stored)
       call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
          + int(plan%extras, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_chunk(plan, number), last_of_chunk(plan, number))], '1', &
          'number of the case', is_scale=.true.)
-      call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
-      call root%attribute('names', joined(measure_table%name), 'column')
+      call root%add('is_stored', merge(1, 0, is_stored), '1', '1: the measure is in rows; 0: it is NaN in all cases', &
+         is_scale=.true.)
+      call root%add('column', columns, '1', 'number of the measure', is_scale=.true.)
+      call root%attribute('names', joined(measure_table(columns)%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
       call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
       call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
-      call root%add('rows', chunk%rows, 'mixed', 'measures of each case', ['column', 'case  '])
+      call root%add('rows', chunk%rows(columns, :), 'mixed', 'measures of each case', ['column', 'case  '])
       if (plan%extras > 0) then
          call root%add('extra', [(i, i=1, plan%extras)], '1', 'numbers besides the measures', is_scale=.true.)
          call root%add('extras', chunk%extras, 'mixed', 'numbers besides the measures of each case', ['extra', 'case '])
@@ -275,8 +283,9 @@ contains
       type(hdf5_source_t) :: source
       type(failure_t), allocatable :: error
       character(kind=c_char), allocatable :: bytes(:)
+      real(wp), allocatable :: rows(:, :)
       integer, allocatable :: case(:)
-      integer :: cases, failures, first
+      integer :: cases, failures, first, i, is_stored(measure_count)
       real(wp) :: found(1)
 
       first = first_of_chunk(plan, number)
@@ -292,7 +301,12 @@ contains
       call source%load('plan', found)
       call source%load('case', case)
       call source%load('parameters', chunk%values)
-      call source%load('rows', chunk%rows)
+      is_stored = 0
+      call source%load('is_stored', is_stored)
+      allocate (rows(count(is_stored == 1), cases))
+      call source%load('rows', rows)
+      chunk%rows = ieee_value(1.0_wp, ieee_quiet_nan)
+      chunk%rows(pack([(i, i=1, measure_count)], is_stored == 1), :) = rows
       if (plan%extras > 0) call source%load('extras', chunk%extras)
       is_good = source%is_sound()
       if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &

@@ -19,7 +19,7 @@ module sweep_run
    use run_settings, only: output_settings_t
    use scene_reader, only: set_parameters
    use scene_types, only: scene_t
-   use scene_units, only: units_in
+   use scene_units, only: are_physical, units_in
    use section_types, only: run_sections_t
    use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, max_reason_length, write_chunk
    use sweep_plan, only: case_values, first_of_chunk, last_of_chunk, plan_t, section_values
@@ -279,7 +279,7 @@ contains
          return
       end if
       row = row_of(response%measures)
-      row = row_in_units(units_in(runner%scene), row)
+      if (are_physical(runner%scene)) row = row_in_units(units_in(runner%scene), row)
       if (.not. present(extras)) return
       spectra = 0
       if (allocated(response%spectrum)) spectra = spectrum_size(runner%scene)
