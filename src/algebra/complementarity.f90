@@ -23,20 +23,34 @@ contains
       !> True: an equation; w is zero and z may have either sign, [n]; default: none
       logical, intent(in), optional :: is_equation(:)
 
+      if (size(right) == 1) then
+         ! a single contact, as in most runs: no arrays are allocated
+         is_positive(1) = right(1) < 0.0_wp
+         if (present(is_equation)) is_positive(1) = is_positive(1) .or. is_equation(1)
+         solution(1) = merge(-right(1)/matrix(1, 1), 0.0_wp, is_positive(1))
+         return
+      end if
+      is_positive = .false.
+      if (present(is_equation)) is_positive = is_equation
+      call find_active_set(matrix, right, is_positive, solution)
+   end subroutine solve_complementarity
+
+   !> Find the active set and the solution by exchanges of one element of the set after the other.
+   pure subroutine find_active_set(matrix, right, is_positive, solution)
+      !> A and q
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), intent(in) :: right(:)
+      !> On entry the equations, on return the active set
+      logical, intent(inout) :: is_positive(:)
+      !> z
+      real(wp), intent(out) :: solution(:)
+
       integer, parameter :: max_pivots = 1000
       logical :: best_set(size(right)), is_free(size(right))
       real(wp) :: violation(size(right)), min_violation
       integer :: first, round
 
-      is_free = .false.
-      if (present(is_equation)) is_free = is_equation
-      is_positive = is_free
-      if (size(right) == 1) then
-         ! a single contact, as in most runs: no matrices are allocated
-         is_positive = is_free .or. right < 0.0_wp
-         solution = merge(-right/matrix(1, 1), 0.0_wp, is_positive)
-         return
-      end if
+      is_free = is_positive
       best_set = .false.
       min_violation = huge(1.0_wp)
       do round = 1, max_pivots
@@ -55,7 +69,7 @@ contains
          call solve_active(matrix, right, is_positive, solution)
       end if
       solution = merge(solution, max(solution, 0.0_wp), is_free)
-   end subroutine solve_complementarity
+   end subroutine find_active_set
 
    !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a share of its
    !> terms; 0: not negative.

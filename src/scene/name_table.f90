@@ -352,7 +352,7 @@ contains
          table%entries(table%current)%is_changed = .false.
       end if
       if (.not. table%adds_entries) return
-      if (.not. allocated(table%entries)) allocate (table%entries(160))
+      if (.not. allocated(table%entries)) allocate (table%entries(320))
       if (table%current > size(table%entries)) then
          allocate (more(2*table%entry_count))
          more(:table%entry_count) = table%entries
