@@ -7,6 +7,7 @@ module scene_reader
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
    use program_identity, only: program_any
+   use run_settings, only: end_of_run
    use scene_beam, only: set_taper
    use scene_groups, only: copy_changes_to_scene, list_group, list_scene
    use scene_input, only: scene_input_t
@@ -231,6 +232,7 @@ contains
          resolved%wants_sweep = scene%wants_sweep
          resolved%wants_cases = scene%wants_cases
          resolved%has_inconsistent_cases = scene%has_inconsistent_cases
+         if (scene%wants_sweep) resolved%spectrum%resolution = scene%spectrum%resolution
          if (scene%mesh%found%compared > 0) resolved%mesh = scene%mesh
          if (allocated(scene%echo)) resolved%echo = scene%echo
          scene = resolved
@@ -296,6 +298,7 @@ contains
       type(parameter_t), allocatable :: parameters(:)
       character(:), allocatable :: problem
       real(wp), allocatable :: extremes(:, :)
+      real(wp) :: spacing
       logical, allocatable :: must_be_valid(:)
       integer :: k
 
@@ -317,36 +320,42 @@ contains
       end if
       must_be_valid = parameters%quantity /= '' .or. scene%wants_cases
       call try_corners(scene, pack(parameters, must_be_valid), reshape(pack(extremes, spread(must_be_valid, 1, 2)), &
-         [2, count(must_be_valid)]), problem)
+         [2, count(must_be_valid)]), problem, spacing)
       if (allocated(problem)) then
          k = findloc(must_be_valid, .true., dim=1)
          call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(k)%name) &
             //' '//trim(parameters(k)%name)//'_range '//trim(parameters(k)%name)//'_log_range values', problem)
       else if (scene%wants_sweep) then
-         call try_corners(scene, parameters, extremes, problem)
+         call try_corners(scene, parameters, extremes, problem, spacing)
          scene%has_inconsistent_cases = allocated(problem)
+         ! all cases have the frequencies of the longest case, because the default spacing of a shorter one misses lines
+         if (.not. spacing < huge(spacing)) spacing = spacing_of_spectrum(scene)
+         scene%spectrum%resolution = spacing
       end if
    end subroutine check_extremes
 
    !> Resolve the scenes at the corners of the parameter ranges (minimum or maximum of each parameter), and find the
    !> first problem.
-   subroutine try_corners(scene, parameters, extremes, problem)
+   subroutine try_corners(scene, parameters, extremes, problem, spacing)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       !> Minimum and maximum value, [2, parameters]
       real(wp), intent(in) :: extremes(:, :)
       !> Message with the values; unallocated: no problem
       character(:), allocatable, intent(out) :: problem
+      !> Minimum spacing over omega1 of the frequencies of their spectra; huge: no scene without a problem
+      real(wp), intent(out) :: spacing
 
       ! only corners of six parameters are checked: parameter k + 6 has its minimum or maximum together with parameter
       ! k; bit k - 1 of `corner` selects the maximum
       integer, parameter :: max_checked = 6
       type(draft_t), allocatable :: draft
       type(scene_t) :: corner_scene
-      character(:), allocatable :: values_in_words
+      character(:), allocatable :: corner_problem, values_in_words
       real(wp) :: values(size(parameters))
       integer :: corner, k
 
+      spacing = huge(spacing)
       if (size(parameters) == 0) return
       allocate (draft)
       do corner = 0, 2**min(size(parameters), max_checked) - 1
@@ -357,12 +366,24 @@ contains
          end do
          corner_scene = scene
          corner_scene%has_inconsistent_cases = .true.
-         call set_parameters(corner_scene, parameters, values, problem, draft)
-         if (.not. allocated(problem)) cycle
-         problem = values_in_words(:len(values_in_words) - 2)//': '//problem
-         return
+         call set_parameters(corner_scene, parameters, values, corner_problem, draft)
+         if (.not. allocated(corner_problem)) then
+            spacing = min(spacing, spacing_of_spectrum(corner_scene))
+         else if (.not. allocated(problem)) then
+            problem = values_in_words(:len(values_in_words) - 2)//': '//corner_problem
+         end if
       end do
    end subroutine try_corners
+
+   !> Spacing over omega1 of the frequencies of a scene's spectrum; 0: the scene has none.
+   pure function spacing_of_spectrum(scene) result(spacing)
+      type(scene_t), intent(in) :: scene
+      real(wp) :: spacing
+
+      spacing = 0.0_wp
+      if (scene%wants_spectrum) spacing = scene%spectrum%frequency_spacing(min(scene%spectrum%end, &
+         end_of_run(scene%response)) - scene%spectrum%start)
+   end function spacing_of_spectrum
 
    !> Name of a file without folders and extension.
    pure function name_of_file(file) result(name)

@@ -114,8 +114,6 @@ contains
                //to_text(end)//' (tau)')
          else
             call check_numbers(input, spectrum, end - spectrum%start)
-            ! all cases of a sweep get the frequencies of this duration, even if their own durations differ
-            if (scene%wants_sweep) spectrum%resolution = spectrum%frequency_spacing(end - spectrum%start)
          end if
       end associate
    end subroutine resolve_spectrum

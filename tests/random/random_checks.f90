@@ -655,6 +655,9 @@ contains
          call drop(single, 'best', '')
          call put_found_mesh(file, single)
          call give_ratios(names, whole%echo, single)
+         ! all rows have the frequencies of the longest one
+         if (whole%wants_spectrum .and. .not. has_name(draft, 'spectrum', 'points')) &
+            call put(single, 'spectrum', 'resolution_ratio', to_text(whole%spectrum%resolution))
          do k = 1, size(whole%sweep%swept)
             associate (parameter => whole%sweep%swept(k)%parameter)
                column = read_reals(file, 'sweep/'//trim(parameter%name))
