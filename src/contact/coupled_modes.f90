@@ -21,7 +21,7 @@ module coupled_modes
    private
    public :: coupled_modes_t, make_coupled_modes, compare_sides, mirror_terms, coupled_amplitudes, terms_at
 
-   !> Modes whose values at the stops are below this share of the maximum do not interact with the stops.
+   !> Modes whose values at the stops are below this fraction of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp
 
    !> Two exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds

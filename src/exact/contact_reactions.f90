@@ -18,10 +18,10 @@ module contact_reactions
    private
    public :: find_reactions, opening_orders, resolve_touched_contacts
 
-   !> The beam may be at rest only if sum |q'| is at most this share of 1 + sum |q|; the share exceeds rounding errors.
+   !> The beam may be at rest only if sum |q'| is at most this fraction of 1 + sum |q|, which exceeds rounding errors.
    real(wp), parameter :: max_creep = 1.0e-6_wp
 
-   !> Rounding error of a sum over the modes, as a share of the sum of the magnitudes.
+   !> Rounding error of a sum over the modes, as a fraction of the sum of the magnitudes.
    real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
 contains

@@ -78,8 +78,8 @@ contains
          call group%add('from_below_error', derivative%below_error, unit, 'estimate of its error', along=along)
          texts(:) = [(text_of(derivative_states(derivative(i)%state)), i=1, pairs)]
          call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the other side is ' &
-            //'beyond a limit or has no value; none: the sides differ or do not settle; unknown: the measure is not ' &
-            //'there', along)
+            //'beyond a limit or has no value; none: the sides differ or do not converge; unknown: the measure is ' &
+            //'not there', along)
          call group%add('impacts_change', sensitivity%impacts_change(parameter), dimensionless, &
             'impacts with the parameter at the smallest step above its value, less those below it', along=along)
       end associate
@@ -235,7 +235,7 @@ contains
       else if (ieee_is_nan(value)) then
          words = 'none'
       else
-         words = 'none that settles'
+         words = 'none that converges'
       end if
    end function side_in_words
 

@@ -22,7 +22,7 @@ module mode_choice
    !> because a resonance may need longer than a trial run to develop.
    real(wp), parameter :: frequency_margin = 2.0_wp
    integer, parameter :: max_for_loads = 64
-   !> Reversals of a table count if they change its value by more than this share of its maximum magnitude.
+   !> Reversals of a table count if they change its value by more than this fraction of its maximum magnitude.
    real(wp), parameter :: min_reversal = 1.0e-3_wp
 contains
 

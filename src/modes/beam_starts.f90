@@ -16,7 +16,7 @@ module beam_starts
    !> Distance from the root, over L, below which a point of a table counts as the root.
    real(wp), parameter :: root_tolerance = 1.0e-9_wp
 
-   !> A table may deviate from zero by this share of its largest magnitude at a point where the beam is fixed.
+   !> A table may deviate from zero by this fraction of its largest magnitude at a point where the beam is fixed.
    real(wp), parameter :: max_deviation = 1.0e-6_wp
 
 contains

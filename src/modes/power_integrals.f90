@@ -39,7 +39,7 @@ module power_integrals
       real(wp), allocatable :: changes(:), sums(:), squares(:)
    end type span_t
 
-   !> If |s_m + conj(s_n)| is below this share of |s_m| and |s_n|, the change of the quadratic form loses digits.
+   !> If |s_m + conj(s_n)| is below this fraction of |s_m| and |s_n|, the change of the quadratic form loses digits.
    real(wp), parameter :: cancellation_share = 0.02_wp
    !> A squared magnitude of a sum of exponents below this counts as zero.
    real(wp), parameter :: negligible = tiny(1.0_wp)

@@ -88,7 +88,7 @@ contains
       !> A contact has closed
       logical, intent(out) :: has_closed
 
-      ! a penetration is a rounding error up to the first value, or up to the second as a share of the maximum
+      ! a penetration is a rounding error up to the first value, or up to the second as a fraction of the maximum
       ! displacement over the step
       real(wp), parameter :: min_penetration = 1.0e-14_wp, rounding = 1.0e-12_wp
       real(wp) :: gap, lowest

@@ -90,9 +90,9 @@ contains
          "more equal length, or method = 'exact'")
    end subroutine check_mesh
 
-   !> Bound of the rounding error of the strain energy, as a share of that energy: eps |y| . |K| |y| / (y . K y) for the
-   !> static shape y. The error is large if elements are short, because these move almost as rigid bodies, so that the
-   !> large terms of their nodal forces cancel.
+   !> Bound of the rounding error of the strain energy, as a fraction of that energy: eps |y| . |K| |y| / (y . K y) for
+   !> the static shape y. The error is large if elements are short, because these move almost as rigid bodies, so that
+   !> the large terms of their nodal forces cancel.
    pure subroutine rounding_of_energy(model, share, error)
       type(beam_model_t), intent(in) :: model
       !> The bound
@@ -131,8 +131,8 @@ contains
       text = to_text(rounded)
    end function rounded_down
 
-   !> Fail if the energy balance is violated by more than a share of the energy, because rounding has then disturbed the
-   !> motion.
+   !> Fail if the energy balance is violated by more than a fraction of the energy, because rounding has then disturbed
+   !> the motion.
    pure subroutine check_ledger(tau, energy_error, total_energy, error)
       !> Instant, tau
       real(wp), intent(in) :: tau

@@ -90,7 +90,7 @@ contains
       !> Instant at which the load was evaluated
       real(wp), intent(out) :: instant
 
-      ! the load is evaluated at least this share of the undivided step before the jump
+      ! the load is evaluated at least this fraction of the undivided step before the jump
       real(wp), parameter :: before = 1.0e-9_wp
 
       instant = tau

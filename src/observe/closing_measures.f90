@@ -29,7 +29,7 @@ module closing_measures
       !> The force has been at least the `lasting_force` of &relay since `lasts_from`, tau
       logical :: lasts = .false.
       real(wp) :: lasts_from = 0.0_wp
-      !> States of the searches for the minimum and for the maximum
+      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
       type(extreme_search_t) :: search_state(2)
    end type closing_t
 

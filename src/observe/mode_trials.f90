@@ -18,10 +18,10 @@ module mode_trials
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
    public :: compare_runs, horizon_of, trial_settings
 
-   !> The smaller set of modes is retained if the two motions differ by at most this share of the tolerance. The
+   !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
    !> difference estimates the error of the smaller set; the share allows for later events, which may enlarge the error.
    real(wp), parameter :: agreement = 0.05_wp
-   !> A comparison makes no progress if its difference is at least this share of the previous difference. After
+   !> A comparison makes no progress if its difference is at least this fraction of the previous difference. After
    !> `max_stalled` such comparisons in succession no further set is tried.
    real(wp), parameter :: progress = 0.5_wp
    integer, parameter :: max_stalled = 2
@@ -29,13 +29,13 @@ module mode_trials
    !> estimated from the first trial; the second share holds if the evaluations are extrapolated to a longer run. The
    !> documentation promises at most one half; the remainder allows for the error of the estimate.
    real(wp), parameter :: share_of_run = 0.4_wp, share_of_longer_run = 0.3_wp
-   !> Trials with more than this share of all modes save hardly any work.
+   !> Trials with more than this fraction of all modes save hardly any work.
    real(wp), parameter :: max_share = 0.6_wp
    !> A first trial with at most `max_first_share` of all modes may be repeated with a longer duration, if it then takes
    !> at most `share_of_first` of the work of the run in all modes, assumed to be uniform in time.
    real(wp), parameter :: max_first_share = 0.2_wp, share_of_first = 0.12_wp
    !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
-   !> this share of their length.
+   !> this fraction of their length.
    real(wp), parameter :: min_early_share = 0.25_wp
    !> A motion is compared up to the peak of rebound number `last_rebound`, and over at most `max_periods` periods of
    !> the lowest mode; under harmonic loads, over `load_periods` periods of the slowest load.

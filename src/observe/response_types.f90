@@ -41,7 +41,7 @@ module response_types
 
    !> Settling level: the motion has settled when |eta_c| stays below it; a flight that rises above it is a rebound.
    real(wp), parameter :: settling_level = 0.02_wp
-   !> The energy has decayed when at most this share of the initial energy is left, both above the energy at rest.
+   !> The energy has decayed when at most this fraction of the initial energy is left, both above the energy at rest.
    real(wp), parameter :: settled_energy = 0.01_wp
 
    !> An event: an instant at which contacts open, close or are hit.
@@ -118,7 +118,7 @@ module response_types
       !> Longest and total time in contact
       real(wp) :: longest_contact = 0.0_wp
       real(wp) :: total_contact = 0.0_wp
-      !> Tolerance of peaks and of extremes of moments and statistics, as a share of the value
+      !> Tolerance of peaks and of extremes of moments and statistics, as a fraction of the value
       real(wp) :: extremes_tolerance = peak_tolerance
       !> Maximum force of compliant contacts, as Pbar; negative: there is none
       real(wp) :: greatest_force = -1.0_wp
@@ -255,7 +255,7 @@ module response_types
       real(wp) :: least_tau = 0.0_wp
       real(wp) :: greatest = -huge(1.0_wp)
       real(wp) :: greatest_tau = 0.0_wp
-      !> States of the searches for the minimum and for the maximum
+      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
       type(extreme_search_t) :: minimum_search
       type(extreme_search_t) :: maximum_search
    end type moment_record_t

@@ -34,7 +34,7 @@ module run_measures
       real(wp) :: rest_force = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: start_energy = 0.0_wp
-      !> Maximum tolerance of the searches for peaks of rebounds and of the force, as a share of the peak
+      !> Maximum tolerance of the searches for peaks of rebounds and of the force, as a fraction of the peak
       real(wp) :: tolerance = 0.0_wp
       !> Maxima since the start of the run
       real(wp) :: greatest_force = 0.0_wp

@@ -278,7 +278,7 @@ contains
       real(wp), intent(in) :: start
       type(spectrum_sums_t), intent(inout) :: sums
 
-      ! instants that differ by at most this share of a sampling step are the same
+      ! instants that differ by at most this fraction of a sampling step are the same
       real(wp), parameter :: same = 1.0e-6_wp
       complex(wp) :: integral(1, size(sums%unsampled, 1))
       real(wp) :: sampled(size(sums%unsampled, 1)), values(size(sums%unsampled, 1))

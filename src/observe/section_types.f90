@@ -36,7 +36,7 @@ module section_types
       real(wp) :: period = 0.0_wp
       !> Maximum period of the motion that is detected, in periods of the load
       integer :: max_periods = 1
-      !> Maximum difference of two sections that count as equal, as a share of the maximum of all sections
+      !> Maximum difference of two sections that count as equal, as a fraction of the maximum of all sections
       real(wp) :: tolerance = 0.0_wp
       !> Instants, [sections]; the first `count` have been recorded
       real(wp), allocatable :: tau(:)

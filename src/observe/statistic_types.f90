@@ -17,22 +17,31 @@ module statistic_types
    !> Number of statistics of a run; they are the last entries of the list of measures
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
-   !> Indices of the sums of a contact. Length of the block, and time in contact
+   ! indices of the sums of a contact
+
+   !> Length of the block
    integer, parameter :: sum_time = 1
+   !> Time in contact
    integer, parameter :: sum_contact = 2
-   !> Integrals of the force and of its square
+   !> Integral of the force over time
    integer, parameter :: sum_force = 3
+   !> Integral of the square of the force over time
    integer, parameter :: sum_square_force = 4
-   !> Integral of the force plus impulses
+   !> Integral of the force over time plus impulses
    integer, parameter :: sum_impulse = 5
-   !> Number of impacts, and sums of their velocities and impulses
+   !> Number of impacts
    integer, parameter :: sum_impacts = 6
+   !> Sum of the velocities of impacts
    integer, parameter :: sum_velocity = 7
+   !> Sum of the impulses of impacts
    integer, parameter :: sum_impact_impulse = 8
-   !> Integrals of displacements, at the contact and at the tip, and of their squares
+   !> Integral of the displacement at the contact over time
    integer, parameter :: sum_displacement = 9
+   !> Integral of the square of the displacement at the contact over time
    integer, parameter :: sum_square_displacement = 10
+   !> Integral of the displacement of the tip over time
    integer, parameter :: sum_tip = 11
+   !> Integral of the square of the displacement of the tip over time
    integer, parameter :: sum_square_tip = 12
    !> Minima and maxima, stored among the sums, of force, velocity and impulse of impacts, and displacements
    integer, parameter :: minimum_force = 13
@@ -45,9 +54,11 @@ module statistic_types
    integer, parameter :: maximum_tip = 20
    !> Energy dissipated at the contact, by dampers and at impacts
    integer, parameter :: sum_work = 21
-   !> Integrals of the squares of accelerations, at the contact and at the tip, and extremes
+   !> Integral of the square of the acceleration at the contact over time
    integer, parameter :: sum_square_acceleration = 22
+   !> Integral of the square of the acceleration of the tip over time
    integer, parameter :: sum_square_tip_acceleration = 23
+   !> Minima and maxima, stored among the sums, of accelerations at the contact and of the tip
    integer, parameter :: minimum_acceleration = 24
    integer, parameter :: maximum_acceleration = 25
    integer, parameter :: minimum_tip_acceleration = 26
@@ -93,8 +104,9 @@ module statistic_types
       real(wp) :: min_pause = 0.0_wp
       !> Height that a flight must exceed to separate two impacts
       real(wp) :: hop_tolerance = 0.0_wp
-      !> Minimum force of an impact, and Pbar per unit of force
+      !> Minimum force of an impact
       real(wp) :: threshold = 0.0_wp
+      !> Pbar per unit of force
       real(wp) :: force_scale = 1.0_wp
       !> Number of classes of the histograms
       integer :: classes = 1
@@ -108,7 +120,8 @@ module statistic_types
       integer :: release_contact = 0
       !> Number of events already processed
       integer :: seen = 0
-      !> States of the searches for extremes, by the index of the extreme; all contacts share them
+      !> Tolerances of the searches for extremes, and effort that remains for them, by the index of the extreme; the
+      !> searches at all contacts use them in common
       type(extreme_search_t) :: search_state(sum_count)
    end type block_sums_t
 
@@ -127,7 +140,7 @@ module statistic_types
       !> equal width, and numbers of impacts, [classes, contacts]
       real(wp), allocatable :: class_edge(:, :)
       integer, allocatable :: class_count(:, :)
-      !> Tolerance of extremes, as a share of the value, [statistic_count]
+      !> Tolerance of extremes, as a fraction of the value, [statistic_count]
       real(wp) :: tolerance(statistic_count) = peak_tolerance
       !> Whether the force of each contact is finite, [contacts]
       logical, allocatable :: has_finite_force(:)

@@ -18,7 +18,7 @@ module stress_windows
    type :: place_window_t
       !> Minimum and maximum
       real(wp) :: extremes(2) = [huge(1.0_wp), -huge(1.0_wp)]
-      !> States of the searches for the minimum and for the maximum
+      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
       type(extreme_search_t) :: search_state(2)
       !> Search for reversals
       type(reversal_search_t) :: reversals

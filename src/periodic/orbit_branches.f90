@@ -455,7 +455,7 @@ contains
       ! numbers of restarts and of bisections in each: the distance from which Newton's method converges shrinks towards
       ! the end of the branch
       integer, parameter :: rounds = 12, halvings = 8
-      ! an impact slower than this share of the velocity unit is grazing
+      ! an impact slower than this fraction of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp
       ! last orbit found with the same impacts
       type(solution_t) :: best, trial

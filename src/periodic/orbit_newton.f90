@@ -17,7 +17,7 @@ module orbit_newton
       type(section_state_t) :: state
       !> Value of the parameter: amplitude or frequency of a load
       real(wp) :: value = 0.0_wp
-      !> Phase of the section in the load period, as a share of the period
+      !> Phase of the section in the load period, as a fraction of the period
       real(wp) :: section_phase = 0.0_wp
    end type initial_state_t
 

@@ -1,6 +1,6 @@
 !> Periodic orbits under periodic loads, and branches of orbits over a parameter (docs/theory.md, section 22). An orbit
 !> is a motion that returns to its initial state after one or more periods of the load. The phase of an instant is here
-!> the elapsed share of the load period, 0 to 1; a section is the state of the motion once in each load period, at a
+!> the elapsed fraction of the load period, 0 to 1; a section is the state of the motion once in each load period, at a
 !> fixed phase.
 module orbit_types
    use kinds, only: wp

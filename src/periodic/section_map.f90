@@ -1,7 +1,7 @@
 !> Poincare map: from the state at one section of a motion to the state a number of load periods later, with its
-!> derivative (docs/theory.md, section 22). A section is the state at a fixed phase of the load, i.e. a fixed share of
-!> the load period. The unknowns of a state are the displacements and velocities of the free modes, and the forces P2 of
-!> Maxwell branches.
+!> derivative (docs/theory.md, section 22). A section is the state at a fixed phase of the load, i.e. at a fixed
+!> fraction of the load period. The unknowns of a state are the displacements and velocities of the free modes, and the
+!> forces P2 of Maxwell branches.
 module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
@@ -34,7 +34,7 @@ module section_map
       real(wp) :: period = 0.0_wp
       !> Number of load periods of the map
       integer :: periods = 1
-      !> Phase of the section in the load period, as a share of the period
+      !> Phase of the section in the load period, as a fraction of the period
       real(wp) :: section_phase = 0.0_wp
       !> Parameter of the map besides the state, one of the `by_` constants, and the number of its load among the
       !> harmonic loads, forces first

@@ -135,7 +135,7 @@ contains
       if (bounds%slope < 0.0_wp .and. radicand > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(radicand) - bounds%slope)
    end function step_to_maximum
 
-   !> Maximum of the cubic through the values and slopes of two evaluations, as a share of their distance in time.
+   !> Maximum of the cubic through the values and slopes of two evaluations, as a fraction of their distance in time.
    pure function cubic_maximum(distance, earlier, later) result(share)
       real(wp), intent(in) :: distance
       !> The earlier evaluation; the signal rises there

@@ -43,8 +43,8 @@ module signal_integrals
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
 
-   !> Two exponents are a close pair if the magnitude of their sum is below this share of the larger magnitude: the sum
-   !> loses digits.
+   !> Two exponents are a close pair if the magnitude of their sum is below this fraction of the larger magnitude: the
+   !> sum loses digits.
    real(wp), parameter :: close_share = 1.0e-2_wp
 
 contains

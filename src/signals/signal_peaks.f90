@@ -15,9 +15,9 @@ module signal_peaks
    integer(i8), parameter :: further_evaluations = 2000_i8
    integer(i8), parameter :: phase_evaluations = 100_i8
 
-   !> State of the searches for an extreme over the phases of a run.
+   !> Tolerance of the searches for an extreme, and effort that remains for them, over the phases of a run.
    type :: extreme_search_t
-      !> Present tolerance, as a share of the extreme
+      !> Present tolerance, as a fraction of the extreme
       real(wp) :: tolerance = peak_tolerance
       !> Number of evaluations that remain before the tolerance is raised
       integer(i8), private :: remaining = initial_evaluations
@@ -64,7 +64,7 @@ contains
       !> The maximum (within the tolerance) and its instant
       real(wp), intent(out) :: value
       real(wp), intent(out) :: time
-      !> The tolerance is a share of at least this magnitude, for signals near zero; if given, the tolerance is no
+      !> The tolerance is a fraction of at least this magnitude, for signals near zero; if given, the tolerance is no
       !> smaller than rounding
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: a state for this phase alone
@@ -246,7 +246,7 @@ contains
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
 
-      ! first delay of the start, as a share of the span
+      ! first delay of the start, as a fraction of the span
       real(wp), parameter :: first_delay = 1.0e-9_wp
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
