@@ -28,8 +28,7 @@ module phase_state
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
    !> an unloaded but deformed contact, and the negative of the force that such a contact would have if closed.
-   integer, parameter :: end_gap = 1
-   integer, parameter :: end_force = 2
+   integer, parameter :: end_gap = 1, end_force = 2
    integer, parameter :: end_undeformed = 3
    integer, parameter :: end_renewed_contact = 4
    !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
