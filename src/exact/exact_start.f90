@@ -13,7 +13,7 @@ module exact_start
    use contact_states, only: energy_in, make_contact_state, has_rigid_stop, add_massless_node, contact_state_t
    use contact_values, only: gap_to_undeformed
    use damped_oscillators, only: make_oscillators
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
@@ -51,7 +51,7 @@ contains
       !> Motion with an open recorder; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set if the initial state penetrates a contact
+      !> Set if the initial state penetrates a contact, or if modes decay alike
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
@@ -161,12 +161,14 @@ contains
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
       type(motion_t), intent(inout) :: motion
-      !> Set if the initial state penetrates a contact
+      !> Set if the initial state penetrates a contact, or if modes decay alike
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: forces(size(is_active))
       integer :: k
 
+      call check_decays(now%beam, error)
+      if (allocated(error)) return
       call find_modal_start(model, modes, settings, now, is_active, motion%q, motion%v, forces, error)
       if (allocated(error)) return
       do k = 1, size(forces)
@@ -228,6 +230,35 @@ contains
       allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
       call find_load(now, 0.0_wp)
    end subroutine set_up_loads
+
+   !> Report an error if rounding makes slow exponents of overdamped modes equal, which tend to -1/(2 zeta) with growing
+   !> frequency. The equation of contacts has such modes apart from each other only where zeta is not in their rates,
+   !> and bodies bring it there.
+   subroutine check_decays(beam, error)
+      type(free_beam_t), intent(in) :: beam
+      !> Set if two modes of the beam decay alike
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! with less of a relative difference energies were wrong by more than 1e-11
+      real(wp), parameter :: min_difference = 4096.0_wp*epsilon(1.0_wp)
+      integer :: i, last
+
+      if (.not. beam%has_modal_damping .or. size(beam%body_mode) == 0) return
+      last = 0
+      do i = beam%oscillators%underdamped + 1, beam%oscillators%count
+         if (any(beam%body_mode == i)) cycle
+         associate (decay => beam%oscillators%decay)
+            if (last > 0) then
+               if (abs(decay(i) - decay(last)) < min_difference*decay(i)) then
+                  call fail(error, status_bad_input, 'with &body, the highest modes of this mesh decay too much ' &
+                     //'alike: give a less graded mesh, a smaller zeta, or fewer modes in &response')
+                  return
+               end if
+            end if
+         end associate
+         last = i
+      end do
+   end subroutine check_decays
 
    !> Set up the beam and its contacts in the free modes.
    pure subroutine make_beam(model, modes, settings, contacts, beam)

@@ -188,7 +188,7 @@ contains
          'cannot be pulled away from a stop', 'nothing carries ', 'is for one stop below the beam alone', &
          'the motion does not repeat itself', 'finds no motion that returns', &
          'the mode of the start ', 'displacements of the table ', 'velocities of the table ', &
-         'is too near to that of another', 'the stops at ', 'the support at ']
+         'is too near to that of another', 'the stops at ', 'the support at ', 'decay too much alike']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
