@@ -1132,6 +1132,10 @@ contains
          i = 1 + int(number()*real(size(names), wp))
          if (count == 0 .and. first > 0) i = first
          if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list .or. names(i)%name == 'tied') cycle
+         ! names of bodies are a third of all, and few scenes have bodies
+         if (i /= first .and. index(names(i)%name, 'body_') == 1) then
+            if (.not. chance(0.1_wp)) cycle
+         end if
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
          if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
