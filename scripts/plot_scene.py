@@ -93,6 +93,8 @@ class Scene:
                 self.take_units(file, 1.0 / float(scales["omega1"]))
             self.read_surfaces(file)
             self.supports = [dict(scene[name].attrs) for name in scene if name.startswith("support")]
+            root = scene["root"].attrs if "root" in scene else {}
+            self.root = plots.text_of(root["kind"]) if "kind" in root else "clamped"
             self.read_section(scene["beam"].attrs)
             self.read_shapes(file)
             self.read_start(scene)
@@ -215,7 +217,7 @@ class Scene:
         self.x = within_elements(node)
         self.shape_tau = plain(group, "tau")
         value = plain(group, "displacement")
-        # the clamp is where it always was
+        # the root is where it always was
         self.shape = self.unit * cubics(node, self.x, value - value[:, :1], plain(group, "slope"))
 
     def read_start(self, scene):
@@ -281,9 +283,12 @@ class Drawing:
         margin = self.factor * thickest * 0.5 + self.room * 2.0
         axes.set_ylim(values.min() - margin, values.max() + margin)
         low, high = axes.get_ylim()
-        axes.add_patch(patches.Rectangle((-0.05, low), 0.05, high - low, facecolor="#e0e0e0", hatch="////",
-                                         edgecolor=GROUND, linewidth=0.0))
-        axes.axvline(0.0, color="black", linewidth=0.8)
+        if scene.root == "pinned":
+            self.support({"position": 0.0, "motion": "displacement"})
+        else:
+            axes.add_patch(patches.Rectangle((-0.05, low), 0.05, high - low, facecolor="#e0e0e0", hatch="////",
+                                             edgecolor=GROUND, linewidth=0.0))
+            axes.axvline(0.0, color="black", linewidth=0.8)
         axes.set_xlim(-0.05, 1.08)
         scene.label_length(axes)
         axes.set_ylabel(scene.displacement_label())

@@ -72,7 +72,9 @@ class Map:
         sweep = plots.group_of(file, "sweep", "&sweep")
         group = plots.group_of(file, "sweep_spectrum", "&spectrum")
         self.name = chosen(path, group, [name] if name else None)[0]
-        names = [word.strip() for word in plots.text_of(sweep.attrs["parameters"]).split(",")]
+        # parameters that are tied to others have no axis of their own
+        names = sweep.attrs["grid_parameters" if "grid_parameters" in sweep.attrs else "parameters"]
+        names = [word.strip() for word in plots.text_of(names).split(",")]
         self.parameter = names[-1]
         keep = np.ones(len(sweep[names[0]]), bool)
         for other in names[:-1]:

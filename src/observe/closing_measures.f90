@@ -2,7 +2,8 @@
 !> closing, from intervals of the motion (docs/theory.md, section 12).
 !>
 !> The final closing is the instant from which the contact is closed to the end of the run. The bounce time lasts from
-!> the first closing to the final one, as for relays; the last opening comes before it by one flight.
+!> the first closing to the final one, as for relays; the last opening comes before it by one flight. A contact that is
+!> closed at rest at the start first closes after its first opening, which is the stroke of the actuator and no bounce.
 module closing_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -194,7 +195,8 @@ contains
       logical, intent(out) :: has_short_opening
 
       real(wp) :: first_closing, opened
-      logical :: has_closed, is_closed
+      ! the contact has closed; is closed; has been closed since the start but for openings that are too short
+      logical :: has_closed, is_closed, is_initial
       integer :: i
 
       measures%last_opening = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -205,10 +207,13 @@ contains
       has_closed = .false.
       has_short_opening = .false.
       is_closed = .false.
+      is_initial = .false.
       if (allocated(response%starts_closed)) is_closed = response%starts_closed(number)
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%contact /= number) cycle
+            if (.not. has_closed) is_initial = is_contact_start(event%kind) .and. .not. event%tau > 0.0_wp &
+               .and. .not. abs(event%velocity_before) > 0.0_wp
             if (event%kind == event_impact .or. is_contact_start(event%kind)) call close_at(event%tau)
             if (event%kind /= event_impact .and. .not. is_contact_end(event%kind)) cycle
             is_closed = .false.
@@ -238,15 +243,20 @@ contains
          is_closed = .true.
       end subroutine close_at
 
-      !> Count the opening that ends at an instant, unless it is too short.
+      !> Count the opening that ends at an instant, unless it is too short or the first of a contact that started closed.
       subroutine end_opening(tau)
          real(wp), intent(in) :: tau
 
          has_short_opening = tau - opened < shortest
          if (has_short_opening) return
+         measures%final_closing = tau
+         if (is_initial) then
+            is_initial = .false.
+            first_closing = tau
+            return
+         end if
          measures%bounces = measures%bounces + 1
          measures%last_opening = opened
-         measures%final_closing = tau
       end subroutine end_opening
    end subroutine count_bounces
 

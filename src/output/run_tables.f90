@@ -53,6 +53,7 @@ module run_tables
       measure_column_t('contact_share', 'share in contact'), &
       measure_column_t('impact_rate', 'impact rate'), &
       measure_column_t('mean_impact_velocity', 'mean velocity'), &
+      measure_column_t('maximum_impact_velocity', 'maximum velocity'), &
       measure_column_t('mean_impulse', 'mean impulse'), &
       measure_column_t('work_rate', 'work rate'), &
       measure_column_t('rms_displacement', 'RMS displacement')]
@@ -116,7 +117,7 @@ contains
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.
-   subroutine print_measures(unit, measures, units, released, errors, is_driven)
+   subroutine print_measures(unit, measures, units, released, errors, is_driven, has_window)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
       !> Units of the results
@@ -127,13 +128,15 @@ contains
       type(mesh_errors_t), intent(in), optional :: errors
       !> Harmonic loads act throughout the run, so that neither settling nor rebounds from the start are of interest
       logical, intent(in), optional :: is_driven
+      !> The scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
+      logical, intent(in), optional :: has_window
 
       character(:), allocatable :: heading
       real(wp) :: row(measure_count)
       integer :: i
       ! the contact is rigid at a node with mass, so that its force has no extremes
       logical :: has_rigid_force
-      logical :: decays
+      logical :: decays, shows_window
 
       heading = 'rebound peaks'
       if (present(released)) then
@@ -141,6 +144,8 @@ contains
       end if
       decays = .true.
       if (present(is_driven)) decays = .not. is_driven
+      shows_window = .true.
+      if (present(has_window)) shows_window = has_window
       row = row_of(measures)
       has_rigid_force = all(ieee_is_nan(row([measure_force, measure_named('minimum_force_closed')])))
       write (unit, '()')
@@ -148,6 +153,7 @@ contains
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
             .not. prints_absence(measures, i)) cycle
          if (.not. decays .and. any(i == [measure_settling, measure_decay])) cycle
+         if (.not. shows_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
             //window_in_words(i))
@@ -364,12 +370,14 @@ contains
    end subroutine print_statistics
 
    !> Print a table of the stresses requested by &stress with a line for each place.
-   subroutine print_stresses(unit, moments, units, windows)
+   subroutine print_stresses(unit, moments, units, has_window, windows)
       integer, intent(in) :: unit
       !> Moments with their stresses, at least one
       type(moment_record_t), intent(in) :: moments(:)
       !> Units of the results
       type(units_t), intent(in) :: units
+      !> The scene has &statistics, so that the extremes of its window are not those of the run
+      logical, intent(in) :: has_window
       !> Moments within the window of &statistics; absent: not requested
       type(moment_window_t), intent(in), optional :: windows(:)
 
@@ -382,8 +390,10 @@ contains
       call add('maximum', 'stress', moments%stress_ratio*moments%greatest)
       call add('range', 'stress', moments%stress_ratio*(moments%greatest - moments%least))
       if (present(windows)) then
-         call add('steady minimum', 'stress', moments%stress_ratio*[(windows(k)%extremes(1), k=1, size(windows))])
-         call add('steady maximum', 'stress', moments%stress_ratio*[(windows(k)%extremes(2), k=1, size(windows))])
+         if (has_window) then
+            call add('steady minimum', 'stress', moments%stress_ratio*[(windows(k)%extremes(1), k=1, size(windows))])
+            call add('steady maximum', 'stress', moments%stress_ratio*[(windows(k)%extremes(2), k=1, size(windows))])
+         end if
          if (windows(1)%slope > 0.0_wp) then
             call add('cycles', 'number', windows%cycles)
             call add('equivalent range', 'stress', windows%equivalent_range)
@@ -427,10 +437,13 @@ contains
             //'period: add &statistics, with a start after the start-up')
          return
       end if
-      call print_line(unit, 'amplitude of tip', value_in_units(units, 'displacement', 0.5_wp*(value_of('maximum_tip') &
-         - value_of('minimum_tip')), decimals)//', half of its range')
-      call print_line(unit, 'RMS of tip', value_in_units(units, 'displacement', value_of('rms_tip'), decimals) &
-         //phrase(units, ', mean ', 'displacement', value_of('mean_tip'), decimals))
+      ! a tip that is held does not move
+      if (value_of('maximum_tip') > value_of('minimum_tip')) then
+         call print_line(unit, 'amplitude of tip', value_in_units(units, 'displacement', 0.5_wp*( &
+            value_of('maximum_tip') - value_of('minimum_tip')), decimals)//', half of its range')
+         call print_line(unit, 'RMS of tip', value_in_units(units, 'displacement', value_of('rms_tip'), decimals) &
+            //phrase(units, ', mean ', 'displacement', value_of('mean_tip'), decimals))
+      end if
       call print_line(unit, 'impacts a period', rounded(load_period*value_of('impact_rate'))//' at all stops')
       call print_line(unit, 'share in contact', rounded(value_of('contact_share'))//' of the time, summed over stops')
 

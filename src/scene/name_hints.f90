@@ -7,6 +7,7 @@ module name_hints
    use number_text, only: to_text
    use program_identity, only: program_name
    use run_settings, only: name_length
+   use sweep_names, only: sweep_of
    use value_rules, only: one_of
    implicit none (type, external)
    private
@@ -46,7 +47,7 @@ contains
       end if
    end function group_hint
 
-   !> The hint for an unknown name in a group: the most similar name of the group, the group that has this name, or
+   !> The hint for an unknown name in a group: the most similar name of the group, the groups that have this name, or
    !> names of the group.
    pure function item_hint(table, program, group, name) result(hint)
       !> Table of all names
@@ -60,8 +61,12 @@ contains
       character(:), allocatable :: hint
 
       character(name_length), allocatable :: names(:)
-      integer :: i, nearest, place
+      integer :: nearest, place
 
+      if (group == 'sweep') then
+         hint = unswept_hint(table, program, name)
+         if (hint /= '') return
+      end if
       place = table%find_group(group)
       if (place > 0) names = table%entries(table%groups(place)%first_entry:table%groups(place)%last_entry)%name%name
       if (place == 0) allocate (names(0))
@@ -71,13 +76,11 @@ contains
          hint = 'did you mean '//trim(names(nearest))//'?'
          return
       end if
-      do i = 1, table%entry_count
-         associate (group_of_entry => table%groups(table%entries(i)%group))
-            if (table%entries(i)%name%name /= name .or. iand(group_of_entry%programs, program) == 0) cycle
-            hint = 'it belongs to &'//trim(group_of_entry%name)
-            return
-         end associate
-      end do
+      hint = groups_with(table, program, name)
+      if (hint /= '') then
+         hint = 'it belongs to'//hint
+         return
+      end if
       hint = missing_group(table, name)
       if (hint /= '') return
       if (size(names) <= max_listed) then
@@ -87,6 +90,60 @@ contains
             //'; --names prints all'
       end if
    end function item_hint
+
+   !> The groups that have a name, such as ' &stop, &mass'; empty: no group has it.
+   pure function groups_with(table, program, name) result(groups)
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      integer, intent(in) :: program
+      character(*), intent(in) :: name
+      character(:), allocatable :: groups
+
+      integer :: i
+
+      groups = ''
+      do i = 1, table%entry_count
+         associate (group => table%groups(table%entries(i)%group))
+            if (table%entries(i)%name%name /= name .or. iand(group%programs, program) == 0) cycle
+            if (group%occurrence > 1) cycle
+            if (groups /= '') groups = groups//','
+            groups = groups//' &'//trim(group%name)
+         end associate
+      end do
+   end function groups_with
+
+   !> The hint for a name of a scene that &sweep cannot vary, by itself or with the end of a range; empty: it is no such
+   !> name.
+   pure function unswept_hint(table, program, name) result(hint)
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      integer, intent(in) :: program
+      !> Word that the user wrote in &sweep
+      character(*), intent(in) :: name
+      character(:), allocatable :: hint
+
+      character(*), parameter :: endings(*) = [character(10) :: '_log_range', '_range', '_points']
+      character(:), allocatable :: base
+      integer :: i, start
+
+      hint = ''
+      base = name
+      do i = 1, size(endings)
+         start = len(name) - len_trim(endings(i)) + 1
+         if (start > 1 .and. base == name) then
+            if (name(start:) == trim(endings(i))) base = name(:start - 1)
+         end if
+      end do
+      do i = 1, table%entry_count
+         if (table%entries(i)%name%name /= base) cycle
+         associate (sweep => sweep_of(table, i))
+            if (sweep%order > 0) return
+         end associate
+      end do
+      hint = groups_with(table, program, base)
+      if (hint /= '') hint = base//' of'//hint//' cannot be swept: run one scene for each value, by a loop of a ' &
+         //'script; --names sweep prints what may vary'
+   end function unswept_hint
 
    !> The hint for a value that is none of the allowed words: all of them, or if they are many the nearest.
    pure function choice_hint(word, words) result(hint)

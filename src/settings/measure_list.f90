@@ -147,8 +147,8 @@ module measure_list
       measure_t('bounces', 'bounces', 'openings of the contact after its first closing, but for those below ' &
       //'shortest_opening of &relay', 'number', &
       .true., 'bounces', is_of_contact=.true., group='relay'), &
-      measure_t('bounce_time', 'bounce_time', 'from the first closing to the final one, after which the contact ' &
-      //'stays closed to the end of the run; nan: it is open at the end', 'time', .false., 'bounce time', &
+      measure_t('bounce_time', 'bounce_time', 'from the first closing (of a contact closed at the start, that ' &
+      //'after its first opening) to the final one; nan: it is open at the end', 'time', .false., 'bounce time', &
       is_of_contact=.true., group='relay'), &
       measure_t('last_opening', 'last_opening', 'instant of the last of the bounces; nan: there is none', 'time', &
       .false., 'last opening', 'at {tau~t} =', is_of_contact=.true., group='relay'), &
