@@ -243,7 +243,7 @@ contains
          is_closed = .true.
       end subroutine close_at
 
-      !> Count the opening that ends at an instant, unless it is too short or the first of a contact that started closed.
+      !> Count the opening that ends at an instant, unless it is too short, or the first after a closed start.
       subroutine end_opening(tau)
          real(wp), intent(in) :: tau
 

@@ -84,8 +84,7 @@ contains
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
          call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), errors, &
-            is_driven=load_period > 0.0_wp .or. (allocated(response%statistics) .and. allocated(scene%forces)), &
-            has_window=allocated(response%statistics))
+            is_driven=load_period > 0.0_wp, has_window=allocated(response%statistics))
          if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
          if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
             'not estimated, as that would take long: --estimate does')
