@@ -17,7 +17,7 @@ module coupled_equation
    use small_equations, only: eliminate
    implicit none (type, external)
    private
-   public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, stop_fractions
+   public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, vectors_at_root, stop_fractions
 
    !> Equation of the beam and the stops. The poles of `secular_t` are the two roots of D_i for each mode, side by side,
    !> then -nu of each branch and, if there is a branch, 0. Its `relative` is 1 + 2 zeta pole.
@@ -151,6 +151,55 @@ contains
       call add_modes(problem, distance, vectors)
       call separate_mode(problem, s, distance, vectors)
    end subroutine vectors_at
+
+   !> Evaluate the equation at a root. The separated mode must take part in the motion of this root: a symmetric mode
+   !> does not take part in an antisymmetric motion, which is then a root of T_i, too.
+   pure subroutine vectors_at_root(problem, s, distance, vectors)
+      type(coupled_equation_t), intent(in) :: problem
+      !> The root
+      complex(wp), intent(in) :: s
+      !> s - pole, [poles]
+      complex(wp), contiguous, intent(in) :: distance(:)
+      !> Result; its workspace is reused in the next call
+      type(coupled_vectors_t), intent(inout) :: vectors
+
+      ! at a root, a mode that takes part leaves a small share of the summands of `value`, another mode a larger one
+      real(wp), parameter :: small = 1.0e-9_wp
+      real(wp), parameter :: large = 1.0e-5_wp
+      real(wp) :: strength(problem%modes)
+      integer :: i, strongest, trial
+
+      call vectors_at(problem, s, 0, distance, vectors)
+      strongest = vectors%mode
+      if (strongest == 0 .or. size(problem%spring) == 1) return
+      ! poles that cluster at -1/(2 zeta) are too near to each other to tell their modes apart
+      if (any(problem%is_clustered .and. abs1(distance(:size(problem%is_clustered))) < 0.5_wp*abs1(s))) return
+      if (residual(abs1(s)**2) <= large) return
+      do i = 1, problem%modes
+         strength(i) = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
+      end do
+      do trial = 2, 2*size(problem%spring)
+         strength(vectors%mode) = 0.0_wp
+         if (.not. any(strength > 0.0_wp)) exit
+         ! the nearest pole given is one of the two of the mode to be separated
+         call vectors_at(problem, s, 2*maxloc(strength, dim=1), distance, vectors)
+         if (residual(0.0_wp) <= small) return
+      end do
+      call vectors_at(problem, s, 2*strongest, distance, vectors)
+
+   contains
+
+      !> Magnitude of `value` as a share of the magnitudes of its summands, or of a greater scale.
+      pure function residual(scale)
+         real(wp), intent(in) :: scale
+         real(wp) :: residual
+
+         associate (b => problem%value(vectors%mode, :))
+            residual = abs1(vectors%value)/max(abs1(distance(2*vectors%mode - 1)*distance(2*vectors%mode)) &
+               + sum(abs1(b*vectors%right)), scale, tiny(1.0_wp))
+         end associate
+      end function residual
+   end subroutine vectors_at_root
 
    !> T_i = N + M H and its derivative, with all modes except the separated mode in H.
    pure subroutine add_modes(problem, distance, vectors)

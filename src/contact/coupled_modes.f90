@@ -5,7 +5,8 @@
 !> are closed, too.
 module coupled_modes
    use compliant_stop, only: is_rigid_stop, impedance_t
-   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, vectors_at
+   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, &
+      vectors_at_root
    use coupled_roots, only: find_coupled_roots
    use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_amplitudes, coupled_modes_t, &
       enlarge_terms, mirror_terms, pad_terms, sort_terms, terms_at
@@ -315,7 +316,7 @@ contains
       do m = 1, size(upper)
          if (merged(upper(m))) cycle
          call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
-         call vectors_at(problem, s(upper(m)), 0, distance, vectors)
+         call vectors_at_root(problem, s(upper(m)), distance, vectors)
          if (vectors%condition > max_condition .and. size(s) > 1) then
             partner = minloc(abs(s - s(upper(m))), dim=1, mask=[(i, i=1, size(s))] /= upper(m))
             center = 0.5_wp*(s(upper(m)) + s(partner))

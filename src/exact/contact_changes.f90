@@ -3,7 +3,7 @@
 module contact_changes
    use certified_search, only: found_none, search_t
    use contact_states, only: node_motion_at
-   use contact_values, only: event_of, force_of, velocity_of
+   use contact_values, only: event_of, force_of, gap_of, gap_rounding, velocity_of
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
@@ -12,7 +12,7 @@ module contact_changes
    implicit none (type, external)
    private
    public :: detach_contact, open_contact, start_flight, close_contact, check_dampers
-   public :: find_opposite_contacts, is_blocked, skip_blocked, close_opposite
+   public :: end_starts, find_opposite_contacts, is_blocked, skip_blocked, close_opposite
 
 contains
 
@@ -72,6 +72,29 @@ contains
          state%flights = state%flights + 1
       end associate
    end subroutine start_flight
+
+   !> End the starts of flights at the end of a phase: `start_order` is reset, except at rigid contacts that the beam
+   !> has left in a phase so short that the gap is still zero to rounding. Several contacts of a symmetric beam open in
+   !> such phases, all at one instant but for rounding.
+   subroutine end_starts(self, ended_at, motion)
+      type(phase_state_t), intent(inout) :: self
+      !> The contact that ended the phase; 0: none
+      integer, intent(in) :: ended_at
+      !> At the end of the phase
+      type(motion_t), intent(in) :: motion
+
+      integer :: k
+
+      do k = 1, size(self%states)
+         associate (state => self%states(k))
+            if (state%start_order == 0) cycle
+            if (k /= ended_at .and. state%is_rigid .and. .not. state%is_closed) then
+               if (gap_of(self, k, motion%q) <= gap_rounding(self, k, motion)) cycle
+            end if
+            state%start_order = 0
+         end associate
+      end do
+   end subroutine end_starts
 
    !> Close a compliant contact.
    subroutine close_contact(self, k, order, motion, response)

@@ -4,7 +4,7 @@
 !> massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
-   use contact_changes, only: skip_blocked
+   use contact_changes, only: end_starts, skip_blocked
    use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
    use coupled_modes, only: terms_at
@@ -347,10 +347,10 @@ contains
       where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
       if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
-      self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call project_gap(self, motion)
       if (.not. self%now%is_at_rest) call to_free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
          motion%v)
+      call end_starts(self%now, self%ended_at, motion)
    end subroutine finish
 
    !> Advance the variations of the motion (derivatives by its initial state or by a load parameter) to the end of the

@@ -36,11 +36,21 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
+      ! the flight from the contact has begun at this instant, before the transition
+      logical :: has_begun(size(self%states))
+      integer :: i
+
       if (search%outcome == found_segment_end) then
          call update_contacts(self, motion, response)
          return
       end if
+      has_begun = self%states%start_order > 1 .and. self%states%is_rigid .and. .not. self%states%is_closed
       call apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
+      do i = 1, size(has_begun)
+         if (.not. has_begun(i) .or. self%states(i)%is_closed) cycle
+         ! an impulse has given the stop point a velocity
+         if (velocity_of(self, i, motion) > velocity_rounding(self, i, motion)) self%states(i)%start_order = 1
+      end do
       call resolve_touched_contacts(self, motion, response)
    end subroutine apply_transition
 
