@@ -71,7 +71,7 @@ contains
          has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
             abs1(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
-      is_conjugate = [.false., has_conjugate(:size(near) - 1)]
+      is_conjugate = eoshift(has_conjugate, -1)
       do iteration = 1, iteration_cap
          do m = 1, size(near)
             if (search%done(m) .or. is_conjugate(m)) cycle
