@@ -23,16 +23,19 @@ contains
    end function solve_small
 
    !> Solve A X = B in place.
-   pure subroutine eliminate(a, solution)
+   pure subroutine eliminate(a, solution, is_singular)
       !> In: A. Out: undefined, [n, n]
       complex(wp), intent(inout) :: a(:, :)
       !> In: B. Out: X, [n, number of right-hand sides]
       complex(wp), intent(inout) :: solution(:, :)
+      !> True: a pivot is zero, and X is undefined. If absent, a zero pivot is replaced by the smallest normal number.
+      logical, intent(out), optional :: is_singular
 
       complex(wp) :: factor, swap
       real(wp) :: row_scale
       integer :: i, j, k, n, pivot
 
+      if (present(is_singular)) is_singular = .false.
       n = size(a, 1)
       do i = 1, n
          row_scale = tiny(1.0_wp)
@@ -59,8 +62,14 @@ contains
                solution(pivot, j) = swap
             end do
          end if
-         ! A zero pivot becomes the smallest normal number: the solution is huge, but no NaN
-         if (abs1(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)
+         if (abs1(a(k, k)) <= tiny(1.0_wp)) then
+            if (present(is_singular)) then
+               is_singular = .true.
+               return
+            end if
+            ! the solution is huge, but no NaN
+            a(k, k) = tiny(1.0_wp)
+         end if
          do i = k + 1, n
             factor = a(i, k)/a(k, k)
             a(i, k + 1:) = a(i, k + 1:) - factor*a(k, k + 1:)

@@ -217,6 +217,7 @@ contains
       integer, allocatable :: subset(:)
       ! the bits of `choice` tell which contacts the subset holds
       integer :: k, choice
+      logical :: is_singular
 
       min_violation = max_violation
       associate (beam => phase%beam)
@@ -228,14 +229,15 @@ contains
             flexibility = [(cmplx(flexibility_of(place(subset(k))), 0.0_wp, wp), k=1, size(subset))]
             allocate (contact_force(size(subset)))
             call find_point_forces(cmplx(beam%oscillators%square, 0.0_wp, wp), beam%value(:, place(subset)), &
-               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(subset)), 0.0_wp, wp), contact_force, z)
+               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(subset)), 0.0_wp, wp), contact_force, z, &
+               is_singular)
             gap = matmul(real(z, wp), beam%value(:, place)) - beam%height(place)
             gap(subset) = 0.0_wp
             ! violation: the maximum of relative tension and relative penetration
             violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
                + tiny(1.0_wp)), -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
-            ! numbers that are not finite, or immense, come from contacts that carry nothing, or twice the same
-            if (violation < min_violation .and. all(abs(z) < max_displacement)) then
+            ! immense displacements come from contacts that carry nothing, or twice the same
+            if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
                min_violation = violation
                q = real(z, wp)
                forces = 0.0_wp

@@ -1,7 +1,7 @@
 !> Forces of springs or supports at points of a beam, in its modes, if all motion is proportional to exp(s t).
 module point_forces
    use kinds, only: wp
-   use small_equations, only: solve_small
+   use small_equations, only: eliminate
    implicit none (type, external)
    private
    public :: find_point_forces, slow_frequency
@@ -15,7 +15,7 @@ contains
 
    !> Solve D_i z_i = load_i + sum_k b_ik f_k and sum_i b_ik z_i + flexibility_k f_k = gap_k for point forces f and
    !> modal displacements z.
-   pure subroutine find_point_forces(dynamic_stiffness, value, flexibility, load, gap, force, z)
+   pure subroutine find_point_forces(dynamic_stiffness, value, flexibility, load, gap, force, z, is_singular)
       !> Dynamic stiffness D_i(s) of each mode, [modes]
       complex(wp), intent(in) :: dynamic_stiffness(:)
       !> Mode shapes b_ik at the points, [modes, points]
@@ -30,6 +30,9 @@ contains
       complex(wp), intent(out) :: force(:)
       !> z, [modes]
       complex(wp), intent(out) :: z(:)
+      !> True: the equations have no unique solution (two rigid supports at one point, or one of points that do not move),
+      !> and force and z are 0. If absent, the equations are known to have one.
+      logical, intent(out), optional :: is_singular
 
       complex(wp) :: inverse(size(dynamic_stiffness))
       complex(wp), allocatable :: matrix(:, :), right(:, :)
@@ -55,7 +58,10 @@ contains
          matrix(points + i, points + i) = dynamic_stiffness(slow(i))
          right(points + i, 1) = load(slow(i))
       end do
-      right = solve_small(matrix, right)
+      call eliminate(matrix, right, is_singular)
+      if (present(is_singular)) then
+         if (is_singular) right = 0.0_wp
+      end if
       force = right(:points, 1)
       z = inverse*(load + matmul(value, force))
       z(slow) = right(points + 1:, 1)
