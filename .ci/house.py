@@ -23,8 +23,8 @@ MOST_LINES_OF_FILE, MOST_LINES_OF_PROCEDURE, MOST_ARGUMENTS = 500, 80, 9
 FOREIGN_INTERFACES = ("lapack_interfaces",)
 # what programs of others use
 ENTRIES = ("impactbeam_library",)
-# the folder that reads namelists, and those that may use it besides
-NAMELISTS, READERS = "scene", ("scene", "study", "app")
+# the folders that read namelists, and those that may use them besides
+NAMELISTS, READERS = ("namelist", "scene"), ("namelist", "scene", "study", "app")
 
 STRING = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"")
 UNIT = re.compile(r"(?:module|program)\s+(?!procedure\b)(\w+)$|submodule\s*\((\w+)[^)]*\)\s*(\w+)$")
@@ -144,7 +144,7 @@ def check_uses(folders, modules, broken):
             used = modules[name]
             if place[used.folder] > place[module.folder]:
                 broken.append(f"{module.path}: uses {name} of {used.folder}/, which comes after {module.folder}/")
-            if used.folder == NAMELISTS and module.folder not in READERS:
+            if used.folder in NAMELISTS and module.folder not in READERS:
                 broken.append(f"{module.path}: uses {name}; only {', '.join(READERS)} may see a namelist")
     for ring in circles(modules):
         broken.append("circle: " + " -> ".join(ring))
