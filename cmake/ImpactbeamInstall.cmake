@@ -41,8 +41,8 @@ install(FILES packaging/completion/_impactbeam DESTINATION "${CMAKE_INSTALL_DATA
 
 # One archive of all folders, so that others link one library.
 set(objects "")
-foreach(folder IN ITEMS base posix system settings scene blas_threads algebra beam frequencies modes signals contact loads
-    observe exact newmark motion periodic output analysis study inference app)
+foreach(folder IN ITEMS base posix system settings namelist scene blas_threads algebra beam frequencies modes signals contact loads
+    observe phases exact newmark motion periodic storage output analysis study inference app)
   list(APPEND objects "$<TARGET_OBJECTS:impactbeam_${folder}>")
 endforeach()
 add_library(impactbeam_archive STATIC ${objects})
