@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Draw scenes to scale: the beam, its stops and supports, the start; with --film also the beam as it moves.
 
-Plots what the results files hold and computes nothing; between nodes the beam is the cubic of its elements. The start
-and the film need shapes in the file: &output shape_times or shape_step.
+Plots what the results files hold and computes nothing; between nodes the beam is the cubic of its elements. The file of a
+single run contains the shape at the start; the film needs further shapes: &output shape_step.
 """
 
 import argparse
@@ -221,9 +221,10 @@ class Scene:
         self.shape = self.unit * cubics(node, self.x, value - value[:, :1], plain(group, "slope"))
 
     def read_start(self, scene):
-        """Where the beam is released, position and displacement; is it unstressed at the start instead?"""
+        """How the motion starts; if the beam is released, position and displacement of that point."""
         kind = plots.text_of(scene["start"].attrs["kind"]) if "start" in scene else "pull"
-        self.is_unstressed, self.release = kind in ("rest", "drop"), None
+        self.start_label = {"velocity": "start, moving", "drop": "start, falling"}.get(kind, "start")
+        self.release = None
         if kind == "pull":
             stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
             stop = next((stop for stop in stops if "pulled" in stop), stops[0] if stops else None)
@@ -232,10 +233,8 @@ class Scene:
             self.release = float(stop["position"]), side * (1.0 + float(stop["preload"])) * self.unit
 
     def start(self):
-        """The shape at the start, if it was recorded or is unstressed."""
-        if len(self.shape_tau) > 0 and self.shape_tau[0] <= 0.0:
-            return self.shape[0]
-        return numpy.zeros_like(self.x) if self.is_unstressed else None
+        """The shape at the start, if it was recorded."""
+        return self.shape[0] if len(self.shape_tau) > 0 and self.shape_tau[0] <= 0.0 else None
 
 
 def spring(axes, x, low, high, width):
@@ -432,7 +431,8 @@ def draw(scene):
     drawing.beam(numpy.zeros_like(scene.x), facecolor=BEAM, edgecolor=EDGE, linewidth=0.8, zorder=2, label="unstressed")
     axes.plot([0.0, 1.0], [0.0, 0.0], color=EDGE, linewidth=0.5, linestyle=(0, (8, 2, 2, 2)), zorder=3)
     if start is not None:
-        drawing.beam(start, facecolor="none", edgecolor="black", linewidth=0.9, linestyle=(0, (4, 1.5)), zorder=4, label="start")
+        drawing.beam(start, facecolor="none", edgecolor="black", linewidth=0.9, linestyle=(0, (4, 1.5)), zorder=4,
+                     label=scene.start_label)
     elif scene.release is not None:
         axes.plot(*scene.release, marker="v", markersize=6, color="black", linestyle="none", zorder=5, label="released here")
     axes.set_title(scene.title, pad=19)
@@ -446,7 +446,7 @@ def draw(scene):
 def animate(scene, path):
     """The beam moving among its stops, as a GIF."""
     if len(scene.shape_tau) < 2:
-        raise plots.Unplottable(f"{scene.name}: no shapes to move: see &output shape_step")
+        raise plots.Unplottable(f"{scene.name}: has the shape at the start only: see &output shape_step")
     frames = [0]
     for index, tau in enumerate(scene.shape_tau):
         if tau - scene.shape_tau[frames[-1]] >= FRAME_TAU - 1e-9:

@@ -480,7 +480,7 @@ contains
          alone=[character(40) :: 'all', 'none']), history_names)
       output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
       call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &
-         range_t(0.0_wp, 1.0e9_wp), a_response, default='none'))
+         range_t(0.0_wp, 1.0e9_wp), a_response, default='0 in a single run'))
       call table%bind(output%shape_step, name_t('shape_step', &
          'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
       call table%bind(units, name_t('units', "what results are in, the scene's units or none", &

@@ -119,6 +119,7 @@ contains
 
       type(case_beam_t) :: beam
       type(run_settings_t) :: settings
+      logical :: draws_start
 
       if (scene%wants_frequencies) then
          allocate (table)
@@ -130,6 +131,9 @@ contains
       allocate (response)
       settings = run_settings_of(scene)
       settings%output%measures = .true.
+      ! pictures of the scene show the shape at the start
+      draws_start = .not. allocated(settings%output%shape_times) .and. settings%output%shape_step <= 0.0_wp
+      if (draws_start) settings%output%shape_times = [0.0_wp]
       if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%compared > 0) then
          call choose_mesh(scene, beam)
          if (allocated(beam%error)) then
@@ -147,6 +151,9 @@ contains
          call run_motion(model, settings, response, error)
       end if
       call disable_progress()
+      if (draws_start .and. allocated(response%shape_velocity)) then
+         deallocate (response%shape_velocity, response%shape_slope_velocity)
+      end if
       if (.not. allocated(error)) call analyse(scene, model, settings, response, analysed, error)
    end subroutine compute_scene
 

@@ -22,12 +22,15 @@ def run(*command):
 
 
 def check_xarray():
-    """The README's two lines as they stand, and what is in the files."""
+    """Lines of pages as they stand, and what is in the files."""
     import xarray  # pylint: disable=import-outside-toplevel
-    with open(os.path.join(SCRIPTS, "..", "README.md"), encoding="utf-8") as page:
-        lines = re.search(r"```python\n(.*?)```", page.read(), re.DOTALL).group(1)
-    run(PROGRAM, "--quiet", os.path.join(INPUTS, "first_scene.nml"))
-    subprocess.run([sys.executable, "-c", lines], check=True, cwd=FOLDER, env={**os.environ, "MPLBACKEND": "agg"})
+    with open(os.path.join(FOLDER, "relay.nml"), "w", encoding="utf-8") as scene:
+        subprocess.run([PROGRAM, "--new", "relay"], check=True, stdout=scene)
+    run(PROGRAM, "--quiet", os.path.join(INPUTS, "first_scene.nml"), "relay.nml")
+    for name in ("README.md", "docs/howto/read_results.md"):
+        with open(os.path.join(SCRIPTS, "..", name), encoding="utf-8") as page:
+            lines = re.search(r"```python\n(.*?)```", page.read(), re.DOTALL).group(1)
+        subprocess.run([sys.executable, "-c", lines], check=True, cwd=FOLDER, env={**os.environ, "MPLBACKEND": "agg"})
     run(PROGRAM, "--quiet", "--out", ".", os.path.join(INPUTS, "relay_reed.nml"), os.path.join(INPUTS, "table1.nml"))
     response = xarray.open_dataset(os.path.join(FOLDER, "relay_reed.h5"), group="response")
     assert dict(response.sizes) == {"time": 6001}, response.sizes
