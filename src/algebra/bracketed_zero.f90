@@ -18,11 +18,11 @@ module bracketed_zero
       logical :: is_found = .false.
       !> The zero is found if the magnitude of the value does not exceed this; negative: values do not end the search
       real(wp) :: value_tolerance = 0.0_wp
-      !> The zero is found if the step to the next point does not exceed this share of the point, or this number of
+      !> The zero is found if the step to the next point does not exceed this fraction of the point, or this number of
       !> spacings of floating-point numbers at the point
       real(wp) :: step_tolerance = 0.0_wp
       real(wp) :: step_spacings = 0.0_wp
-      !> The zero is found if the length of the bracket does not exceed this share of `high`; negative: the length
+      !> The zero is found if the length of the bracket does not exceed this fraction of `high`; negative: the length
       !> does not end the search
       real(wp) :: length_tolerance = -1.0_wp
       !> Maximum number of evaluations, and their number so far

@@ -71,7 +71,7 @@ contains
       solution = merge(solution, max(solution, 0.0_wp), is_free)
    end subroutine find_active_set
 
-   !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a share of its
+   !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a fraction of its
    !> terms; 0: not negative.
    pure function violations(matrix, right, is_positive, solution) result(violation)
       !> A and q
@@ -145,12 +145,12 @@ contains
    !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; then, repeatedly, the
    !> most negative of the other gaps is closed together with those that are closed already. Of several gaps at one
    !> point only one is closed by a force.
-   pure subroutine close_gaps(compliance, gap, noise, force)
+   pure subroutine close_gaps(compliance, gap, rounding, force)
       !> Change of each gap per unit force at each other gap, symmetric, [gaps, gaps]
       real(wp), intent(in) :: compliance(:, :)
       real(wp), intent(in) :: gap(:)
       !> Rounding errors of the gaps: a gap less negative than its rounding error stays open
-      real(wp), intent(in) :: noise(:)
+      real(wp), intent(in) :: rounding(:)
       real(wp), intent(out) :: force(:)
 
       real(wp) :: current_gap(size(gap))
@@ -160,7 +160,7 @@ contains
       force = 0.0_wp
       is_closed = .false.
       do round = 1, size(gap)
-         current_gap = merge(0.0_wp, gap + matmul(compliance, force) + noise, is_closed)
+         current_gap = merge(0.0_wp, gap + matmul(compliance, force) + rounding, is_closed)
          worst = minloc(current_gap, dim=1)
          if (current_gap(worst) >= 0.0_wp) return
          is_closed(worst) = .true.

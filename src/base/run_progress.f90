@@ -6,7 +6,7 @@ module run_progress
    private
    public :: enable_progress, disable_progress, report_progress, progress_address
 
-   !> Share of the run that is done, 0 to 1; the timer of the progress line reads this variable at any moment
+   !> Fraction of the run that is done, 0 to 1; the timer of the progress line reads this variable at any moment
    real(c_double), volatile, target :: progress = 0.0_c_double
    !> True during a single run in one thread; a sweep reports its finished cases instead
    logical :: is_enabled = .false.

@@ -3,7 +3,7 @@
 !> everything, a variable `with` the task with the skip.
 module skip_savings
    use command_line, only: argument_t
-   use compliant_stop, only: impedance_t, compliant_stop_t
+   use compliant_stop, only: dynamic_stiffness_t, compliant_stop_t
    use constrained_sets, only: free_beam_t
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use damped_oscillators, only: damping_order, make_oscillators
@@ -380,7 +380,7 @@ contains
       type(set_store_t) :: store
       type(contact_set_t), pointer :: set
       class(compliant_stop_t), allocatable :: stop
-      type(impedance_t) :: impedance
+      type(dynamic_stiffness_t) :: dynamic_stiffness
       type(run_settings_t) :: settings
       ! order of the modes that the oscillators need
       integer, allocatable :: order(:)
@@ -388,7 +388,7 @@ contains
       logical :: is_new
 
       call make_compliant_stop(self%scene%stop, stop)
-      if (allocated(stop)) impedance = stop%impedance_t
+      if (allocated(stop)) dynamic_stiffness = stop%dynamic_stiffness_t
       settings = run_settings_of(self%scene)
       associate (free => self%modes, rate => rates_of_modes(settings, self%modes%square))
          order = damping_order(free%square, settings%zeta, rate)
@@ -400,7 +400,7 @@ contains
          ! sign of the contact (below the beam) if the stop is at the tip, else 0
          beam%tip_sign = [merge(1.0_wp, 0.0_wp, free%stop_dof == free%tip_dof)]
       end associate
-      call start_sets(beam, [.not. allocated(stop)], [impedance], store)
+      call start_sets(beam, [.not. allocated(stop)], [dynamic_stiffness], store)
       call find_set([.true.], store, set, is_new, error)
    end subroutine find_contact_modes
 

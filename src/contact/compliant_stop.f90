@@ -8,11 +8,13 @@ module compliant_stop
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impedance_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients
-   public :: has_same_impedance, is_rigid_stop
+   public :: dynamic_stiffness_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, &
+      mean_force_coefficients
+   public :: has_same_dynamic_stiffness, is_rigid_stop
 
-   !> Impedance of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s tau).
-   type :: impedance_t
+   !> Dynamic stiffness of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s
+   !> tau).
+   type :: dynamic_stiffness_t
       !> k; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
       !> beta k; 0: the branch is absent
@@ -22,7 +24,7 @@ module compliant_stop
       real(wp) :: relaxation_rate = 0.0_wp
       !> Coefficient c of a damper parallel to the spring; 0 in every stop with a branch
       real(wp) :: viscosity = 0.0_wp
-   end type impedance_t
+   end type dynamic_stiffness_t
 
    !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+ and the branch
    !> force from P2 to P2+.
@@ -39,7 +41,7 @@ module compliant_stop
    end type stop_step_t
 
    !> Contact law of a compliant stop; each extension is one law.
-   type, abstract, extends(impedance_t) :: compliant_stop_t
+   type, abstract, extends(dynamic_stiffness_t) :: compliant_stop_t
       !> Rate of the exponential recovery of the free surface; 0: the surface does not recover by itself; `huge`: it
       !> recovers instantaneously
       real(wp) :: recovery_rate = 0.0_wp
@@ -87,16 +89,16 @@ module compliant_stop
 contains
 
    !> Is the stop rigid, with zero stiffness standing for infinite stiffness?
-   elemental function is_rigid_stop(impedance) result(answer)
-      class(impedance_t), intent(in) :: impedance
+   elemental function is_rigid_stop(dynamic_stiffness) result(answer)
+      class(dynamic_stiffness_t), intent(in) :: dynamic_stiffness
       logical :: answer
 
-      answer = impedance%stiffness <= 0.0_wp
+      answer = dynamic_stiffness%stiffness <= 0.0_wp
    end function is_rigid_stop
 
    !> P = k u + P2.
    elemental function contact_force(stop, indentation, branch_force) result(force)
-      class(impedance_t), intent(in) :: stop
+      class(dynamic_stiffness_t), intent(in) :: stop
       !> u
       real(wp), intent(in) :: indentation
       !> P2
@@ -108,7 +110,7 @@ contains
 
    !> Rounding error of P at its zeros, at which P is the difference of much larger terms.
    elemental function rounding_of_force(stop, max_term, speed) result(force)
-      class(impedance_t), intent(in) :: stop
+      class(dynamic_stiffness_t), intent(in) :: stop
       !> Maximum magnitude of the terms whose difference is u
       real(wp), intent(in) :: max_term
       !> Magnitude of du/dtau
@@ -132,14 +134,14 @@ contains
       constant = step%mean_indentation*indentation + step%mean_branch*branch_force
    end subroutine mean_force_coefficients
 
-   !> Have two stops the same impedance, to the last bit?
-   elemental function has_same_impedance(a, b) result(answer)
-      type(impedance_t), intent(in) :: a
-      type(impedance_t), intent(in) :: b
+   !> Have two stops the same dynamic stiffness, to the last bit?
+   elemental function has_same_dynamic_stiffness(a, b) result(answer)
+      type(dynamic_stiffness_t), intent(in) :: a
+      type(dynamic_stiffness_t), intent(in) :: b
       logical :: answer
 
       answer = .not. (abs(a%stiffness - b%stiffness) > 0.0_wp .or. abs(a%viscosity - b%viscosity) > 0.0_wp .or. &
          abs(a%branch_stiffness - b%branch_stiffness) > 0.0_wp .or. abs(a%relaxation_rate - b%relaxation_rate) > 0.0_wp)
-   end function has_same_impedance
+   end function has_same_dynamic_stiffness
 
 end module compliant_stop

@@ -1,8 +1,8 @@
 !> Constrained modes of the beam for a set of closed rigid contacts, which are bilateral constraints while they are
 !> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
 !> constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their values at a
-!> contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the share of
-!> free mode i in constrained mode j, and a prime on q, p or z denotes d/dtau.
+!> contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the coefficient
+!> of free mode i in constrained mode j, and a prime on q, p or z denotes d/dtau.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -70,7 +70,7 @@ module constrained_sets
       real(wp), allocatable :: tip_value(:)
       !> Reactions of the closed rigid contacts that balance a unit force at each contact instantaneously, [closed,
       !> contacts]
-      real(wp), allocatable :: share(:, :)
+      real(wp), allocatable :: balanced_fraction(:, :)
       !> Gaps and reactions as signals, [contacts], [closed]; each user sets the state of the signals before their
       !> evaluation
       type(modal_signal_t), allocatable :: gap(:), force(:)
@@ -100,7 +100,8 @@ contains
       type(constrained_set_t), target, intent(out) :: set
 
       ! `change`: the modes with one constraint more as combinations of the modes before, [modes before, modes after]
-      real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), shares_before(:), reaction(:, :)
+      real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), fractions_before(:), &
+         reaction(:, :)
       ! coefficients of mass-proportional damping; if those of modes differ, the constraints do not combine these modes
       real(wp), allocatable :: mass_rate(:)
       integer, allocatable :: order(:)
@@ -112,20 +113,21 @@ contains
       set%value = beam%value
       set%tip_value = beam%tip_value
       allocate (set%reaction(0, size(square)))
-      allocate (set%share(size(closed), size(beam%height)), source=0.0_wp)
+      allocate (set%balanced_fraction(size(closed), size(beam%height)), source=0.0_wp)
       do i = 1, size(closed)
          call constrain(square, set%value(:, closed(i)), 0.0_wp, new_square, change, new_reaction)
          ! shares of a force at this contact that the contacts constrained before it balance
-         shares_before = set%share(:i - 1, closed(i))
+         fractions_before = set%balanced_fraction(:i - 1, closed(i))
          allocate (reaction(i, size(new_square)))
          reaction(:i - 1, :) = matmul(set%reaction, change)
          do k = 1, i - 1
-            reaction(k, :) = reaction(k, :) - shares_before(k)*new_reaction
+            reaction(k, :) = reaction(k, :) - fractions_before(k)*new_reaction
          end do
          reaction(i, :) = new_reaction
          call move_alloc(reaction, set%reaction)
          do k = 1, size(beam%height)
-            call distribute_force(set%value(:, closed(i)), set%value(:, k), shares_before, i, set%share(:, k))
+            call distribute_force(set%value(:, closed(i)), set%value(:, k), fractions_before, i, &
+               set%balanced_fraction(:, k))
          end do
          set%value = matmul(transpose(change), set%value)
          set%tip_value = matmul(set%tip_value, change)
@@ -201,24 +203,24 @@ contains
       call make_signals(set)
    end subroutine damp_constrained_set
 
-   !> Share of a force that the contact constrained last balances instantaneously, and the correction of the shares of
-   !> the contacts constrained before it.
-   pure subroutine distribute_force(value_at_last, value, before, place, share)
+   !> Fraction of a force that the contact constrained last balances instantaneously, and the correction of the
+   !> fractions of the contacts constrained before it.
+   pure subroutine distribute_force(value_at_last, value, before, place, fraction)
       !> Modal values at the contact constrained last, and at the contact of the force
       real(wp), intent(in) :: value_at_last(:)
       real(wp), intent(in) :: value(:)
-      !> Shares that the contacts constrained before take of a force at the contact constrained last, [place - 1]
+      !> Fractions that the contacts constrained before take of a force at the contact constrained last, [place - 1]
       real(wp), intent(in) :: before(:)
       !> Number of the contact in the order in which the contacts are constrained
       integer, intent(in) :: place
-      !> Shares of the force, [closed]
-      real(wp), intent(inout) :: share(:)
+      !> Fractions of the force, [closed]
+      real(wp), intent(inout) :: fraction(:)
 
       real(wp) :: ratio
 
       ratio = sum(value_at_last*value)/sum(value_at_last**2)
-      share(place) = ratio
-      share(:place - 1) = share(:place - 1) - ratio*before
+      fraction(place) = ratio
+      fraction(:place - 1) = fraction(:place - 1) - ratio*before
    end subroutine distribute_force
 
    !> Static equilibrium on the closed rigid contacts at their present heights, without other loads.

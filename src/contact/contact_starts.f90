@@ -167,7 +167,7 @@ contains
       !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp), dimension(size(is_active)) :: gap, noise, closing_forces
+      real(wp), dimension(size(is_active)) :: gap, rounding, closing_forces
       real(wp) :: shape(size(displacement), size(is_active))
       ! indices of the contacts whose gaps are tested
       integer, allocatable :: place(:)
@@ -175,13 +175,13 @@ contains
 
       gap = matmul(displacement, beam%row) - contacts%height
       ! rounding errors of the gaps
-      noise = 4.0_wp*epsilon(1.0_wp)*(abs(contacts%height) + matmul(abs(displacement), abs(beam%row)))
+      rounding = 4.0_wp*epsilon(1.0_wp)*(abs(contacts%height) + matmul(abs(displacement), abs(beam%row)))
       place = pack([(k, k=1, size(is_active))], is_active .and. .not. (forces > 0.0_wp .or. penetrates(contacts, gap)))
       associate (n => size(place))
-         if (all(gap(place) >= -noise(place))) return
+         if (all(gap(place) >= -rounding(place))) return
          call beam%bend(1.0_wp, beam%row(:, place), shape(:, :n), error)
          if (allocated(error)) return
-         call close_gaps(matmul(transpose(beam%row(:, place)), shape(:, :n)), gap(place), noise(place), &
+         call close_gaps(matmul(transpose(beam%row(:, place)), shape(:, :n)), gap(place), rounding(place), &
             closing_forces(:n))
          displacement = displacement + matmul(shape(:, :n), closing_forces(:n))
       end associate

@@ -2,7 +2,7 @@
 !> between an opening of a contact and its next closing; a phase is the motion between two events of any contact or
 !> load.
 module contact_states
-   use compliant_stop, only: impedance_t, compliant_stop_t
+   use compliant_stop, only: dynamic_stiffness_t, compliant_stop_t
    use kinds, only: wp
    use run_settings, only: law_spring_damper
    use spring_damper_stop, only: make_node_spring
@@ -10,7 +10,8 @@ module contact_states
    use stop_laws, only: is_rigid, make_compliant_stop
    implicit none (type, external)
    private
-   public :: contact_state_t, make_contact_state, add_massless_node, node_motion_at, has_rigid_stop, impedance_of
+   public :: contact_state_t, make_contact_state, add_massless_node, node_motion_at, has_rigid_stop, &
+      dynamic_stiffness_of
    public :: recover, energy_in, force_in, set_indentation, record_start, reactions_t
 
    !> State of one contact during a run.
@@ -62,7 +63,7 @@ module contact_states
       !> Acceleration of each gap per unit force at another contact, [place, place]
       real(wp), allocatable :: mobility(:, :)
       !> Acceleration of each gap without the reactions, and its rounding error, [place]
-      real(wp), allocatable :: free(:), noise(:)
+      real(wp), allocatable :: free(:), rounding(:)
       !> Reactions, which push the beam away from the surface, >= 0, [place]
       real(wp), allocatable :: force(:)
       !> Accelerations of the free modes under these reactions, [modes]
@@ -95,13 +96,13 @@ contains
       allocate (state%spring, source=make_node_spring(flexibility, two_zeta))
    end subroutine add_massless_node
 
-   !> Coefficients of the impedance of the stop for a motion exp(s tau); all are zero if the stop is rigid.
-   pure function impedance_of(state) result(impedance)
+   !> Coefficients of the dynamic stiffness of the stop for a motion exp(s tau); all are zero if the stop is rigid.
+   pure function dynamic_stiffness_of(state) result(dynamic_stiffness)
       type(contact_state_t), intent(in) :: state
-      type(impedance_t) :: impedance
+      type(dynamic_stiffness_t) :: dynamic_stiffness
 
-      if (allocated(state%spring)) impedance = state%spring%impedance_t
-   end function impedance_of
+      if (allocated(state%spring)) dynamic_stiffness = state%spring%dynamic_stiffness_t
+   end function dynamic_stiffness_of
 
    !> Is the stop rigid, with or without a compliant massless node in front of it?
    elemental function has_rigid_stop(state) result(answer)

@@ -2,16 +2,16 @@
 !> 18).
 !>
 !> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
-!> dynamic stiffnesses (here impedances) of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the
-!> stops (b_i' is the transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to
-!> stiffness (zeta) and to mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i
-!> W_i in its place). A stop has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k
-!> s with a branch of relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is
-!> rigid. N and M stand for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is
-!> separated, if any mode moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N
-!> + M H without that mode, so that nothing cancels next to its pole. All derivatives are derivatives by s.
+!> dynamic stiffnesses of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is
+!> the transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to stiffness (zeta) and
+!> to mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i W_i in its place). A
+!> stop has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k s with a branch of
+!> relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is rigid. N and M stand
+!> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is separated, if any mode
+!> moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that
+!> mode, so that nothing cancels next to its pole. All derivatives are derivatives by s.
 module coupled_equation
-   use compliant_stop, only: is_rigid_stop, impedance_t
+   use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, abs1
    use small_equations, only: eliminate
@@ -26,8 +26,8 @@ module coupled_equation
       real(wp), allocatable :: value(:, :)
       !> alpha_i, [modes]
       real(wp), allocatable :: mass_rate(:)
-      !> Impedances of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
-      type(impedance_t), allocatable :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
+      type(dynamic_stiffness_t), allocatable :: spring(:)
       integer, allocatable :: branch_pole(:)
       !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
       real(wp), allocatable :: product(:, :)
@@ -68,8 +68,8 @@ contains
       real(wp), intent(in) :: zeta
       !> alpha_i, [modes]
       real(wp), intent(in) :: mass_rate(:)
-      !> Impedances, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_equation_t), intent(out) :: problem
 
       integer :: j, k, pair
@@ -163,7 +163,7 @@ contains
       !> Result; its workspace is reused in the next call
       type(coupled_vectors_t), intent(inout) :: vectors
 
-      ! at a root, a mode that takes part leaves a small share of the summands of `value`, another mode a larger one
+      ! at a root, a mode that takes part leaves a small fraction of the summands of `value`, another mode a larger one
       real(wp), parameter :: small = 1.0e-9_wp
       real(wp), parameter :: large = 1.0e-5_wp
       real(wp) :: strength(problem%modes)
@@ -189,7 +189,7 @@ contains
 
    contains
 
-      !> Magnitude of `value` as a share of the magnitudes of its summands, or of a greater scale.
+      !> Magnitude of `value` as a fraction of the magnitudes of its summands, or of a greater scale.
       pure function residual(scale)
          real(wp), intent(in) :: scale
          real(wp) :: residual

@@ -4,7 +4,7 @@
 !> Laplace transform as amplitudes. The beam is given in its free modes, or in its constrained modes if rigid contacts
 !> are closed, too.
 module coupled_modes
-   use compliant_stop, only: is_rigid_stop, impedance_t
+   use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, &
       vectors_at_root
    use coupled_roots, only: find_coupled_roots
@@ -38,8 +38,8 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> Impedances of the stops, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_modes_t), intent(out) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
@@ -87,8 +87,8 @@ contains
    !> serves as row of stop j, if c times the force of stop j is then added to that of stop i. A body on a beam that a
    !> rigid stop holds at this point thus moves by itself, and the equations are not singular at its roots.
    pure subroutine reduce_rows(spring, row, base, factor)
-      !> Impedances of the stops, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Rows of the stops: values of the modes, [modes, stops]
       real(wp), intent(inout) :: row(:, :)
       !> Index of the rigid stop i whose row has been added to that of each stop; 0: none, [stops]
@@ -128,8 +128,8 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> Impedances of the stops, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
       type(coupled_modes_t), intent(inout) :: modes
       !> Set when the iteration does not converge
@@ -169,8 +169,8 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> Impedances of the stops, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
       type(coupled_modes_t), intent(inout) :: modes
       !> Set when the iteration does not converge
@@ -203,8 +203,8 @@ contains
    pure subroutine expand_equivalents(of_equivalents, equivalent, spring, two_zeta, modes)
       type(coupled_modes_t), intent(in) :: of_equivalents
       type(equivalent_stops_t), intent(in) :: equivalent
-      !> Impedances of the stops, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       real(wp), intent(in) :: two_zeta
       !> Receives the terms
       type(coupled_modes_t), intent(inout) :: modes
@@ -227,21 +227,21 @@ contains
          where (equivalent%spring%stiffness > 0.0_wp) elastic = (of_equivalents%height_weight(:, m) &
             - equivalent%spring%branch_stiffness*branch)/equivalent%spring%stiffness
          do j = 1, size(spring)
-            associate (share => equivalent%share(:, j))
-               modes%memory_weight(j, m) = sum(share*of_equivalents%memory_weight(:, m))
+            associate (combination => equivalent%combination(:, j))
+               modes%memory_weight(j, m) = sum(combination*of_equivalents%memory_weight(:, m))
                if (equivalent%is_own_equivalent(j)) then
-                  i = maxloc(share, dim=1)
+                  i = maxloc(combination, dim=1)
                   modes%force(j, m) = of_equivalents%force(i, m)
                   modes%indentation(j, m) = of_equivalents%indentation(i, m)
                   modes%branch(j, m) = of_equivalents%branch(i, m)
                   modes%height_weight(j, m) = of_equivalents%height_weight(i, m)
                else
-                  modes%indentation(j, m) = sum(share*of_equivalents%indentation(:, m))
-                  modes%branch(j, m) = spring(j)%branch_stiffness*sum(share*of_equivalents%branch(:, m) &
-                     /equivalent%spring%branch_stiffness, mask=abs(share) > 0.0_wp)
+                  modes%indentation(j, m) = sum(combination*of_equivalents%indentation(:, m))
+                  modes%branch(j, m) = spring(j)%branch_stiffness*sum(combination*of_equivalents%branch(:, m) &
+                     /equivalent%spring%branch_stiffness, mask=abs(combination) > 0.0_wp)
                   modes%force(j, m) = spring(j)%stiffness*modes%indentation(j, m) + modes%branch(j, m)
-                  modes%height_weight(j, m) = spring(j)%stiffness*sum(share*elastic, mask=abs(share) > 0.0_wp) &
-                     + spring(j)%branch_stiffness*sum(share*branch)
+                  modes%height_weight(j, m) = spring(j)%stiffness*sum(combination*elastic, &
+                     mask=abs(combination) > 0.0_wp) + spring(j)%branch_stiffness*sum(combination*branch)
                end if
             end associate
          end do
@@ -266,7 +266,7 @@ contains
       real(wp), intent(in) :: square(:)
       !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_modes_t), intent(inout) :: modes
 
       complex(wp), dimension(size(spring)) :: flexibility, force, heights

@@ -1,7 +1,7 @@
 !> Terms exp(s t) of the motion of a beam with several closed compliant contacts: their exponents, shapes, amplitudes,
 !> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
-   use compliant_stop, only: has_same_impedance, impedance_t
+   use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
@@ -14,8 +14,8 @@ module coupled_terms
 
    !> The terms of one set of closed contacts.
    type :: coupled_modes_t
-      !> Impedances of the stops
-      type(impedance_t), allocatable :: spring(:)
+      !> Dynamic stiffnesses of the stops
+      type(dynamic_stiffness_t), allocatable :: spring(:)
       !> 2 zeta of stiffness-proportional damping
       real(wp) :: two_zeta = 0.0_wp
       !> alpha of mass-proportional damping, or 2 xi_i W_i of damping ratios xi_i given mode by mode, [modes]
@@ -167,11 +167,11 @@ contains
 
    !> Are two lists of stops the same, apart from the sides of the beam on which the stops are?
    pure subroutine compare_sides(spring, value, other_spring, other_value, place, sign)
-      !> Impedances of the stops, [stops], and values of the modes at the stops, [modes, stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops, [stops], and values of the modes at the stops, [modes, stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       real(wp), intent(in) :: value(:, :)
       !> The other list, as long
-      type(impedance_t), intent(in) :: other_spring(:)
+      type(dynamic_stiffness_t), intent(in) :: other_spring(:)
       real(wp), intent(in) :: other_value(:, :)
       !> Index of each stop in the other list, 0: it is not there; -1 if it is on the other side there, else 1, [stops]
       integer, intent(out) :: place(:)
@@ -183,7 +183,7 @@ contains
       sign = 1.0_wp
       do j = 1, size(place)
          do i = 1, size(place)
-            if (any(place(:j - 1) == i) .or. .not. has_same_impedance(spring(j), other_spring(i))) cycle
+            if (any(place(:j - 1) == i) .or. .not. has_same_dynamic_stiffness(spring(j), other_spring(i))) cycle
             if (any(abs(value(:, j) - other_value(:, i)) > 0.0_wp)) then
                if (any(abs(value(:, j) + other_value(:, i)) > 0.0_wp)) cycle
                sign(j) = -1.0_wp

@@ -6,7 +6,7 @@
 !> S, and the forces P of the stops act on the modes as the forces S P of the equivalent stops. The remaining branch
 !> forces P2 with S P2 = 0 act on no mode and relax independently (docs/theory.md, section 17).
 module equivalent_stops
-   use compliant_stop, only: impedance_t
+   use compliant_stop, only: dynamic_stiffness_t
    use kinds, only: wp
    use lapack_interfaces, only: dsygv
    implicit none (type, external)
@@ -17,11 +17,11 @@ module equivalent_stops
    type :: equivalent_stops_t
       !> Some columns of modal values are linearly dependent
       logical :: is_needed = .false.
-      !> Impedances of the equivalent stops, and the modal values at them, [equivalent], [modes, equivalent]
-      type(impedance_t), allocatable :: spring(:)
+      !> Dynamic stiffnesses of the equivalent stops, and the modal values at them, [equivalent], [modes, equivalent]
+      type(dynamic_stiffness_t), allocatable :: spring(:)
       real(wp), allocatable :: value(:, :)
       !> S: the indentations of the stops are S' times those of the equivalent stops, [equivalent, stops]
-      real(wp), allocatable :: share(:, :)
+      real(wp), allocatable :: combination(:, :)
       !> The stop is its own equivalent stop, [stops]
       logical, allocatable :: is_own_equivalent(:)
       !> Independently relaxing branch forces: P2 of the stops per unit of each, the coefficients that give the amount
@@ -38,15 +38,15 @@ contains
    subroutine find_equivalent_stops(value, spring, equivalent)
       !> Modal values at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> Impedances, [stops]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(equivalent_stops_t), intent(out) :: equivalent
 
       integer, allocatable :: group(:)
       logical :: is_done(size(spring))
       integer :: j
 
-      allocate (equivalent%spring(0), equivalent%value(size(value, 1), 0), equivalent%share(0, size(spring)), &
+      allocate (equivalent%spring(0), equivalent%value(size(value, 1), 0), equivalent%combination(0, size(spring)), &
          equivalent%is_own_equivalent(size(spring)))
       allocate (equivalent%independent(size(spring), 0), equivalent%memory_weight(size(spring), 0), equivalent%rate(0))
       is_done = .false.
@@ -79,55 +79,55 @@ contains
    subroutine find_group_equivalents(value, spring, places, equivalent)
       !> Modal values at the stops of the group, [modes, group]
       real(wp), intent(in) :: value(:, :)
-      !> Impedances of the stops of the group, [group]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the stops of the group, [group]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
 
-      real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), share(:, :), eigenvalue(:)
-      type(impedance_t), allocatable :: impedance(:)
+      real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), combination(:, :), eigenvalue(:)
+      type(dynamic_stiffness_t), allocatable :: dynamic_stiffness(:)
       real(wp) :: length
       integer :: i, n, rank
 
       n = size(places)
-      call factorise(value, basis, share)
+      call factorise(value, basis, combination)
       rank = size(basis, 2)
       if (rank == n .or. spring(1)%branch_stiffness <= 0.0_wp) then
          ! the identity matrix: each stop is its own equivalent stop
-         share = reshape([(merge(1.0_wp, 0.0_wp, modulo(i, n + 1) == 1), i=1, n*n)], [n, n])
-         call add_equivalents(value, spring, share, places, equivalent)
+         combination = reshape([(merge(1.0_wp, 0.0_wp, modulo(i, n + 1) == 1), i=1, n*n)], [n, n])
+         call add_equivalents(value, spring, combination, places, equivalent)
          equivalent%is_own_equivalent(places) = .true.
          return
       end if
       equivalent%is_own_equivalent(places) = .false.
       ! K = S k S' and A = S beta k S', with the diagonal matrices of the stops' k and beta k
-      elastic = matmul(share*spread(spring%stiffness, 1, rank), transpose(share))
-      branch = matmul(share*spread(spring%branch_stiffness, 1, rank), transpose(share))
+      elastic = matmul(combination*spread(spring%stiffness, 1, rank), transpose(combination))
+      branch = matmul(combination*spread(spring%branch_stiffness, 1, rank), transpose(combination))
       call diagonalise(elastic, branch, eigenvalue)
       ! `branch` now contains X, with X' K X = 1
       basis = matmul(basis, matmul(elastic, branch))
-      share = matmul(transpose(branch), share)
-      allocate (impedance(rank))
+      combination = matmul(transpose(branch), combination)
+      allocate (dynamic_stiffness(rank))
       do i = 1, rank
          ! scale each row of S to unit length; before, the equivalent stop has the stiffness 1 and the branch stiffness
          ! `eigenvalue`, which change with the square of the length
-         length = norm2(share(i, :))
-         share(i, :) = share(i, :)/length
+         length = norm2(combination(i, :))
+         combination(i, :) = combination(i, :)/length
          basis(:, i) = basis(:, i)*length
-         impedance(i) = impedance_t(stiffness=length**(-2), branch_stiffness=eigenvalue(i)*length**(-2), &
-            relaxation_rate=spring(1)%relaxation_rate)
+         dynamic_stiffness(i) = dynamic_stiffness_t(stiffness=length**(-2), &
+            branch_stiffness=eigenvalue(i)*length**(-2), relaxation_rate=spring(1)%relaxation_rate)
       end do
-      call add_equivalents(basis, impedance, share, places, equivalent)
-      call add_independent(share, impedance, spring, places, equivalent)
+      call add_equivalents(basis, dynamic_stiffness, combination, places, equivalent)
+      call add_independent(combination, dynamic_stiffness, spring, places, equivalent)
    end subroutine find_group_equivalents
 
-   !> Factorise value = basis share by Gram-Schmidt orthogonalisation, with as many orthonormal columns in the basis as
-   !> `value` has independent ones.
-   pure subroutine factorise(value, basis, share)
+   !> Factorise value = basis combination by Gram-Schmidt orthogonalisation, with as many orthonormal columns in the
+   !> basis as `value` has independent ones.
+   pure subroutine factorise(value, basis, combination)
       real(wp), intent(in) :: value(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
-      real(wp), allocatable, intent(out) :: share(:, :)
+      real(wp), allocatable, intent(out) :: combination(:, :)
 
       real(wp) :: residual(size(value, 1)), projection(size(value, 2)), coefficients(size(value, 2), size(value, 2))
       integer :: j, rank, pass
@@ -147,7 +147,7 @@ contains
          basis = reshape([basis, residual/norm2(residual)], [size(residual), rank + 1])
          coefficients(rank + 1, j) = norm2(residual)
       end do
-      allocate (share, source=coefficients(:size(basis, 2), :))
+      allocate (combination, source=coefficients(:size(basis, 2), :))
    end subroutine factorise
 
    !> Solve the generalised symmetric eigenproblem of the stiffness matrix K and the branch stiffness matrix A: find X
@@ -171,12 +171,12 @@ contains
    end subroutine diagonalise
 
    !> Append equivalent stops of a group.
-   pure subroutine add_equivalents(value, spring, share, places, equivalent)
-      !> Modal values at these equivalent stops, and their impedances
+   pure subroutine add_equivalents(value, spring, combination, places, equivalent)
+      !> Modal values at these equivalent stops, and their dynamic stiffnesses
       real(wp), intent(in) :: value(:, :)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Rows of S for the group, [equivalent of the group, places]
-      real(wp), intent(in) :: share(:, :)
+      real(wp), intent(in) :: combination(:, :)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
@@ -185,10 +185,10 @@ contains
       integer :: before
 
       before = size(equivalent%spring)
-      allocate (larger(before + size(spring), size(equivalent%share, 2)), source=0.0_wp)
-      larger(:before, :) = equivalent%share
-      larger(before + 1:, places) = share
-      call move_alloc(larger, equivalent%share)
+      allocate (larger(before + size(spring), size(equivalent%combination, 2)), source=0.0_wp)
+      larger(:before, :) = equivalent%combination
+      larger(before + 1:, places) = combination
+      call move_alloc(larger, equivalent%combination)
       equivalent%spring = [equivalent%spring, spring]
       equivalent%value = reshape([equivalent%value, value], [size(value, 1), size(equivalent%spring)])
    end subroutine add_equivalents
@@ -196,13 +196,13 @@ contains
    !> Append the independently relaxing branch forces, the complement of those P2 = A S' y that the equivalent stops
    !> represent: the projection 1 - A S' (S A S')^-1 S, with A the diagonal matrix of branch stiffnesses, as a sum of
    !> products of a column and a row.
-   pure subroutine add_independent(share, impedance, spring, places, equivalent)
+   pure subroutine add_independent(combination, dynamic_stiffness, spring, places, equivalent)
       !> Rows of S for the group, [equivalent of the group, places]
-      real(wp), intent(in) :: share(:, :)
+      real(wp), intent(in) :: combination(:, :)
       !> Equivalent stops, whose branch stiffnesses are S A S'
-      type(impedance_t), intent(in) :: impedance(:)
+      type(dynamic_stiffness_t), intent(in) :: dynamic_stiffness(:)
       !> Stops of the group, whose branch stiffnesses are A
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
       type(equivalent_stops_t), intent(inout) :: equivalent
@@ -215,13 +215,13 @@ contains
       do i = 1, size(places)
          projection(i, i) = 1.0_wp
          do j = 1, size(places)
-            projection(j, i) = projection(j, i) - spring(j)%branch_stiffness*sum(share(:, j)*share(:, i) &
-               /impedance%branch_stiffness)
+            projection(j, i) = projection(j, i) - spring(j)%branch_stiffness*sum(combination(:, j)*combination(:, i) &
+               /dynamic_stiffness%branch_stiffness)
          end do
       end do
       remainder = projection
       ! Gram-Schmidt orthogonalisation of the projection's columns, the longest remaining column first
-      do i = 1, size(places) - size(impedance)
+      do i = 1, size(places) - size(dynamic_stiffness)
          j = maxloc(norm2(remainder, 1), dim=1)
          column = 0.0_wp
          row = 0.0_wp

@@ -102,16 +102,16 @@ contains
    end subroutine find_nodal_impulse
 
    !> Outcome of the impulses for a contact.
-   elemental function outcome_of(struck, noise) result(outcome)
+   elemental function outcome_of(struck, rounding) result(outcome)
       type(impact_contact_t), intent(in) :: struck
       !> Rounding error of the velocity
-      real(wp), intent(in) :: noise
+      real(wp), intent(in) :: rounding
       integer :: outcome
 
       outcome = unchanged
       if (struck%impulse > 0.0_wp) then
          outcome = struck%role
-      else if (struck%after > noise) then
+      else if (struck%after > rounding) then
          outcome = is_released
       end if
    end function outcome_of

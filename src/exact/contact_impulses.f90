@@ -46,7 +46,7 @@ contains
          capture%velocity = velocity_of(self, k, motion)
          call arrest(self, k, capture%velocity, motion, response, capture%impulse)
          capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
-         call charge_event(motion%recorder%ledger, capture%energy_change)
+         call charge_event(motion%recorder%energy_balance, capture%energy_change)
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
       end associate
    end subroutine bring_to_rest
@@ -143,7 +143,7 @@ contains
             motion%v(:) = motion%v + self%beam%value(:, struck(a)%contact)*struck(a)%impulse
          end do
       end if
-      call charge_event(motion%recorder%ledger, sum(struck(:n)%energy_change))
+      call charge_event(motion%recorder%energy_balance, sum(struck(:n)%energy_change))
       if (allocated(motion%tangent)) call reflect_columns(self%beam%value(:, struck(:n)%contact), &
          struck(:n)%restitution, struck(:n)%impulse > 0.0_wp, motion%tangent)
       do a = 1, n
@@ -176,13 +176,13 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      real(wp) :: noise
+      real(wp) :: rounding
       integer :: outcome
 
       associate (k => struck%contact, capture => captures(struck%contact))
-         noise = 0.0_wp
-         if (struck%role /= rebounds) noise = velocity_rounding(self, k, motion)
-         outcome = outcome_of(struck, noise)
+         rounding = 0.0_wp
+         if (struck%role /= rebounds) rounding = velocity_rounding(self, k, motion)
+         outcome = outcome_of(struck, rounding)
          select case (struck%role)
          case (stays_closed)
             if (outcome == gets_impulse) call record_impulse(event_closed_impulse, struck%before, struck%impulse, &

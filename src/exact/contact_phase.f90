@@ -27,7 +27,7 @@ module contact_phase
    use phase_transitions, only: apply_transition
    use response_types, only: body_record_t, response_t, contact_record_t
    use run_observers, only: reads_losses, observe, observe_events
-   use run_recorder, only: asked_t, charge_event, sample_t
+   use run_recorder, only: requested_t, charge_event, sample_t
    use section_states, only: record_bodies, record_modes, state_at
    use section_types, only: section_state_t
    use set_motions, only: find_end_terms, point_response
@@ -89,9 +89,8 @@ contains
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
       ! variations change where a contact becomes undeformed
       self%now%passes_undeformed = .not. allocated(motion%tangent)
-      if (self%now%loads%count == 0) then
-         if (motion%recorder%asked%energy .or. reads_losses(motion%observers)) call prepare_losses(self%now%set, &
-            motion%recorder%asked%energy)
+      if (self%now%loads%count == 0 .and. (motion%recorder%requested%energy .or. reads_losses(motion%observers))) then
+         call prepare_losses(self%now%set, motion%recorder%requested%energy)
       end if
       if ((reads_losses(motion%observers) .or. self%now%loads%count > 0) .and. &
          .not. all(self%now%states%is_rigid)) call record_start(self%now%states, self%interval%at_start)
@@ -169,12 +168,13 @@ contains
       class(transformable_signal_t), allocatable :: margin
       class(transformable_signal_t), pointer :: gap
       type(search_t) :: crossing
-      real(wp) :: noise
+      real(wp) :: rounding
 
       associate (state => self%now%states(k), constrained => self%now%set%constrained)
          call signal_of(self%now, k, observed_gap, gap)
-         noise = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, k)*self%now%z)))
-         call gap%transform(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, margin)
+         rounding = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) &
+            + sum(abs(constrained%value(:, k)*self%now%z)))
+         call gap%transform(0.0_wp, -1.0_wp, state%hop_tolerance + rounding, 0, margin)
          call first_zero(margin, self%search%time, crossing)
          state%is_low = crossing%outcome == found_none
          self%search%evaluations = self%search%evaluations + crossing%evaluations
@@ -208,11 +208,11 @@ contains
    end subroutine evaluate_free_modes
 
    !> Compute the next sample, and record the histories of each contact.
-   subroutine take_sample(self, time, step, asked, sample)
+   subroutine take_sample(self, time, step, requested, sample)
       class(contact_phase_t), intent(inout) :: self
       real(wp), intent(in) :: time
       real(wp), intent(in) :: step
-      type(asked_t), intent(in) :: asked
+      type(requested_t), intent(in) :: requested
       type(sample_t), intent(inout) :: sample
 
       ! state of the constrained modes, with and without the load response, and values of the terms exp(s t)
@@ -248,12 +248,12 @@ contains
                gap = constrained%static_gap(k) + sum(constrained%value(:, k)*z) + node(1)
                rate = sum(constrained%value(:, k)*v) + node(2)
                is_constrained = set%is_closed(k) .and. has_rigid_stop(now%states(k))
-               ! the gap is exactly zero, not only to rounding
-               if (is_constrained) gap = 0.0_wp
-               if (is_constrained) rate = 0.0_wp
+               ! gap and rate are exactly zero, not only to rounding
+               gap = merge(0.0_wp, gap, is_constrained)
+               rate = merge(0.0_wp, rate, is_constrained)
                if (allocated(record%eta)) record%eta(self%recorded) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%recorded) = sign*rate
-               if (asked%history(force_stop) .and. set%is_closed(k)) then
+               if (requested%history(force_stop) .and. set%is_closed(k)) then
                   if (time > 0.0_wp .or. now%states(k)%is_rigid) then
                      record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
                         term)
@@ -279,9 +279,9 @@ contains
          end if
          if (size(self%bodies) > 0) call record_bodies(now, z, v, self%recorded, self%records, self%bodies)
          sample%history(force_stop) = total
-         if (any(asked%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
+         if (any(requested%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
             self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)
-         if (asked%energy) call sample_energy(self, time, reshape([z, v, unforced, unforced_rate], [size(z), 4]), &
+         if (requested%energy) call sample_energy(self, time, reshape([z, v, unforced, unforced_rate], [size(z), 4]), &
             term, sample)
       end associate
    end subroutine take_sample
@@ -347,7 +347,7 @@ contains
       where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
       if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
-      if (self%ended_by == end_gap .or. self%ended_by == end_force) call project_gap(self, motion)
+      if (self%ended_at > 0 .and. any(self%ended_by == [end_gap, end_force])) call project_gap(self, motion)
       if (.not. self%now%is_at_rest) call to_free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
          motion%v)
       call end_starts(self%now, self%ended_at, motion)
@@ -378,7 +378,7 @@ contains
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
-         time => self%search%time, ledger => motion%recorder%ledger)
+         time => self%search%time, balance => motion%recorder%energy_balance)
          phasor = phasor_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_end_terms(set, now%amplitude, time, term)
          ! the state is cached, because observers request the state at the end of the phase again
@@ -389,11 +389,10 @@ contains
          if (needs_losses(self, motion)) then
             state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
             call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
-            ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
-            ledger%work = ledger%work + work
+            balance%dissipated_beam = balance%dissipated_beam + lost(1)
+            balance%work = balance%work + work
          else if (motion%observers%measures%is_wanted) then
-            ledger%work = ledger%work + work_of_loads(now, time, phasor, set%last%z, set%last%v, &
-               term)
+            balance%work = balance%work + work_of_loads(now, time, phasor, set%last%z, set%last%v, term)
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
@@ -408,9 +407,9 @@ contains
                   time, now%states(k))
             end if
          end do
-         ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
+         balance%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
          ! a massless node belongs to the beam
-         ledger%dissipated_beam = ledger%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
+         balance%dissipated_beam = balance%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
          where (now%states%is_node) now%states%dissipated = 0.0_wp
       end associate
    end subroutine finish_energy_balance
@@ -421,13 +420,14 @@ contains
       type(motion_t), intent(in) :: motion
       logical :: needs
 
-      needs = motion%recorder%asked%energy .or. (reads_losses(motion%observers) .and. size(self%now%set%compliant) > 0)
+      needs = size(self%now%set%compliant) > 0 .and. reads_losses(motion%observers)
+      needs = needs .or. motion%recorder%requested%energy
    end function needs_losses
 
    !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates
    !> gets gap zero; a stop point that leaves a compliant contact gets the displacement of the contact surface. The
    !> correction has the static shape of a force at the contact, which needs the minimum energy. The work of that force
-   !> at a rigid contact is charged to the ledger, the energy balance of the run.
+   !> at a rigid contact is charged to the energy balance of the run.
    subroutine project_gap(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -436,7 +436,6 @@ contains
       real(wp), parameter :: min_correction = 5.0e-12_wp
       real(wp) :: correction, force, displacement
 
-      if (self%ended_at == 0) return
       associate (constrained => self%now%set%constrained, state => self%now%states(self%ended_at))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
          displacement = sum(constrained%value(:, self%ended_at)*self%interval%z_end)
@@ -444,7 +443,8 @@ contains
          if (state%is_rigid .and. correction < min_correction) return
          associate (shape => point_response(self%now%set, self%ended_at, constrained%oscillators%square))
             force = correction/sum(constrained%value(:, self%ended_at)*shape)
-            if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(displacement + 0.5_wp*correction))
+            if (state%is_rigid) call charge_event(motion%recorder%energy_balance, force*(displacement &
+               + 0.5_wp*correction))
             self%interval%z_end = self%interval%z_end + shape*force
          end associate
       end associate

@@ -42,11 +42,11 @@ contains
       associate (reactions => self%reactions)
          reactions%place = place
          if (allocated(reactions%free)) then
-            if (size(reactions%free) /= n) deallocate (reactions%mobility, reactions%free, reactions%noise, &
+            if (size(reactions%free) /= n) deallocate (reactions%mobility, reactions%free, reactions%rounding, &
                reactions%force)
          end if
          if (.not. allocated(reactions%free)) allocate (reactions%mobility(n, n), reactions%free(n), &
-            reactions%noise(n), reactions%force(n))
+            reactions%rounding(n), reactions%force(n))
          reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
          if (.not. all(self%states%is_rigid)) then
             reactions%acceleration = reactions%acceleration + compliant_forces(self, motion)
@@ -56,7 +56,7 @@ contains
             do i = 1, n
                reactions%mobility(i, a) = modal_product(self%beam%value(:, place(i)), self%beam%value(:, place(a)))
             end do
-            reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%noise(a))
+            reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%rounding(a))
          end do
          if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, in_active_set)
          do a = 1, n
@@ -98,9 +98,9 @@ contains
       integer :: a
 
       do a = 1, size(is_loaded)
-         is_loaded(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%noise(a)
+         is_loaded(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%rounding(a)
          is_opening(a) = .not. is_loaded(a) .and. &
-            reactions%free(a) + sum(reactions%mobility(:, a)*reactions%force) > reactions%noise(a)
+            reactions%free(a) + sum(reactions%mobility(:, a)*reactions%force) > reactions%rounding(a)
       end do
    end subroutine classify_reactions
 

@@ -83,24 +83,24 @@ contains
    end function velocity_of
 
    !> Rounding error of a gap, including the effect of the rounding error of tau.
-   pure function gap_rounding(self, k, motion) result(noise)
+   pure function gap_rounding(self, k, motion) result(rounding)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: noise
+      real(wp) :: rounding
 
-      noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
+      rounding = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
          + abs(velocity_of(self, k, motion))*motion%tau)
    end function gap_rounding
 
    !> Rounding error of a gap velocity.
-   pure function velocity_rounding(self, k, motion) result(noise)
+   pure function velocity_rounding(self, k, motion) result(rounding)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: noise
+      real(wp) :: rounding
 
-      noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
+      rounding = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
    end function velocity_rounding
 
    !> Force of a compliant contact if the contact is closed.
@@ -130,12 +130,12 @@ contains
 
    !> Negative acceleration of a gap without a force at this contact: positive if a reaction is needed to keep the gap
    !> at zero.
-   function reaction_demand(self, k, motion, noise) result(demand)
+   function reaction_demand(self, k, motion, rounding) result(demand)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
       !> Rounding error of the result
-      real(wp), intent(out), optional :: noise
+      real(wp), intent(out), optional :: rounding
       real(wp) :: demand
 
       real(wp), allocatable :: compliant(:)
@@ -143,18 +143,18 @@ contains
       associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
          demand = sum(b*square*(motion%q + two_zeta*motion%v)) + sum(b*mass_rate*motion%v)
-         if (present(noise)) noise = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
+         if (present(rounding)) rounding = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
             + mass_rate*abs(motion%v)))
          if (.not. all(self%states%is_rigid)) then
             allocate (compliant, source=compliant_forces(self, motion))
             demand = demand - sum(b*compliant)
-            if (present(noise)) noise = noise + sum(abs(b*compliant))
+            if (present(rounding)) rounding = rounding + sum(abs(b*compliant))
          end if
          if (self%loads%count > 0) then
             demand = demand - sum(b*self%load)
-            if (present(noise)) noise = noise + sum(abs(b*self%load))
+            if (present(rounding)) rounding = rounding + sum(abs(b*self%load))
          end if
-         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
+         if (present(rounding)) rounding = 4.0_wp*epsilon(1.0_wp)*rounding
       end associate
    end function reaction_demand
 

@@ -26,7 +26,7 @@ module exact_start
    use response_types, only: response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
-   use run_recorder, only: ledger_t
+   use run_recorder, only: energy_balance_t
    use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: restore_state
    use section_types, only: run_sections_t
@@ -99,7 +99,7 @@ contains
             motion%observers%measures%of(0)%accumulator)
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
-               motion%recorder%ledger)
+               motion%recorder%energy_balance)
             ! a contact is inactive if the initial energy E cannot deflect the beam to its surface at the distance
             ! -height: the maximum deflection is sqrt(2 E flexibility); 1.001 is a margin
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
@@ -184,12 +184,12 @@ contains
    end subroutine set_initial_state
 
    !> Move an undamped massless node at once to the displacement of the modes, or onto the stop.
-   pure subroutine release_node(gap, state, ledger)
+   pure subroutine release_node(gap, state, balance)
       !> Distance of the modal displacement of the stop point from the stop, negative below it
       real(wp), intent(in) :: gap
       type(contact_state_t), intent(inout) :: state
       !> Charged with the energy released by the node
-      type(ledger_t), intent(inout) :: ledger
+      type(energy_balance_t), intent(inout) :: balance
 
       real(wp) :: before
 
@@ -198,7 +198,7 @@ contains
       before = energy_in(state)
       state%indentation = max(0.0_wp, -gap)
       state%is_deformed = state%indentation > 0.0_wp
-      ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
+      balance%dissipated_beam = balance%dissipated_beam + (before - energy_in(state))
    end subroutine release_node
 
    !> Start one variation of the state, whose growth between the Poincare sections gives the Lyapunov exponent.
@@ -345,12 +345,12 @@ contains
       end do
       if (size(phase%bodies) > 0) call move_alloc(phase%bodies, response%bodies)
       lost_stop = sum(phase%now%states%dissipated)
-      associate (ledger => motion%recorder%ledger, measures => motion%observers%measures)
+      associate (balance => motion%recorder%energy_balance, measures => motion%observers%measures)
          ! dissipation in the beam is the remainder, so that the energy balance closes to rounding
-         lost_beam = response%initial_energy + ledger%work + ledger%created - ledger%dissipated_impact - lost_stop &
+         lost_beam = response%initial_energy + balance%work + balance%created - balance%dissipated_impact - lost_stop &
             - measures%of(measures%release_contact)%measures%final_energy
          call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &
-            ledger%dissipated_impact], ledger%created, phase%now%states%contact%number, response)
+            balance%dissipated_impact], balance%created, phase%now%states%contact%number, response)
       end associate
    end subroutine finish_exact
 

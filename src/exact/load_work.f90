@@ -9,7 +9,7 @@ module load_work
    use kinds, only: wp
    use load_courses, only: load_segment_t
    use phase_state, only: phase_state_t
-   use power_integrals, only: find_span, integral, make_power_form, span_t, energy_over
+   use power_integrals, only: find_interval_terms, integral, make_power_form, interval_terms_t, energy_over
    implicit none (type, external)
    private
    public :: work_of_loads, loss_in_stop, load_response_impulse
@@ -310,7 +310,7 @@ contains
       real(wp) :: loss
 
       complex(wp), allocatable :: amplitude(:)
-      type(span_t) :: span
+      type(interval_terms_t) :: span
       real(wp) :: factor
       integer :: row
 
@@ -330,7 +330,7 @@ contains
          if (.not. allocated(set%forced%products%matrix)) call make_power_form([coupled%exponent, &
             cmplx(0.0_wp, forced%frequency, wp), (0.0_wp, 0.0_wp)], &
             reshape([((1.0_wp, 0.0_wp), row=1, size(amplitude))], [1, size(amplitude)]), set%forced%products)
-         call find_span(set%forced%products, amplitude, time, span)
+         call find_interval_terms(set%forced%products, amplitude, time, span)
          loss = factor*energy_over(set%forced%products, span)
       end associate
    end function loss_in_stop

@@ -185,7 +185,7 @@ contains
       end associate
       if (now%loads%count == 0) return
       allocate (row%load_moment, source=moments%load(:, p) + matmul(mass, now%set%forced%load) &
-         - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%share))
+         - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%balanced_fraction))
    end subroutine find_row
 
    !> Find the coefficients of the displacement of a body in the current phase.
@@ -223,7 +223,7 @@ contains
       associate (constrained => now%set%constrained, compliant => now%set%compliant)
          do m = 1, size(compliant)
             moment(m) = sum(mass*constrained%value(:, compliant(m))) + contact(compliant(m)) &
-               - sum(contact(constrained%closed)*constrained%share(:, compliant(m)))
+               - sum(contact(constrained%closed)*constrained%balanced_fraction(:, compliant(m)))
          end do
       end associate
    end function force_moments
@@ -304,8 +304,8 @@ contains
          terms%modes = size(forced%pair)
          if (terms%modes == 0) return
          allocate (terms%mode, source=forced%mode)
-         allocate (terms%share, source=[(weight(set%forced%driven(forced%pair(i))%mode), i=1, size(forced%pair))])
-         allocate (terms%share_of_rate, source=two_zeta*terms%share)
+         allocate (terms%weight, source=[(weight(set%forced%driven(forced%pair(i))%mode), i=1, size(forced%pair))])
+         allocate (terms%weight_of_rate, source=two_zeta*terms%weight)
       end associate
    end subroutine find_load_terms
 

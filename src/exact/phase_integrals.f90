@@ -9,7 +9,7 @@ module phase_integrals
    use motion_intervals, only: output_row_t
    use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: force_terms, phase_state_t
-   use row_integrals, only: find_row_span, integrate_rows, make_row_form
+   use row_integrals, only: find_row_interval_terms, integrate_rows, make_row_form
    use row_signals, only: row_signal_t
    use signal_integrals, only: signals_t
    implicit none (type, external)
@@ -108,7 +108,7 @@ contains
       type(mode_terms_t) :: terms(size(modes))
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
       ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
-      real(wp) :: share(size(signals%offset), 2)
+      real(wp) :: weight_of_signal(size(signals%offset), 2)
       ! index of each contact in `constrained%closed`; number of terms so far; number of exponents around 0 that all
       ! slow modes share; number of signals before the moments
       integer :: of_constrained(size(closed)), forces, j, last, n, p, shared
@@ -131,19 +131,21 @@ contains
       associate (constrained => self%set%constrained, slow => amplitude(:, last + 1:last + shared))
          of_constrained = [(findloc(constrained%closed, closed(j), dim=1), j=1, size(closed))]
          last = last + shared
-         share = 0.0_wp
+         weight_of_signal = 0.0_wp
          do j = 1, size(modes)
-            share(:n, 1) = constrained%value(modes(j), places)
-            share(n + 1, 1) = constrained%tip_value(modes(j))
-            if (size(self%set%compliant) == 0) share(n + 2:forces, 2) = constrained%reaction(of_constrained, modes(j))
+            weight_of_signal(:n, 1) = constrained%value(modes(j), places)
+            weight_of_signal(n + 1, 1) = constrained%tip_value(modes(j))
+            if (size(self%set%compliant) == 0) then
+               weight_of_signal(n + 2:forces, 2) = constrained%reaction(of_constrained, modes(j))
+            end if
             do p = 1, size(bending)
-               share(forces + p, merge(2, 1, bending(p)%is_viscous)) = bending(p)%weight(modes(j))
+               weight_of_signal(forces + p, merge(2, 1, bending(p)%is_viscous)) = bending(p)%weight(modes(j))
             end do
-            signals%offset = signals%offset + matmul(share, terms(j)%offset)
-            signals%slope = signals%slope + matmul(share, terms(j)%slope)
-            slow = slow + matmul(share, terms(j)%slow(:, :shared))
+            signals%offset = signals%offset + matmul(weight_of_signal, terms(j)%offset)
+            signals%slope = signals%slope + matmul(weight_of_signal, terms(j)%slope)
+            slow = slow + matmul(weight_of_signal, terms(j)%slow(:, :shared))
             associate (added => size(terms(j)%exponent))
-               amplitude(:, last + 1:last + added) = matmul(share, terms(j)%amplitude)
+               amplitude(:, last + 1:last + added) = matmul(weight_of_signal, terms(j)%amplitude)
                last = last + added
             end associate
          end do
@@ -217,7 +219,7 @@ contains
             allocate (set%shared%form)
             call make_row_form(set%shared%basis, set%shared%form)
          end if
-         call find_row_span(set%shared%basis, set%shared%form, self%path%z(:, :, 0), from, length, self%span)
+         call find_row_interval_terms(set%shared%basis, set%shared%form, self%path%z(:, :, 0), from, length, self%span)
          call integrate_rows(set%shared%basis, set%shared%form, self%span, signals, first, second)
       end associate
    end subroutine integrate_on_path

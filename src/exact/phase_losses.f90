@@ -12,7 +12,7 @@ module phase_losses
    use phase_integrals, only: integrate_rates_on_path
    use phase_state, only: find_homogeneous_state, find_state, force_terms, phase_state_t
    use point_forces, only: slow_frequency
-   use power_integrals, only: energy_over, find_span, integrals_in, make_power_form
+   use power_integrals, only: energy_over, find_interval_terms, integrals_in, make_power_form
    implicit none (type, external)
    private
    public :: find_losses, force_at, impulse_in, loss_of_contact, losses_in, prepare_losses, recover_contact, &
@@ -287,7 +287,7 @@ contains
       real(wp), dimension(size(z0)) :: z, v
       integer :: j
 
-      call find_span(set%losses(2), amplitude, time, set%span)
+      call find_interval_terms(set%losses(2), amplitude, time, set%span)
       lost(1) = 0.0_wp
       do j = merge(1, 2, set%has_beam_losses), size(lost)
          lost(j) = energy_over(set%losses(j), set%span)
@@ -315,7 +315,7 @@ contains
       if (size(now%set%compliant) > 0) then
          associate (set => now%set)
             call prepare_losses(set, .false.)
-            call find_span(set%losses(2), now%amplitude, time, set%span)
+            call find_interval_terms(set%losses(2), now%amplitude, time, set%span)
             call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
          end associate
          impulse = offset*time + sum(real(amplitude, wp))

@@ -3,9 +3,9 @@
 !> so finds the contact that ends the phase (docs/theory.md, section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
-   use compliant_stop, only: impedance_t
+   use compliant_stop, only: dynamic_stiffness_t
    use contact_sets, only: has_force_row
-   use contact_states, only: impedance_of
+   use contact_states, only: dynamic_stiffness_of
    use damped_oscillators, only: lanes
    use kinds, only: wp
    use motion_intervals, only: output_row_t
@@ -73,7 +73,7 @@ contains
             set%gap_row(k) = merge(rows, set%gap_row(j), j == k)
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
             if (.not. set%is_closed(k)) cycle
-            if (any(set%compliant == k) .and. .not. has_force_row(impedance_of(self%states(k)))) cycle
+            if (any(set%compliant == k) .and. .not. has_force_row(dynamic_stiffness_of(self%states(k)))) cycle
             rows = rows + 1
             set%force_row(k) = rows
          end do
@@ -282,7 +282,7 @@ contains
       integer, intent(in) :: kind
       type(row_signal_t) :: signal
 
-      type(impedance_t) :: spring
+      type(dynamic_stiffness_t) :: spring
       ! row of the load response; 0: no loads
       integer :: load_row
       ! factors of gap and gap rate in the signal
@@ -320,7 +320,7 @@ contains
          if (kind == end_gap .or. kind == observed_gap .or. kind == observed_tip) return
          if (kind == end_force .and. set%force_row(k) > 0) return
          ! indentation -gap, force -(stiffness gap + viscosity gap rate), or the negative of that force
-         spring = impedance_of(self%states(k))
+         spring = dynamic_stiffness_of(self%states(k))
          factor = -1.0_wp
          rate_factor = 0.0_wp
          if (kind /= end_undeformed) then

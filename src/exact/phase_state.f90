@@ -2,10 +2,10 @@
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, transformable_signal_t
-   use compliant_stop, only: impedance_t
+   use compliant_stop, only: dynamic_stiffness_t
    use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
-   use contact_states, only: impedance_of, reactions_t, contact_state_t
+   use contact_states, only: dynamic_stiffness_of, reactions_t, contact_state_t
    use coupled_modes, only: coupled_amplitudes
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
@@ -15,7 +15,7 @@ module phase_state
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
-   use row_integrals, only: row_span_t
+   use row_integrals, only: row_interval_terms_t
    use row_signals, only: row_path_t
    use set_motions, only: state_in, state_of_terms
    use summed_signal, only: summed_signal_t
@@ -28,9 +28,7 @@ module phase_state
 
    !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
    !> an unloaded but deformed contact, and the negative of the force that such a contact would have if closed.
-   integer, parameter :: end_gap = 1, end_force = 2
-   integer, parameter :: end_undeformed = 3
-   integer, parameter :: end_renewed_contact = 4
+   integer, parameter :: end_gap = 1, end_force = 2, end_undeformed = 3, end_renewed_contact = 4
    !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
    integer, parameter :: observed_gap = 5, observed_tip = 6
 
@@ -77,7 +75,7 @@ module phase_state
       real(wp), allocatable :: undeformed_at(:)
       !> Steps of the simultaneous search of all contacts, and terms of the rows over the part integrated last
       type(row_path_t) :: path
-      type(row_span_t) :: span
+      type(row_interval_terms_t) :: span
    end type phase_state_t
 
 contains
@@ -89,7 +87,8 @@ contains
 
       integer :: j, k
 
-      call start_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
+      call start_sets(self%beam, self%states%is_rigid, &
+         [(dynamic_stiffness_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
       allocate (self%forced%frequency(0), self%undeformed_at(size(self%states)))
       self%colocated = [(k, k=1, size(self%states))]
@@ -178,13 +177,13 @@ contains
       !> The run uses the set for the first time: unit responses of an earlier run are not valid
       logical, intent(in) :: is_new
 
-      type(impedance_t) :: spring(size(self%states))
+      type(dynamic_stiffness_t) :: spring(size(self%states))
       integer :: k
 
       associate (set => self%set)
          if (is_new .and. allocated(set%forced)) deallocate (set%forced)
          if (is_new) allocate (set%forced)
-         if (set%forced%has_slow_terms) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
+         if (set%forced%has_slow_terms) spring = [(dynamic_stiffness_of(self%states(k)), k=1, size(self%states))]
          if (is_new) call make_unit_responses(self%beam, set%constrained, set%compliant, spring, self%loads, set%forced)
          call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
          if (set%forced%has_slow_terms) call forced_terms(set%constrained, set%coupled, set%compliant, spring, &
@@ -299,8 +298,8 @@ contains
          terms%modes = size(forced%pair)
          if (terms%modes == 0) return
          terms%mode = forced%mode
-         terms%share = [(factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
-         terms%share_of_rate = [(factor*set%driven(forced%pair(i))%row_of_rate(row) &
+         terms%weight = [(factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
+         terms%weight_of_rate = [(factor*set%driven(forced%pair(i))%row_of_rate(row) &
             + rate_factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
       end associate
    end subroutine driven_terms

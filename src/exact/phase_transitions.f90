@@ -190,7 +190,7 @@ contains
                call arrest(self, k, excess_speed, motion, response, impulse)
                ! impulse*surface_speed is negligible: either `excess_speed` is a rounding error, or both speeds are as
                ! small as the flight is low
-               call charge_event(motion%recorder%ledger, 0.5_wp*impulse*excess_speed)
+               call charge_event(motion%recorder%energy_balance, 0.5_wp*impulse*excess_speed)
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return

@@ -9,7 +9,7 @@ module tangent_events
    use kinds, only: wp
    use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t
    use section_types, only: run_sections_t
-   use tangent_columns, only: by_nothing, shift_columns, column_norm, state_rates_t, tangent_t
+   use tangent_columns, only: no_parameter, shift_columns, column_norm, state_rates_t, tangent_t
    use tangent_flow, only: find_rates, propagate_columns, has_branch_force, find_load_changes
    implicit none (type, external)
    private
@@ -84,7 +84,7 @@ contains
       do i = 1, size(tangent%delay)
          tangent%delay(i) = -signal_change(now, ended_at, ended_by, tangent%q(:, i), tangent%v(:, i), &
             tangent%branch_force(:, i), merge(by_parameter, no_change, i == size(tangent%delay) .and. &
-            tangent%parameter /= by_nothing))/slope
+            tangent%parameter /= no_parameter))/slope
       end do
       call shift_columns(rates, 1.0_wp, tangent)
    end subroutine end_columns
@@ -185,10 +185,10 @@ contains
          if (place > 0) then
             change = sum(constrained%reaction(place, :)*matmul(q + constrained%oscillators%two_zeta*v, &
                constrained%mode))
-            if (now%loads%count > 0) change = change - sum(set%forced%share(place, :)*load)
+            if (now%loads%count > 0) change = change - sum(set%forced%balanced_fraction(place, :)*load)
             do i = 1, size(set%compliant)
-               change = change - constrained%share(place, set%compliant(i))*force_change(now, set%compliant(i), q, v, &
-                  branch_force)
+               change = change - constrained%balanced_fraction(place, set%compliant(i))*force_change(now, &
+                  set%compliant(i), q, v, branch_force)
             end do
             return
          end if

@@ -14,7 +14,7 @@ module tangent_flow
    use load_courses, only: load_segment_at, load_segment_t
    use load_settings, only: course_harmonic, time_course_t
    use phase_state, only: find_state, phase_state_t
-   use tangent_columns, only: by_amplitude, by_nothing, state_rates_t, tangent_t
+   use tangent_columns, only: load_amplitude, no_parameter, state_rates_t, tangent_t
    implicit none (type, external)
    private
    public :: propagate_columns, find_rates, has_branch_force, find_load_changes
@@ -126,7 +126,7 @@ contains
          call change_load(now, i, tangent, change(i))
       end do
       do i = 1, size(tangent%delay)
-         is_driven = i == size(tangent%delay) .and. tangent%parameter /= by_nothing
+         is_driven = i == size(tangent%delay) .and. tangent%parameter /= no_parameter
          if (size(now%set%compliant) > 0) then
             call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), &
                tangent%branch_force(:, i))
@@ -198,11 +198,11 @@ contains
 
    !> Add the response of a mode, initially at rest, to the derivative of a load. The response is a sum of divided
    !> differences of exp(s t) over the exponents of mode and load.
-   pure subroutine add_mode_response(mode, change, share, time, z, v)
+   pure subroutine add_mode_response(mode, change, load_factor, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
       !> Modal load per unit of load
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: load_factor
       real(wp), intent(in) :: time
       real(wp), intent(inout) :: z
       real(wp), intent(inout) :: v
@@ -214,16 +214,15 @@ contains
       associate (exponent => mode%exponent, segment => change%segment)
          impulse_response = exponential_difference(exponent, time)
          response = exponential_difference([zero, exponent], time)
-         z = z + share*real(segment%constant*response + segment%slope*exponential_difference([zero, zero, exponent], &
-            time), &
-            wp)
-         v = v + share*real(segment%constant*impulse_response + segment%slope*response, wp)
+         z = z + load_factor*real(segment%constant*response &
+            + segment%slope*exponential_difference([zero, zero, exponent], time), wp)
+         v = v + load_factor*real(segment%constant*impulse_response + segment%slope*response, wp)
          if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
          sigma = cmplx(0.0_wp, segment%frequency, wp)
          response = exponential_difference([sigma, exponent], time)
          repeated = exponential_difference([sigma, sigma, exponent], time)
-         z = z + share*real(segment%harmonic*response + change%secular*repeated, wp)
-         v = v + share*real(segment%harmonic*(sigma*response + impulse_response) + change%secular*(response &
+         z = z + load_factor*real(segment%harmonic*response + change%secular*repeated, wp)
+         v = v + load_factor*real(segment%harmonic*(sigma*response + impulse_response) + change%secular*(response &
             + sigma*repeated), wp)
       end associate
    end subroutine add_mode_response
@@ -335,11 +334,11 @@ contains
 
       type(time_course_t) :: course
 
-      if (tangent%parameter == by_nothing) return
+      if (tangent%parameter == no_parameter) return
       course = now%loads%course(load)
       associate (power => now%loads%power(load), segment => now%forced%segment(load))
          change%segment%frequency = segment%frequency
-         if (tangent%parameter == by_amplitude) then
+         if (tangent%parameter == load_amplitude) then
             if (load /= tangent%load) return
             ! the load per unit of amplitude; as in `gather_loads`, the power of the frequency is an acceleration
             course%amplitude = 1.0_wp
@@ -347,10 +346,10 @@ contains
             change%segment = load_segment_at(course, now%forced%tau)
          else if (course%kind == course_harmonic) then
             ! derivative of w**power exp(i w tau) by w, at tau = start of the phase + t
-            associate (share => course%frequency/now%loads%course(tangent%load)%frequency)
-               change%segment%harmonic = share*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
+            associate (load_factor => course%frequency/now%loads%course(tangent%load)%frequency)
+               change%segment%harmonic = load_factor*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
                   now%forced%tau, wp)
-               change%secular = share*segment%harmonic*(0.0_wp, 1.0_wp)
+               change%secular = load_factor*segment%harmonic*(0.0_wp, 1.0_wp)
             end associate
          end if
       end associate

@@ -229,15 +229,15 @@ contains
    end subroutine find_frequencies
 
    !> Remove rounding errors from a load that the closed rigid contacts balance entirely: its modal load becomes zero,
-   !> and so does the share of each contact that is a rounding error. Otherwise the last bits of a zero force would
+   !> and so does the fraction of each contact that is a rounding error. Otherwise the last bits of a zero force would
    !> decide when contacts open and close.
-   pure subroutine drop_balanced(value, mode, share, load)
+   pure subroutine drop_balanced(value, mode, fraction, load)
       !> Values of the free modes at the closed contacts, [free, closed]
       real(wp), intent(in) :: value(:, :)
       !> The load in the free modes, [free]
       real(wp), intent(in) :: mode(:)
-      !> Share of the load that each contact balances, [closed]
-      real(wp), intent(inout) :: share(:)
+      !> Fraction of the load that each contact balances, [closed]
+      real(wp), intent(inout) :: fraction(:)
       !> The load in the constrained modes, [modes]
       real(wp), intent(inout) :: load(:)
 
@@ -247,13 +247,13 @@ contains
 
       remainder = mode
       scale = abs(mode)
-      do k = 1, size(share)
-         remainder = remainder - value(:, k)*share(k)
-         scale = scale + abs(value(:, k)*share(k))
+      do k = 1, size(fraction)
+         remainder = remainder - value(:, k)*fraction(k)
+         scale = scale + abs(value(:, k)*fraction(k))
       end do
       if (any(abs(remainder) > rounding*scale)) return
-      do k = 1, size(share)
-         if (norm2(value(:, k)*share(k)) <= rounding*norm2(mode)) share(k) = 0.0_wp
+      do k = 1, size(fraction)
+         if (norm2(value(:, k)*fraction(k)) <= rounding*norm2(mode)) fraction(k) = 0.0_wp
       end do
       load = 0.0_wp
    end subroutine drop_balanced

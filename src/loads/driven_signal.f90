@@ -22,7 +22,7 @@ module driven_signal
       !> unallocated: there are none
       integer :: modes = 0
       type(driven_mode_t), allocatable :: mode(:)
-      real(wp), allocatable :: share(:), share_of_rate(:)
+      real(wp), allocatable :: weight(:), weight_of_rate(:)
    end type driven_terms_t
 
    !> Sum of a free motion and a transformed load response.
@@ -185,10 +185,10 @@ contains
          end do
          do i = 1, terms%modes
             derivative(:) = driven_mode_at(terms%mode(i), time, self%order + 2)
-            value = value + self%factor*(terms%share(i)*derivative(self%order) &
-               + terms%share_of_rate(i)*derivative(self%order + 1))
-            slope = slope + self%factor*(terms%share(i)*derivative(self%order + 1) &
-               + terms%share_of_rate(i)*derivative(self%order + 2))
+            value = value + self%factor*(terms%weight(i)*derivative(self%order) &
+               + terms%weight_of_rate(i)*derivative(self%order + 1))
+            slope = slope + self%factor*(terms%weight(i)*derivative(self%order + 1) &
+               + terms%weight_of_rate(i)*derivative(self%order + 2))
          end do
       end associate
       value = linear(0) + value
@@ -246,15 +246,15 @@ contains
       if (self%terms%modes == 0) return
       allocate (derivative(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
-         associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
+         associate (weight => self%factor*self%terms%weight(i), of_rate => self%factor*self%terms%weight_of_rate(i), &
             mode => self%terms%mode(i))
             derivative(:) = driven_mode_at(mode, time, first + 5)
-            columns(value_columns) = columns(value_columns) + share*derivative(first:first + 2) &
+            columns(value_columns) = columns(value_columns) + weight*derivative(first:first + 2) &
                + of_rate*derivative(first + 1:first + 3)
             call bound_driven_mode(mode, time, bounds)
-            magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
+            magnitude = magnitude + abs(weight)*bounds(first) + abs(of_rate)*bounds(first + 1)
             call bound_driven_mode(mode, self%from + self%until, bounds, time, derivative)
-            columns(bound_columns) = columns(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
+            columns(bound_columns) = columns(bound_columns) + abs(weight)*bounds(first + [0, 2, 3]) &
                + abs(of_rate)*bounds(first + [1, 3, 4])
          end associate
       end do
@@ -398,8 +398,8 @@ contains
       call move_alloc(terms%harmonic, driven%terms%harmonic)
       call move_alloc(terms%frequency, driven%terms%frequency)
       call move_alloc(terms%mode, driven%terms%mode)
-      call move_alloc(terms%share, driven%terms%share)
-      call move_alloc(terms%share_of_rate, driven%terms%share_of_rate)
+      call move_alloc(terms%weight, driven%terms%weight)
+      call move_alloc(terms%weight_of_rate, driven%terms%weight_of_rate)
       driven%until = max_length
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
@@ -411,7 +411,7 @@ contains
       logical :: has
 
       has = terms%modes > 0
-      if (has) has = any(abs(terms%share) > 0.0_wp .or. abs(terms%share_of_rate) > 0.0_wp)
+      if (has) has = any(abs(terms%weight) > 0.0_wp .or. abs(terms%weight_of_rate) > 0.0_wp)
    end function has_driven_modes
 
    !> Add the constant, and the harmonics as further exponential terms, in order of increasing magnitude of the

@@ -9,7 +9,7 @@
 module forced_responses
    use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
-   use compliant_stop, only: is_rigid_stop, impedance_t
+   use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use constrained_sets, only: free_beam_t, constrained_set_t
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
@@ -74,7 +74,7 @@ module forced_responses
       real(wp), allocatable :: load(:, :)
       !> Part of a unit load that goes directly into the reaction of each closed rigid contact, before the modes
       !> respond, [closed, loads]
-      real(wp), allocatable :: share(:, :)
+      real(wp), allocatable :: balanced_fraction(:, :)
       !> Modes driven from rest, which the other components omit
       type(mode_from_rest_t), allocatable :: driven(:)
       !> With closed compliant contacts: generalized unit load of each term exp(s t) of the motion (`coupled_terms`),
@@ -114,9 +114,9 @@ contains
    subroutine make_unit_responses(beam, constrained, compliant, spring, loads, forced)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: constrained
-      !> Indices of the closed compliant contacts, and impedances of all contacts
+      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
       integer, intent(in) :: compliant(:)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(out) :: forced
 
@@ -152,12 +152,13 @@ contains
          mobility(:, i) = [(sum(beam%value(:, constrained%closed(g))*beam%value(:, constrained%closed(i))), g=1, &
             size(constrained%closed))]
       end do
-      allocate (forced%share(size(constrained%closed), total), source=0.0_wp)
+      allocate (forced%balanced_fraction(size(constrained%closed), total), source=0.0_wp)
       do g = 1, total
          if (size(constrained%closed) == 0) exit
          call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, constrained%closed)), &
-            spread(.true., 1, size(constrained%closed)), forced%share(:, g))
-         call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%share(:, g), forced%load(:, g))
+            spread(.true., 1, size(constrained%closed)), forced%balanced_fraction(:, g))
+         call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%balanced_fraction(:, g), &
+            forced%load(:, g))
       end do
       allocate (forced%driven(0))
       ! modes that vanish at all compliant contacts are uncoupled
@@ -253,7 +254,7 @@ contains
    pure subroutine response_at(constrained, compliant, spring, forced, load, s, left_out, response)
       type(constrained_set_t), intent(in) :: constrained
       integer, intent(in) :: compliant(:)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Indices of the rows, and modal loads of the set
       type(unit_responses_t), intent(in) :: forced
       integer, intent(in) :: load
@@ -284,9 +285,9 @@ contains
          response(at%modes + 1:at%modes + constrained%count) = z
          response(at%gaps + 1:at%gaps + size(constrained%gap)) = matmul(z, constrained%value)
          do k = 1, size(constrained%closed)
-            response(at%forces + constrained%closed(k)) = sum(constrained%reaction(k, :)*viscous*z) - forced%share(k, &
-               load) &
-               - sum(constrained%share(k, compliant)*force)
+            response(at%forces + constrained%closed(k)) = sum(constrained%reaction(k, :)*viscous*z) &
+               - forced%balanced_fraction(k, load) &
+               - sum(constrained%balanced_fraction(k, compliant)*force)
          end do
          do k = 1, size(compliant)
             response(at%forces + compliant(k)) = force(k)
@@ -305,7 +306,7 @@ contains
 
    !> Dynamic stiffness of a stop: P per unit of u exp(s t).
    elemental function dynamic_stiffness(spring, s) result(stiffness)
-      type(impedance_t), intent(in) :: spring
+      type(dynamic_stiffness_t), intent(in) :: spring
       complex(wp), intent(in) :: s
       complex(wp) :: stiffness
 

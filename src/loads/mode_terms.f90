@@ -30,10 +30,10 @@ module mode_terms
    real(wp), parameter :: radius_times_length = 1.2_wp
    !> Maximum distance, times the length of the phase, between the exponents of a harmonic and of a mode in resonance.
    !> The exponents of a mode near critical damping are joined by a circle if their distance from its centre is less
-   !> than `nearness` times its radius, which is at least `share_of_decay` times the decay rate.
+   !> than `nearness` times its radius, which is at least `fraction_of_decay` times the decay rate.
    real(wp), parameter :: max_resonance = 0.5_wp
    real(wp), parameter :: nearness = 0.125_wp
-   real(wp), parameter :: share_of_decay = 0.125_wp
+   real(wp), parameter :: fraction_of_decay = 0.125_wp
 
    !> Directions of the points of the slow circle, and of all points of a circle without conjugate points
    integer :: k
@@ -290,7 +290,7 @@ contains
       real(wp) :: center, radius
 
       center = 0.5_wp*mode%damping
-      radius = max(share_of_decay*center, radius_times_length/mode%length)
+      radius = max(fraction_of_decay*center, radius_times_length/mode%length)
       if (mode%spread <= nearness*radius) then
          arm = radius*direction(:half_circle)
          associate (s => arm - center, square => merge(-1.0_wp, 1.0_wp, mode%oscillates)*mode%spread**2)

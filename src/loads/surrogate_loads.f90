@@ -5,7 +5,7 @@
 !> (docs/theory.md, section 18).
 module surrogate_loads
    use applied_loads, only: applied_loads_t
-   use compliant_stop, only: impedance_t
+   use compliant_stop, only: dynamic_stiffness_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
    use forced_responses, only: response_at, forced_response_t, resonant, unit_responses_t
@@ -38,9 +38,9 @@ contains
    subroutine forced_terms(constrained, coupled, compliant, spring, loads, is_new, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
-      !> Indices of the closed compliant contacts, and impedances of all contacts
+      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
       integer, intent(in) :: compliant(:)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       !> This is the first phase of the set under these loads
       logical, intent(in) :: is_new
@@ -94,15 +94,15 @@ contains
    subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
-      !> Indices of the closed compliant contacts, and impedances of all contacts
+      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
       integer, intent(in) :: compliant(:)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set
       !> Contains the start and the segments of the phase
       type(forced_response_t), intent(inout) :: forced
 
-      complex(wp) :: response(set%at%rows), share(surrogate_count)
+      complex(wp) :: response(set%at%rows), surrogate(surrogate_count)
       complex(wp), allocatable :: harmonic(:, :)
       type(load_segment_t) :: segment
       logical :: is_driven(constrained%count)
@@ -129,12 +129,12 @@ contains
             end associate
             segment%harmonic = (0.0_wp, 0.0_wp)
          end if
-         call surrogate_amplitudes(segment, length, share)
-         if (all(abs(share) <= 0.0_wp)) cycle
+         call surrogate_amplitudes(segment, length, surrogate)
+         if (all(abs(surrogate) <= 0.0_wp)) cycle
          do k = 1, surrogate_count
             call response_at(constrained, compliant, spring, set, g, &
                cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), is_driven, response)
-            harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + share(k)*response
+            harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + surrogate(k)*response
          end do
       end do
       call move_alloc(harmonic, forced%harmonic)
@@ -172,32 +172,32 @@ contains
 
    !> Amplitudes of the surrogate harmonics for a load segment: cos(w t) and sin(w t)/w are interpolated as functions of
    !> w^2.
-   pure subroutine surrogate_amplitudes(segment, length, share)
+   pure subroutine surrogate_amplitudes(segment, length, surrogate)
       type(load_segment_t), intent(in) :: segment
       !> Length of the phase, stretched
       real(wp), intent(in) :: length
-      !> Re sum share exp(i w t) equals constant + slope t, plus the harmonic if the harmonic is slow
-      complex(wp), intent(out) :: share(surrogate_count)
+      !> Re sum surrogate exp(i w t) equals constant + slope t, plus the harmonic if the harmonic is slow
+      complex(wp), intent(out) :: surrogate(surrogate_count)
 
       associate (w => surrogate_frequencies(length))
-         share = shares_at(0.0_wp)*cmplx(segment%constant, -segment%slope/w, wp)
-         if (is_slow(segment, length)) share = share + shares_at((segment%frequency*length)**2) &
+         surrogate = weights_at(0.0_wp)*cmplx(segment%constant, -segment%slope/w, wp)
+         if (is_slow(segment, length)) surrogate = surrogate + weights_at((segment%frequency*length)**2) &
             *cmplx(real(segment%harmonic, wp), aimag(segment%harmonic)*segment%frequency/w, wp)
       end associate
    end subroutine surrogate_amplitudes
 
    !> Lagrange polynomials through the points `square`, at x: the squared frequency times the squared length.
-   pure function shares_at(x) result(share)
+   pure function weights_at(x) result(surrogate)
       real(wp), intent(in) :: x
-      real(wp) :: share(surrogate_count)
+      real(wp) :: surrogate(surrogate_count)
 
       logical :: is_other(surrogate_count)
       integer :: k
 
       do k = 1, surrogate_count
          is_other = abs(square(k) - square) > 0.0_wp
-         share(k) = product(x - square, mask=is_other)/product(square(k) - square, mask=is_other)
+         surrogate(k) = product(x - square, mask=is_other)/product(square(k) - square, mask=is_other)
       end do
-   end function shares_at
+   end function weights_at
 
 end module surrogate_loads

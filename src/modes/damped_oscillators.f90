@@ -121,7 +121,7 @@ contains
       end associate
    end subroutine make_oscillators
 
-   !> Damping ratio (share of critical damping) of a mode.
+   !> Damping ratio (fraction of critical damping) of a mode.
    elemental function damping_ratio(zeta, mass_rate, frequency) result(ratio)
       real(wp), intent(in) :: zeta
       !> Rate alpha of damping proportional to mass

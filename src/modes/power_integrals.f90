@@ -7,8 +7,8 @@ module power_integrals
    use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, make_power_form, find_span, energy_over, integral, integrals_in, &
-      decay_integral
+   public :: power_form_t, interval_terms_t, make_power_form, find_interval_terms, energy_over, integral, &
+      integrals_in, decay_integral
 
    !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
    !> the direct coefficient p and the conjugate coefficient c of a pair.
@@ -28,7 +28,7 @@ module power_integrals
 
    !> Terms at both ends of an interval of time, and their changes, from which the integrals of all forms with the same
    !> exponents follow.
-   type :: span_t
+   type :: interval_terms_t
       !> Length of the interval
       real(wp) :: time = 0.0_wp
       !> A_m at the start and at the end of the interval, [count]
@@ -37,10 +37,10 @@ module power_integrals
       complex(wp), allocatable :: change(:)
       !> Real and imaginary parts of the change and of the sum of start and end, [2 count]; integral of |A_m|^2, [count]
       real(wp), allocatable :: changes(:), sums(:), squares(:)
-   end type span_t
+   end type interval_terms_t
 
    !> If |s_m + conj(s_n)| is below this fraction of |s_m| and |s_n|, the change of the quadratic form loses digits.
-   real(wp), parameter :: cancellation_share = 0.02_wp
+   real(wp), parameter :: cancellation_fraction = 0.02_wp
    !> A squared magnitude of a sum of exponents below this counts as zero.
    real(wp), parameter :: negligible = tiny(1.0_wp)
 
@@ -106,11 +106,11 @@ contains
       integer :: k, m
 
       k = size(decay)
-      min_distance = cancellation_share**2*(decay(n)**2 + omega(n)**2)
+      min_distance = cancellation_fraction**2*(decay(n)**2 + omega(n)**2)
       !$omp simd private(minus, square)
       do m = 1, k
          distance(m) = (decay(m) + decay(n))**2 + (omega(m) - omega(n))**2
-         square = cancellation_share**2*(decay(m)**2 + omega(m)**2)
+         square = cancellation_fraction**2*(decay(m)**2 + omega(m)**2)
          distance(m) = merge(0.0_wp, distance(m), distance(m) <= square .and. distance(m) <= min_distance)
       end do
       distance(n) = 0.0_wp
@@ -155,14 +155,14 @@ contains
    end subroutine find_pair
 
    !> Compute the terms over an interval from the amplitudes at its start.
-   pure subroutine find_span(form, amplitude, time, span)
+   pure subroutine find_interval_terms(form, amplitude, time, span)
       !> The power, which has the exponents
       type(power_form_t), intent(in) :: form
       !> A_m at the start, [count]
       complex(wp), intent(in) :: amplitude(:)
       real(wp), intent(in) :: time
       !> Terms over the interval. They are not computed again for the amplitudes and length of the last call
-      type(span_t), intent(inout) :: span
+      type(interval_terms_t), intent(inout) :: span
 
       real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, modulus_change
       integer :: m
@@ -193,13 +193,13 @@ contains
             end associate
          end do
       end associate
-   end subroutine find_span
+   end subroutine find_interval_terms
 
    !> Energy: the integral of a power over an interval.
    pure function energy_over(form, span) result(energy)
       type(power_form_t), intent(in) :: form
       !> Terms of the power over the interval
-      type(span_t), intent(in) :: span
+      type(interval_terms_t), intent(in) :: span
       real(wp) :: energy
 
       complex(wp) :: conjugate, direct, s
@@ -255,7 +255,7 @@ contains
    pure function integrals_in(form, span) result(value)
       !> The power, which has the exponents
       type(power_form_t), intent(in) :: form
-      type(span_t), intent(in) :: span
+      type(interval_terms_t), intent(in) :: span
       complex(wp) :: value(size(span%change))
 
       integer :: m

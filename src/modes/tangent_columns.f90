@@ -7,14 +7,14 @@ module tangent_columns
    implicit none (type, external)
    private
    public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
-   public :: by_nothing, by_amplitude, by_frequency
+   public :: no_parameter, load_amplitude, load_frequency
 
    !> Parameter by which the last column, after those of the initial state, is the derivative: no parameter (there is no
    !> such column), the amplitude of a load, or the frequency of a load (the frequencies of all other loads change in
    !> proportion).
-   integer, parameter :: by_nothing = 0
-   integer, parameter :: by_amplitude = 1
-   integer, parameter :: by_frequency = 2
+   integer, parameter :: no_parameter = 0
+   integer, parameter :: load_amplitude = 1
+   integer, parameter :: load_frequency = 2
 
    !> Time derivatives of the state.
    type :: state_rates_t
@@ -31,7 +31,7 @@ module tangent_columns
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
       type(state_rates_t) :: boundary_rates
       !> One of the `by_` constants, and the number of the load
-      integer :: parameter = by_nothing
+      integer :: parameter = no_parameter
       integer :: load = 0
       !> Minimum so far of the normal speeds at impacts on rigid contacts. If it vanishes (a grazing impact), the
       !> derivative does not exist

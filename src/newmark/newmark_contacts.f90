@@ -92,7 +92,7 @@ contains
             lost = contact_energy(run, k, state)
             call contact%stop%unload(state%indentation(k), state%branch_force(k))
             lost = lost - contact_energy(run, k, state)
-            run%ledger%dissipated_stop = run%ledger%dissipated_stop + lost
+            run%energy_balance%dissipated_stop = run%energy_balance%dissipated_stop + lost
             contact%dissipated = contact%dissipated + lost
             call open_contact(run, k)
          end if
@@ -244,7 +244,7 @@ contains
    end function event_now
 
 
-   !> Record an event, and add its change of energy to the ledger of energies.
+   !> Record an event, and add its change of energy to the energy balance.
    pure subroutine record_event(run, k, event, response)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact
@@ -259,7 +259,7 @@ contains
          return
       end if
       call append_event(response, event)
-      call charge_event(run%ledger, event%energy_change)
+      call charge_event(run%energy_balance, event%energy_change)
       associate (contact => run%contacts(k))
          contact%dissipated = contact%dissipated - event%energy_change
          contact%lost_at_impacts = contact%lost_at_impacts - event%energy_change

@@ -10,7 +10,7 @@ module newmark_limits
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
-   public :: divide_step, check_mesh, explain_mesh_error, check_ledger, rounding_of_energy
+   public :: divide_step, check_mesh, explain_mesh_error, check_energy_balance, rounding_of_energy
 
 contains
 
@@ -37,7 +37,7 @@ contains
 
       ! length of a divided step over the longest stable step: close to the stability limit the mass matrix M* of the
       ! scheme (`newmark_stepper`) has almost no mass in the highest modes, and their velocities become large
-      real(wp), parameter :: share = 0.5_wp
+      real(wp), parameter :: fraction_of_limit = 0.5_wp
       ! highest frequency of the mesh, and longest stable step
       real(wp) :: frequency, limit
       ! a step that needs more parts than this is taken for an error of the user
@@ -61,7 +61,7 @@ contains
       if (settings%step >= max_parts*limit) then
          remedy = ' or, with substep = .true., below '//rounded_down(max_parts*limit)//'; shorten it, '
       else if (settings%substep) then
-         steps_per_sample = ceiling(settings%step/(share*limit))
+         steps_per_sample = ceiling(settings%step/(fraction_of_limit*limit))
          return
       else
          remedy = '; shorten it, give substep = .true., '
@@ -78,32 +78,33 @@ contains
       !> Set if the rounding error is too large
       type(failure_t), allocatable, intent(out) :: error
 
-      ! bound of `share`, the estimated rounding error of the energy over the energy; the error must not exceed 1e-6 of
-      ! the energy; in runs it was about a tenth of what `rounding_of_energy` gives
-      real(wp), parameter :: bound = 1.0e-5_wp
-      real(wp) :: share
+      ! maximum estimate of the rounding error of the energy as a fraction of the energy. The error itself must not
+      ! exceed 1e-6; in runs it was about a tenth of the estimate of `rounding_of_energy`
+      real(wp), parameter :: max_fraction = 1.0e-5_wp
+      ! the estimate
+      real(wp) :: fraction
 
-      call rounding_of_energy(model, share, error)
-      if (allocated(error) .or. share <= bound) return
+      call rounding_of_energy(model, fraction, error)
+      if (allocated(error) .or. fraction <= max_fraction) return
       call fail(error, status_bad_input, "on this mesh the energy of Newmark's steps is lost in rounding, up to "// &
-         to_text(share)//' of it where at most '//to_text(bound)//' is allowed: take fewer elements or elements of '// &
-         "more equal length, or method = 'exact'")
+         to_text(fraction)//' of it where at most '//to_text(max_fraction)//' is allowed: take fewer elements or '// &
+         "elements of more equal length, or method = 'exact'")
    end subroutine check_mesh
 
    !> Bound of the rounding error of the strain energy, as a fraction of that energy: eps |y| . |K| |y| / (y . K y) for
    !> the static shape y. The error is large if elements are short, because these move almost as rigid bodies, so that
    !> the large terms of their nodal forces cancel.
-   pure subroutine rounding_of_energy(model, share, error)
+   pure subroutine rounding_of_energy(model, fraction, error)
       type(beam_model_t), intent(in) :: model
       !> The bound
-      real(wp), intent(out) :: share
+      real(wp), intent(out) :: fraction
       !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: magnitudes
       real(wp), allocatable :: shape(:), forces(:), large_forces(:)
 
-      share = 0.0_wp
+      fraction = 0.0_wp
       call static_shape(model, shape, error)
       if (allocated(error)) return
       magnitudes = model%stiffness
@@ -111,7 +112,7 @@ contains
       allocate (forces(size(shape)), large_forces(size(shape)))
       call multiply(model%stiffness, shape, forces)
       call multiply(magnitudes, abs(shape), large_forces)
-      share = epsilon(1.0_wp)*dot_product(abs(shape), large_forces)/abs(dot_product(shape, forces))
+      fraction = epsilon(1.0_wp)*dot_product(abs(shape), large_forces)/abs(dot_product(shape, forces))
    end subroutine rounding_of_energy
 
    !> A number rounded down to six digits, as text.
@@ -133,7 +134,7 @@ contains
 
    !> Fail if the energy balance is violated by more than a fraction of the energy, because rounding has then disturbed
    !> the motion.
-   pure subroutine check_ledger(tau, energy_error, total_energy, error)
+   pure subroutine check_energy_balance(tau, energy_error, total_energy, error)
       !> Instant, tau
       real(wp), intent(in) :: tau
       !> Error of the energy balance
@@ -152,6 +153,6 @@ contains
          ' the energy is off by '//to_text(energy_error/total_energy)// &
          ' of that at the start, and at most '//to_text(tolerance)// &
          " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
-   end subroutine check_ledger
+   end subroutine check_energy_balance
 
 end module newmark_limits

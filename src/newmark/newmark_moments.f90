@@ -33,16 +33,16 @@ contains
       call find_place_weights(model, settings, run%loads, run%place_weights)
       if (allocated(run%modes)) call find_modal_weights(model, settings, run)
       associate (scheme => settings%response, stepper => run%stepper)
-         run%share_of_damping = (scheme%newmark_gamma - 0.5_wp)*stepper%step
-         run%share_of_stiffness = 2.0_wp*settings%zeta*run%share_of_damping &
+         run%damping_acceleration_factor = (scheme%newmark_gamma - 0.5_wp)*stepper%step
+         run%stiffness_acceleration_factor = 2.0_wp*settings%zeta*run%damping_acceleration_factor &
             + (scheme%newmark_beta - 0.5_wp*scheme%newmark_gamma)*stepper%step**2
          run%mass_damping = 2.0_wp*settings%zeta_mass
          run%has_modal_damping = allocated(settings%mode_ratios)
          if (.not. run%has_modal_damping) return
          run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%stiffness_damping, stepper%stiffness)
          ! M, from which the factors are made
-         run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%share_of_damping, run%mode_damping), &
-            -run%share_of_stiffness, stepper%stiffness)
+         run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%damping_acceleration_factor, &
+            run%mode_damping), -run%stiffness_acceleration_factor, stepper%stiffness)
          call factorise(run%bare_mass, run%error)
       end associate
    end subroutine start_moments
@@ -101,13 +101,13 @@ contains
          associate (y => state%beam%displacement(1:n), v => state%beam%velocity(1:n), &
             a => state%beam%acceleration(1:n))
             if (run%has_modal_damping) then
-               call multiply(run%mode_damping, v + run%share_of_damping*a, damped)
+               call multiply(run%mode_damping, v + run%damping_acceleration_factor*a, damped)
                call solve_factorised(run%bare_mass, damped)
             else
-               damped = run%mass_damping*(v + run%share_of_damping*a)
+               damped = run%mass_damping*(v + run%damping_acceleration_factor*a)
             end if
             accelerated = a + damped
-            strained = y + stepper%stiffness_damping*v + run%share_of_stiffness*a
+            strained = y + stepper%stiffness_damping*v + run%stiffness_acceleration_factor*a
          end associate
          associate (beam => size(run%place_weights%stiffness, 1))
             moment = matmul(strained(:beam), run%place_weights%stiffness) + matmul(accelerated(:beam), &

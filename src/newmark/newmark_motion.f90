@@ -21,7 +21,7 @@ module newmark_motion
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_events, only: close_touched, find_events, trigger_events
    use newmark_flights, only: record_flight_start
-   use newmark_limits, only: explain_mesh_error, check_ledger, check_mesh, divide_step
+   use newmark_limits, only: explain_mesh_error, check_energy_balance, check_mesh, divide_step
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_modes, only: find_rest_in_modes, make_modal_model
    use newmark_moments, only: moments_now, start_moments
@@ -97,12 +97,12 @@ contains
          if (run%step_in_sample > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
          call report_progress(real(run%sample, wp), real(run%samples, wp))
-         if (.not. run%records_ledger .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
+         if (.not. run%records_energy_balance .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
          call check_energy(run)
       end do
       if (.not. allocated(run%error) .and. allocated(response%energy)) then
-         call check_ledger(instant_of(run), balance_error(response), run%start_energy + run%ledger%created &
-            + run%absolute_work, run%error)
+         call check_energy_balance(instant_of(run), balance_error(response), run%start_energy &
+            + run%energy_balance%created + run%absolute_work, run%error)
       end if
       if (allocated(run%error)) then
          call move_alloc(run%error, error)
@@ -145,7 +145,8 @@ contains
             call open_body_record(settings%bodies(k), settings%output, samples + 1, response%bodies(k))
          end do
       end if
-      run%records_ledger = allocated(response%energy) .or. settings%output%measures .or. allocated(settings%statistics)
+      run%records_energy_balance = allocated(response%energy) .or. settings%output%measures &
+         .or. allocated(settings%statistics)
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
          k=1, size(run%contacts))], run%release_contact, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
@@ -179,10 +180,10 @@ contains
 
       response%ends_in_contact = any(run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
-      associate (ledger => run%ledger, measures => run%observers%measures)
+      associate (balance => run%energy_balance, measures => run%observers%measures)
          if (measures%is_wanted) measures%of(run%release_contact)%measures%final_energy = energy_left(run)
-         call finish_observers(run%observers, instant_of(run), [ledger%dissipated_beam, ledger%dissipated_stop, &
-            ledger%dissipated_impact], ledger%created, run%contacts%contact%number, response)
+         call finish_observers(run%observers, instant_of(run), [balance%dissipated_beam, balance%dissipated_stop, &
+            balance%dissipated_impact], balance%created, run%contacts%contact%number, response)
       end associate
    end subroutine finish
 
@@ -416,7 +417,7 @@ contains
       end if
       step = run%stepper%factors(level)%step
       energy = energy_left(run)
-      if (run%records_ledger) call account_step(run, step)
+      if (run%records_energy_balance) call account_step(run, step)
       if (run%observes) then
          if (allocated(run%place_weights)) moments(:, 2) = moments_now(run)
          call observe_step(run, from, step, [energy, energy_left(run)], moments)
@@ -430,9 +431,10 @@ contains
       end if
    end subroutine advance
 
-   !> Fail if the energy of the present state of beam and stops differs from the energy that follows from the ledger.
+   !> Fail if the energy of the present state of beam and stops differs from the energy that follows from the energies
+   !> supplied and dissipated.
    pure subroutine check_energy(run)
-      !> The run, which records its ledger
+      !> The run, which records its energy balance
       type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: energy, kinetic, strain
@@ -446,8 +448,8 @@ contains
             energy = energy + contact_energy(run, k, state)
          end do
       end associate
-      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created &
-         + run%absolute_work, run%error)
+      call check_energy_balance(instant_of(run), abs(energy - energy_left(run)), run%start_energy &
+         + run%energy_balance%created + run%absolute_work, run%error)
    end subroutine check_energy
 
    !> Prepare the measures of each contact, which refer to the contact forces and the energy at static equilibrium.

@@ -16,7 +16,7 @@ module newmark_run
    use moment_places, only: place_weights_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use run_observers, only: observers_t
-   use run_recorder, only: ledger_t
+   use run_recorder, only: energy_balance_t
    use run_spectra, only: spectrum_sums_t
    use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
@@ -149,7 +149,7 @@ module newmark_run
       !> Sum of the magnitudes of the work of loads over all steps
       real(wp) :: absolute_work = 0.0_wp
       !> Energies dissipated and supplied so far
-      type(ledger_t) :: ledger
+      type(energy_balance_t) :: energy_balance
    end type run_progress_t
 
    !> State of the run at which the last flight after a rebound began.
@@ -209,8 +209,8 @@ module newmark_run
       integer :: event_limit = 0
       !> hbar/L, which is Pbar per unit of contact force
       real(wp) :: height_ratio = 0.0_wp
-      !> Each step adds to the ledger of energies
-      logical :: records_ledger = .false.
+      !> Each step adds to the energy balance
+      logical :: records_energy_balance = .false.
       !> Shapes are recorded
       logical :: records_shapes = .false.
       !> An observer reads every step
@@ -239,8 +239,8 @@ module newmark_run
       !> unallocated: no mode is truncated
       real(wp), allocatable :: contact_moment(:, :)
       !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
-      real(wp) :: share_of_stiffness = 0.0_wp
-      real(wp) :: share_of_damping = 0.0_wp
+      real(wp) :: stiffness_acceleration_factor = 0.0_wp
+      real(wp) :: damping_acceleration_factor = 0.0_wp
       !> Damping proportional to M, as a multiple of M
       real(wp) :: mass_damping = 0.0_wp
       !> Damping is given for each mode
@@ -393,14 +393,15 @@ contains
       end associate
    end function contact_energy
 
-   !> Energy of beam and stops at the present state, computed from the ledger; it agrees with the state to rounding.
+   !> Energy of beam and stops at the present state, computed from the energy balance; it agrees with the state to
+   !> rounding.
    pure function energy_left(run) result(energy)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: energy
 
-      associate (ledger => run%ledger)
-         energy = run%start_energy + ledger%work + ledger%created - ledger%dissipated_beam - ledger%dissipated_stop &
-            - ledger%dissipated_impact
+      associate (balance => run%energy_balance)
+         energy = run%start_energy + balance%work + balance%created - balance%dissipated_beam &
+            - balance%dissipated_stop - balance%dissipated_impact
       end associate
    end function energy_left
 

@@ -73,7 +73,7 @@ contains
       end associate
       if (allocated(response%bodies)) call record_bodies(run, place, response%bodies)
       if (allocated(run%place_weights)) sample%moment = moments_now(run)
-      call record_sample(place, sample, run%ledger, response)
+      call record_sample(place, sample, run%energy_balance, response)
    end subroutine take_sample
 
    !> Record the requested shapes within the last step.

@@ -343,7 +343,7 @@ contains
       end associate
    end subroutine find_violations
 
-   !> Add the work of loads and the dissipated energy of the accepted step to the ledger of energies.
+   !> Add the work of loads and the dissipated energy of the accepted step to the energy balance.
    pure subroutine account_step(run, step)
       type(newmark_run_t), intent(inout) :: run
       !> Length of the step
@@ -353,20 +353,20 @@ contains
       integer :: k
 
       ! the step has been accepted, so the state at its end has become the present one
-      associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%ledger)
+      associate (old => run%states(3 - run%now), new => run%states(run%now), balance => run%energy_balance)
          if (run%loads%count > 0) then
             work = 0.5_wp*dot_product(old%beam%load + new%beam%load, new%beam%displacement - old%beam%displacement)
-            ledger%work = ledger%work + work
+            balance%work = balance%work + work
             run%absolute_work = run%absolute_work + abs(work)
          end if
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
-         ledger%dissipated_beam = ledger%dissipated_beam + dissipated
+         balance%dissipated_beam = balance%dissipated_beam + dissipated
          if (.not. run%has_compliant_stop) return
          do k = 1, size(run%contacts)
             if (.not. allocated(run%contacts(k)%stop)) cycle
             dissipated = run%contacts(k)%work + contact_energy(run, k, old) - contact_energy(run, k, new)
             run%contacts(k)%dissipated = run%contacts(k)%dissipated + dissipated
-            ledger%dissipated_stop = ledger%dissipated_stop + dissipated
+            balance%dissipated_stop = balance%dissipated_stop + dissipated
          end do
       end associate
    end subroutine account_step

@@ -42,16 +42,17 @@ contains
       integer :: i, k
       real(wp) :: end
 
-      associate (asked => settings%statistics)
-         end = min(asked%end, end_of_run(settings%response))
-         allocate (blocks%edge(0:asked%blocks))
-         blocks%edge = [(asked%start + (end - asked%start)*real(i, wp)/real(asked%blocks, wp), i=0, asked%blocks)]
-         blocks%edge(asked%blocks) = end
-         blocks%min_pause = asked%rest
+      associate (requested => settings%statistics)
+         end = min(requested%end, end_of_run(settings%response))
+         allocate (blocks%edge(0:requested%blocks))
+         blocks%edge = [(requested%start + (end - requested%start)*real(i, wp)/real(requested%blocks, wp), i=0, &
+            requested%blocks)]
+         blocks%edge(requested%blocks) = end
+         blocks%min_pause = requested%rest
          blocks%hop_tolerance = settings%response%hop_tolerance
-         blocks%threshold = asked%threshold/settings%height_ratio
-         blocks%classes = asked%classes
-         blocks%has_acceleration = asked%acceleration
+         blocks%threshold = requested%threshold/settings%height_ratio
+         blocks%classes = requested%classes
+         blocks%has_acceleration = requested%acceleration
       end associate
       blocks%force_scale = settings%height_ratio
       blocks%release_contact = release_contact

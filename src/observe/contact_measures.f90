@@ -209,13 +209,14 @@ contains
       if (is_exceeded) call interval%record_gap(k, measurer%exceeded)
    end subroutine record_exceedance
 
-   !> Find the instant in an interval at which the energy falls for the last time to the share that counts as decayed.
+   !> Find the instant in an interval at which the energy falls for the last time to the fraction that counts as
+   !> decayed.
    subroutine measure_energy(interval, measurer)
       class(interval_t), intent(in) :: interval
       type(measurer_t), intent(inout) :: measurer
 
       type(bracket_t) :: bracket
-      ! energy above the share that counts as decayed, at the end of the interval and at its start
+      ! energy above the fraction that counts as decayed, at the end of the interval and at its start
       real(wp) :: final_excess, excess
 
       associate (accumulator => measurer%accumulator)

@@ -19,24 +19,25 @@ module mode_trials
    public :: compare_runs, horizon_of, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
-   !> difference estimates the error of the smaller set; the share allows for later events, which may enlarge the error.
+   !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge the
+   !> error.
    real(wp), parameter :: agreement = 0.05_wp
    !> A comparison makes no progress if its difference is at least this fraction of the previous difference. After
    !> `max_stalled` such comparisons in succession no further set is tried.
    real(wp), parameter :: progress = 0.5_wp
    integer, parameter :: max_stalled = 2
-   !> All trials together may take these shares of the work (evaluations times modes) of the run in all modes, as
-   !> estimated from the first trial; the second share holds if the evaluations are extrapolated to a longer run. The
+   !> All trials together may take these fractions of the work (evaluations times modes) of the run in all modes, as
+   !> estimated from the first trial; the second fraction holds if the evaluations are extrapolated to a longer run. The
    !> documentation promises at most one half; the remainder allows for the error of the estimate.
-   real(wp), parameter :: share_of_run = 0.4_wp, share_of_longer_run = 0.3_wp
+   real(wp), parameter :: fraction_of_run = 0.4_wp, fraction_of_longer_run = 0.3_wp
    !> Trials with more than this fraction of all modes save hardly any work.
-   real(wp), parameter :: max_share = 0.6_wp
-   !> A first trial with at most `max_first_share` of all modes may be repeated with a longer duration, if it then takes
-   !> at most `share_of_first` of the work of the run in all modes, assumed to be uniform in time.
-   real(wp), parameter :: max_first_share = 0.2_wp, share_of_first = 0.12_wp
+   real(wp), parameter :: max_fraction = 0.6_wp
+   !> A first trial with at most `max_first_fraction` of all modes may be repeated with a longer duration, if it then
+   !> takes at most `fraction_of_first` of the work of the run in all modes, assumed to be uniform in time.
+   real(wp), parameter :: max_first_fraction = 0.2_wp, fraction_of_first = 0.12_wp
    !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
    !> this fraction of their length.
-   real(wp), parameter :: min_early_share = 0.25_wp
+   real(wp), parameter :: min_early_fraction = 0.25_wp
    !> A motion is compared up to the peak of rebound number `last_rebound`, and over at most `max_periods` periods of
    !> the lowest mode; under harmonic loads, over `load_periods` periods of the slowest load.
    integer, parameter :: last_rebound = 3, max_periods = 4, load_periods = 2
@@ -85,9 +86,9 @@ module mode_trials
 contains
 
    !> Prepare the trials of a run.
-   subroutine open_trials(asked, base, all_modes, trials)
+   subroutine open_trials(requested, base, all_modes, trials)
       !> Settings of the run
-      type(run_settings_t), intent(in) :: asked
+      type(run_settings_t), intent(in) :: requested
       !> Modes of the beam, at least the lowest
       type(free_modes_t), intent(in) :: base
       !> Number of modes of the mesh
@@ -99,23 +100,23 @@ contains
       integer :: release_contact
 
       trials%all_modes = all_modes
-      trials%settings = trial_settings(asked, 1.0_wp)
+      trials%settings = trial_settings(requested, 1.0_wp)
       if (allocated(trials%settings%stress)) deallocate (trials%settings%stress)
-      trials%run_length = asked%response%duration
+      trials%run_length = requested%response%duration
       associate (first => findloc(base%lambda > 0.0_wp, .true., dim=1))
          trials%period = 2.0_wp*pi*(lambda1/base%lambda(first))**2
       end associate
       trials%window = min(trials%run_length, real(max_periods, wp)*trials%period)
-      allocate (courses, source=courses_of(asked))
+      allocate (courses, source=courses_of(requested))
       associate (harmonic => courses%kind == course_harmonic)
-         trials%is_driven = is_driven(asked)
-         trials%builds_up = trials%is_driven .and. any(asked%start%kind == [start_rest, start_balance])
+         trials%is_driven = is_driven(requested)
+         trials%builds_up = trials%is_driven .and. any(requested%start%kind == [start_rest, start_balance])
          if (any(harmonic)) trials%window = min(trials%run_length, real(load_periods, wp)*2.0_wp*pi &
             /minval(courses%frequency, mask=harmonic))
       end associate
-      trials%settings%response%event_limit = min(asked%response%event_limit, max_events)
+      trials%settings%response%event_limit = min(requested%response%event_limit, max_events)
       call set_length(trials, min(trials%window, real(max_periods, wp)*trials%period))
-      allocate (contacts, source=contacts_of(asked))
+      allocate (contacts, source=contacts_of(requested))
       release_contact = findloc(contacts%is_release_contact, .true., dim=1)
       if (release_contact > 0) trials%tip_offset = datum_of(contacts(release_contact))
    end subroutine open_trials
@@ -152,21 +153,21 @@ contains
 
       real(wp) :: length
 
-      answer = real(modes, wp) <= max_share*real(trials%all_modes, wp)
+      answer = real(modes, wp) <= max_fraction*real(trials%all_modes, wp)
       if (.not. answer) return
       length = trials%settings%response%duration
       if (trials%work > 0.0_wp) then
          answer = trials%work + trials%expected*real(modes, wp) <= trials%max_work
       else
          if (trials%builds_up) length = length**2/trials%run_length
-         answer = 2.0_wp*real(modes, wp)*length <= share_of_run*real(trials%all_modes, wp) &
+         answer = 2.0_wp*real(modes, wp)*length <= fraction_of_run*real(trials%all_modes, wp) &
             *trials%settings%response%duration
       end if
    end function can_afford
 
    !> Add the work of a trial. The first trial gives an estimate of the evaluations of the run: at least as many as in
-   !> the trial. A driven run from rest needs more, in proportion to its remaining length and to the share of events in
-   !> the second half of the trial, because its contacts do not become rarer.
+   !> the trial. A driven run from rest needs more, in proportion to its remaining length and to the fraction of events
+   !> in the second half of the trial, because its contacts do not become rarer.
    pure subroutine add_trial(trials, modes, response)
       type(trials_t), intent(inout) :: trials
       integer, intent(in) :: modes
@@ -180,10 +181,10 @@ contains
             ! a trial with more modes may take fewer evaluations
             trials%max_work = trials%first_max_work*min(1.0_wp, evaluations/max(trials%first_expected, 1.0_wp))
          else
-            max_evaluations = share_of_run*evaluations
+            max_evaluations = fraction_of_run*evaluations
             if (trials%builds_up .and. response%event_count > 0 .and. length < trials%run_length) then
                associate (tau => response%events(:response%event_count)%tau)
-                  max_evaluations = share_of_longer_run*evaluations*(1.0_wp &
+                  max_evaluations = fraction_of_longer_run*evaluations*(1.0_wp &
                      + 2.0_wp*(trials%run_length - length)/length &
                      *real(count(tau > 0.5_wp*length), wp)/real(response%event_count, wp))
                end associate
@@ -209,11 +210,11 @@ contains
       associate (settings => trials%settings, contacts => contact_times(response))
          length = settings%response%duration
          if (.not. trials%is_lengthened .and. size(contacts) < enough_contacts .and. &
-            real(modes, wp) <= max_first_share*real(trials%all_modes, wp)) then
+            real(modes, wp) <= max_first_fraction*real(trials%all_modes, wp)) then
             trials%is_lengthened = .true.
             new_length = trials%window
             if (size(contacts) < min_contacts .and. settings%has_stop) new_length = trials%run_length
-            new_length = min(new_length, share_of_first*trials%run_length*real(trials%all_modes, wp)/real(modes, wp))
+            new_length = min(new_length, fraction_of_first*trials%run_length*real(trials%all_modes, wp)/real(modes, wp))
             if (new_length > length) then
                call set_length(trials, new_length)
                return
@@ -293,7 +294,7 @@ contains
       early = check
       horizon = trials%settings%response%duration
       if (trials%is_driven) then
-         early_horizon = max(min_early_share*horizon, min(after_contacts(fewer, horizon), &
+         early_horizon = max(min_early_fraction*horizon, min(after_contacts(fewer, horizon), &
             after_contacts(more, horizon)))
          call compare_until(trials, early_horizon, fewer, more, early)
       else
@@ -380,16 +381,16 @@ contains
 
    !> Settings of a run for comparison, limited to a few periods of its lowest mode, with samples for the comparison
    !> only.
-   pure function trial_settings(asked, lowest) result(settings)
+   pure function trial_settings(requested, lowest) result(settings)
       !> Settings of the run
-      type(run_settings_t), intent(in) :: asked
+      type(run_settings_t), intent(in) :: requested
       !> lambda of the lowest mode
       real(wp), intent(in) :: lowest
       type(run_settings_t) :: settings
 
       real(wp) :: period
 
-      settings = asked
+      settings = requested
       settings%output = output_settings_t(history=history_table%quantity == 'displacement')
       ! output that is not compared is omitted; the empty list of stresses remains because `has_one_contact` depends on
       ! it
@@ -402,7 +403,7 @@ contains
       if (allocated(settings%spectrum)) deallocate (settings%spectrum)
       period = 2.0_wp*pi*(lambda1/lowest)**2
       associate (response => settings%response)
-         response%duration = min(asked%response%duration, real(max_periods, wp)*period)
+         response%duration = min(requested%response%duration, real(max_periods, wp)*period)
          response%step = min(response%duration, period)/real(samples, wp)
       end associate
    end function trial_settings

@@ -132,14 +132,14 @@ contains
    contains
 
       !> Append a counted range.
-      subroutine add(counted_range, share)
+      subroutine add(counted_range, cycle_count)
          real(wp), intent(in) :: counted_range
          !> Cycles that the range counts: 1 or 0.5
-         real(wp), intent(in) :: share
+         real(wp), intent(in) :: cycle_count
 
          number = number + 1
          range(number) = counted_range
-         cycles(number) = share
+         cycles(number) = cycle_count
       end subroutine add
    end subroutine count_cycles
 

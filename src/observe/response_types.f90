@@ -136,16 +136,16 @@ module response_types
       logical :: has_settled = .false.
       !> Instant at which |eta_c| last exceeded that level
       real(wp) :: settling_tau = 0.0_wp
-      !> The energy has decayed to the share `settled_energy` at the end of the run
+      !> The energy has decayed to the fraction `settled_energy` at the end of the run
       logical :: has_decayed = .false.
-      !> Instant at which the energy last exceeded that share
+      !> Instant at which the energy last exceeded that fraction
       real(wp) :: decay_tau = 0.0_wp
       !> Energy at the start, of the beam at rest, and at the end
       real(wp) :: start_energy = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: final_energy = 0.0_wp
-      !> Shares of the initial energy above that at rest: dissipated in the beam, in the stops, at impacts; created by
-      !> impacts that replace the velocity of one node; left at the end
+      !> Fractions of the initial energy above that at rest: dissipated in the beam, in the stops, at impacts; created
+      !> by impacts that replace the velocity of one node; left at the end
       real(wp) :: lost_beam = 0.0_wp
       real(wp) :: lost_stop = 0.0_wp
       real(wp) :: lost_impact = 0.0_wp
@@ -264,7 +264,7 @@ module response_types
    type :: moment_window_t
       !> Beginning and end of the window, tau
       real(wp) :: window(2) = 0.0_wp
-      !> Minimum and maximum moment, signed, and tolerance of both as a share
+      !> Minimum and maximum moment, signed, and tolerance of both as a fraction of the maximum
       real(wp) :: extremes(2) = 0.0_wp
       real(wp) :: tolerance = peak_tolerance
       !> Exponent m of the S-N curve; 0: cycles are not counted

@@ -220,7 +220,7 @@ contains
       !> Number of the contact whose events are counted; absent: all
       integer, intent(in), optional :: contact
 
-      real(wp) :: shares(5), initial_excess
+      real(wp) :: fractions(5), initial_excess
       integer :: peaks
 
       call end_episode(accumulator)
@@ -238,17 +238,17 @@ contains
       measures%start_energy = accumulator%start_energy
       measures%rest_energy = merge(accumulator%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), &
          comes_to_rest(accumulator))
-      ! without initial energy the shares are not defined
+      ! without initial energy the fractions are not defined
       initial_excess = accumulator%start_energy - accumulator%rest_energy
-      shares = ieee_value(1.0_wp, ieee_quiet_nan)
+      fractions = ieee_value(1.0_wp, ieee_quiet_nan)
       if (initial_excess > 0.0_wp .and. comes_to_rest(accumulator)) then
-         shares = [lost, created, measures%final_energy - accumulator%rest_energy]/initial_excess
+         fractions = [lost, created, measures%final_energy - accumulator%rest_energy]/initial_excess
       end if
-      measures%lost_beam = shares(1)
-      measures%lost_stop = shares(2)
-      measures%lost_impact = shares(3)
-      measures%created = shares(4)
-      measures%left = shares(5)
+      measures%lost_beam = fractions(1)
+      measures%lost_stop = fractions(2)
+      measures%lost_impact = fractions(3)
+      measures%created = fractions(4)
+      measures%left = fractions(5)
       if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(0), measures%peak_tau(0))
       peaks = min(measures%rebounds, max_peaks)
       if (size(measures%peak_eta) > peaks) then

@@ -6,12 +6,12 @@ module run_recorder
    use response_types, only: response_t
    implicit none (type, external)
    private
-   public :: ledger_t, charge_event, sample_t, asked_t, record_sample
+   public :: energy_balance_t, charge_event, sample_t, requested_t, record_sample
    public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, record_shape
 
-   !> Ledger: the energies dissipated and supplied since the start of the run, up to the start of the present phase or
-   !> the end of the last step.
-   type :: ledger_t
+   !> Energy balance: the energies dissipated and supplied since the start of the run, up to the start of the present
+   !> phase or the end of the last step.
+   type :: energy_balance_t
       !> Energy dissipated inside the beam, in the stops, and at impacts
       real(wp) :: dissipated_beam = 0.0_wp
       real(wp) :: dissipated_stop = 0.0_wp
@@ -20,14 +20,14 @@ module run_recorder
       real(wp) :: created = 0.0_wp
       !> Work of forces and of the motion of the base
       real(wp) :: work = 0.0_wp
-   end type ledger_t
+   end type energy_balance_t
 
    !> Selection of the quantities that are recorded at the samples.
-   type :: asked_t
+   type :: requested_t
       !> Whether each history of `history_table` is recorded, and whether energies are
       logical :: history(history_count) = .false.
       logical :: energy = .false.
-   end type asked_t
+   end type requested_t
 
    !> Requested quantities of beam and stops at one instant.
    type :: sample_t
@@ -36,9 +36,9 @@ module run_recorder
       !> Kinetic and strain energy of the beam, and strain energy of the stops' springs
       real(wp) :: beam_energy(2) = 0.0_wp
       real(wp) :: stop_energy = 0.0_wp
-      !> Energy dissipated in beam and stops since the instant of the ledger
+      !> Energy dissipated in beam and stops since the instant of `energy_balance_t`
       real(wp) :: lost(2) = 0.0_wp
-      !> Work of loads since the instant of the ledger
+      !> Work of loads since that instant
       real(wp) :: work = 0.0_wp
       !> Bending moments, [places]
       real(wp), allocatable :: moment(:)
@@ -46,8 +46,8 @@ module run_recorder
 
    !> Recorder of a run by the exact method, phase by phase.
    type :: recorder_t
-      type(asked_t) :: asked
-      type(ledger_t) :: ledger
+      type(requested_t) :: requested
+      type(energy_balance_t) :: energy_balance
       !> Time between samples, tau
       real(wp) :: step = 0.0_wp
       !> Number of the last sample (sample 0 is at tau = 0; -1: no samples are recorded), and of the next one to record
@@ -63,34 +63,34 @@ module run_recorder
 
 contains
 
-   !> Add the change of energy of an event to the ledger: a decrease to the energy dissipated at impacts, an increase to
-   !> the created energy.
-   elemental subroutine charge_event(ledger, change)
-      type(ledger_t), intent(inout) :: ledger
+   !> Add the change of energy of an event to the energy balance: a decrease to the energy dissipated at impacts, an
+   !> increase to the created energy.
+   elemental subroutine charge_event(balance, change)
+      type(energy_balance_t), intent(inout) :: balance
       !> Change of energy
       real(wp), intent(in) :: change
 
-      ledger%dissipated_impact = ledger%dissipated_impact + max(-change, 0.0_wp)
-      ledger%created = ledger%created + max(change, 0.0_wp)
+      balance%dissipated_impact = balance%dissipated_impact + max(-change, 0.0_wp)
+      balance%created = balance%created + max(change, 0.0_wp)
    end subroutine charge_event
 
    !> The histories that a response has allocated.
-   pure function asked_of(response) result(asked)
+   pure function requested_of(response) result(requested)
       type(response_t), intent(in) :: response
-      type(asked_t) :: asked
+      type(requested_t) :: requested
 
       integer :: i
 
-      asked%history = [(allocated(response%history(i)%values), i=1, history_count)]
-      asked%energy = allocated(response%energy)
-   end function asked_of
+      requested%history = [(allocated(response%history(i)%values), i=1, history_count)]
+      requested%energy = allocated(response%energy)
+   end function requested_of
 
    !> Record a sample in the histories.
-   pure subroutine record_sample(place, sample, ledger, response)
+   pure subroutine record_sample(place, sample, balance, response)
       !> Index in the histories, from 1
       integer, intent(in) :: place
       type(sample_t), intent(in) :: sample
-      type(ledger_t), intent(in) :: ledger
+      type(energy_balance_t), intent(in) :: balance
       type(response_t), intent(inout) :: response
 
       integer :: i
@@ -108,11 +108,11 @@ contains
          entry%kinetic(place) = sample%beam_energy(1)
          entry%strain(place) = sample%beam_energy(2)
          entry%stop(place) = sample%stop_energy
-         entry%dissipated_beam(place) = ledger%dissipated_beam + sample%lost(1)
-         entry%dissipated_stop(place) = ledger%dissipated_stop + sample%lost(2)
-         entry%dissipated_impact(place) = ledger%dissipated_impact
-         entry%created(place) = ledger%created
-         if (allocated(entry%work)) entry%work(place) = ledger%work + sample%work
+         entry%dissipated_beam(place) = balance%dissipated_beam + sample%lost(1)
+         entry%dissipated_stop(place) = balance%dissipated_stop + sample%lost(2)
+         entry%dissipated_impact(place) = balance%dissipated_impact
+         entry%created(place) = balance%created
+         if (allocated(entry%work)) entry%work(place) = balance%work + sample%work
       end associate
    end subroutine record_sample
 
@@ -128,7 +128,7 @@ contains
       type(response_t), intent(in) :: response
       type(recorder_t), intent(out) :: recorder
 
-      recorder%asked = asked_of(response)
+      recorder%requested = requested_of(response)
       recorder%step = step
       if (allocated(response%tau)) recorder%last = samples
       if (.not. allocated(response%shape_tau)) return

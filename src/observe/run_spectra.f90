@@ -36,7 +36,7 @@ module run_spectra
       integer :: place = 1
       integer :: body = 1
       !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
-      real(wp), allocatable :: force_share(:, :)
+      real(wp), allocatable :: force_weight(:, :)
       !> Start of the first segment, and index of the present half segment, from 0
       real(wp) :: start = 0.0_wp
       integer :: half_index = 0
@@ -75,17 +75,18 @@ contains
 
       integer :: signals
 
-      associate (asked => settings%spectrum, result => sums%result)
-         result%of = asked%of
-         result%start = asked%start
-         signals = size(asked%of)
-         sums%contact = merge(asked%contact, release_contact, asked%contact > 0)
-         sums%place = asked%point
-         sums%body = asked%body
-         call find_force_shares(settings, sums%force_share)
-         sums%start = asked%start
-         sums%cost_limit = asked%closed_form_limit
-         call open_windows(asked, min(asked%end, end_of_run(settings%response)) - asked%start, sums%windows, result)
+      associate (requested => settings%spectrum, result => sums%result)
+         result%of = requested%of
+         result%start = requested%start
+         signals = size(requested%of)
+         sums%contact = merge(requested%contact, release_contact, requested%contact > 0)
+         sums%place = requested%point
+         sums%body = requested%body
+         call find_force_weights(settings, sums%force_weight)
+         sums%start = requested%start
+         sums%cost_limit = requested%closed_form_limit
+         call open_windows(requested, min(requested%end, end_of_run(settings%response)) - requested%start, &
+            sums%windows, result)
          associate (frequencies => size(sums%windows%omega))
             allocate (sums%transform(frequencies, signals, 2), source=(0.0_wp, 0.0_wp))
          end associate
@@ -97,27 +98,27 @@ contains
 
    !> Shares of contact forces in the signals: the force of one contact, the sum over all contacts, or the force
    !> upwards on a body.
-   pure subroutine find_force_shares(settings, share)
+   pure subroutine find_force_weights(settings, force_weight)
       type(run_settings_t), intent(in) :: settings
-      real(wp), allocatable, intent(out) :: share(:, :)
+      real(wp), allocatable, intent(out) :: force_weight(:, :)
 
       type(contact_t), allocatable :: contacts(:)
       integer :: k
 
       allocate (contacts, source=contacts_of(settings))
-      associate (asked => settings%spectrum)
-         allocate (share(size(contacts), size(asked%of)), source=0.0_wp)
-         do k = 1, size(asked%of)
-            if (signal_table(asked%of(k))%base /= quantity_force) cycle
-            if (signal_table(asked%of(k))%is_of_body) then
-               share(contacts%number, k) = settings%height_ratio*force_on_body(contacts, asked%body)
+      associate (requested => settings%spectrum)
+         allocate (force_weight(size(contacts), size(requested%of)), source=0.0_wp)
+         do k = 1, size(requested%of)
+            if (signal_table(requested%of(k))%base /= quantity_force) cycle
+            if (signal_table(requested%of(k))%is_of_body) then
+               force_weight(contacts%number, k) = settings%height_ratio*force_on_body(contacts, requested%body)
             else
-               share(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, asked%contact == 0 .or. &
-                  contacts%number == asked%contact)
+               force_weight(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, requested%contact == 0 .or. &
+                  contacts%number == requested%contact)
             end if
          end do
       end associate
-   end subroutine find_force_shares
+   end subroutine find_force_weights
 
    !> Add the integrals over an interval of the motion.
    subroutine add_interval(interval, sums)
@@ -174,8 +175,8 @@ contains
                   contact = interval%contact(i)
                   if (signal%base /= quantity_force) then
                      if (contact%number == sums%contact) call add_row(i, k, contact%sign)
-                  else if (contact%is_closed .and. abs(sums%force_share(contact%number, k)) > 0.0_wp) then
-                     call add_row(interval%force_row(i), k, sums%force_share(contact%number, k))
+                  else if (contact%is_closed .and. abs(sums%force_weight(contact%number, k)) > 0.0_wp) then
+                     call add_row(interval%force_row(i), k, sums%force_weight(contact%number, k))
                   end if
                end do
             else
@@ -297,8 +298,8 @@ contains
          sampled = 0.0_wp
          do n = first, last
             time = real(n, wp)*step - start
-            ! a sample at an instant that two intervals share belongs to the later one; the last sample of the half
-            ! segment belongs to the interval that ends there
+            ! a sample at an instant that two intervals force_weight belongs to the later one; the last sample of the
+            ! half segment belongs to the interval that ends there
             if (time >= span(2) - same*step .and. .not. (n == last .and. time <= span(2) + same*step)) exit
             values = value_of(signals, min(max(time, span(1)), span(2)))
             sums%samples(n, :) = values
@@ -352,7 +353,7 @@ contains
             time = event%tau - sums%start
             if (time < 0.0_wp .or. time >= sums%windows%half*real(sums%windows%halves, wp)) cycle
             do k = 1, size(sums%result%of)
-               impulse = sums%force_share(event%contact, k)*event%impulse
+               impulse = sums%force_weight(event%contact, k)*event%impulse
                if (.not. abs(impulse) > 0.0_wp) cycle
                call add_impulse(sums%windows%omega, time, impulse, sums%transform(:, k, 1))
             end do

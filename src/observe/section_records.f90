@@ -44,21 +44,21 @@ contains
       bodies = 0
       if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (sections)
-      associate (asked => settings%poincare, duration => settings%response%duration)
-         sections%period = asked%period
-         sections%max_periods = asked%max_periods
-         sections%tolerance = asked%tolerance
+      associate (requested => settings%poincare, duration => settings%response%duration)
+         sections%period = requested%period
+         sections%max_periods = requested%max_periods
+         sections%tolerance = requested%tolerance
          sections%release_contact = release_contact
-         first = modulo(asked%phase, 1.0_wp)
+         first = modulo(requested%phase, 1.0_wp)
          ! the start of the run is not a section
          if (first <= 0.0_wp) first = 1.0_wp
          ! includes a section at the end of the run in spite of rounding
-         n = int(max(0.0_wp, min(real(asked%keep, wp), duration/asked%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
-            - (real(asked%skip, wp) + first) + 1.0_wp)))
+         n = int(max(0.0_wp, min(real(requested%keep, wp), duration/requested%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
+            - (real(requested%skip, wp) + first) + 1.0_wp)))
          allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%body(2, bodies, n), &
             sections%impacts(n))
-         sections%tau = [(min(duration, (real(asked%skip + k - 1, wp) + first)*asked%period), k=1, n)]
-         if (present(modes) .and. asked%records_modes) allocate (sections%modes(2, modes, n))
+         sections%tau = [(min(duration, (real(requested%skip + k - 1, wp) + first)*requested%period), k=1, n)]
+         if (present(modes) .and. requested%records_modes) allocate (sections%modes(2, modes, n))
       end associate
    end subroutine open_sections
 

@@ -173,12 +173,12 @@ contains
       real(wp), intent(in) :: omega
       complex(wp) :: value
 
-      real(wp) :: angle, share
+      real(wp) :: angle, sinc
 
       angle = 0.5_wp*omega*length
-      share = 1.0_wp - angle**2/6.0_wp
-      if (abs(angle) > 1.0e-4_wp) share = sin(angle)/angle
-      value = length*share*exp(cmplx(0.0_wp, -omega*(from + 0.5_wp*length), wp))
+      sinc = 1.0_wp - angle**2/6.0_wp
+      if (abs(angle) > 1.0e-4_wp) sinc = sin(angle)/angle
+      value = length*sinc*exp(cmplx(0.0_wp, -omega*(from + 0.5_wp*length), wp))
    end function of_rectangle
 
 end module spectrum_windows

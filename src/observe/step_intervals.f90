@@ -237,10 +237,10 @@ contains
       real(wp) :: impulse
 
       ! weight of the value at the end of the step in the mean force
-      real(wp) :: share
+      real(wp) :: fraction
 
-      share = 0.5_wp*time/self%length
-      impulse = time*((1.0_wp - share)*self%line(1, k) + share*self%line(2, k))
+      fraction = 0.5_wp*time/self%length
+      impulse = time*((1.0_wp - fraction)*self%line(1, k) + fraction*self%line(2, k))
    end function impulse
 
    !> Integrals of cubics and of their squares by the mass matrix of the Hermite shape functions, and of linear

@@ -153,13 +153,14 @@ contains
    subroutine summarise(reversals, has_default, classes, found)
       !> Stresses at the reversals
       real(wp), intent(in) :: reversals(:)
-      !> The settings give no threshold: reversals by less than `default_share` of the range of the stress do not count
+      !> The settings give no threshold: reversals by less than `default_fraction` of the range of the stress do not
+      !> count
       logical, intent(in) :: has_default
       !> Number of classes
       integer, intent(in) :: classes
       type(moment_window_t), intent(inout) :: found
 
-      real(wp), parameter :: default_share = 0.01_wp
+      real(wp), parameter :: default_fraction = 0.01_wp
       type(reversal_search_t) :: search
       type(turning_points_t) :: points
       real(wp), allocatable :: counted(:)
@@ -168,7 +169,7 @@ contains
       integer :: i, number, place
 
       threshold = 0.0_wp
-      if (has_default .and. size(reversals) > 0) threshold = default_share*(maxval(reversals) - minval(reversals))
+      if (has_default .and. size(reversals) > 0) threshold = default_fraction*(maxval(reversals) - minval(reversals))
       do i = 1, size(reversals)
          call add_value(reversals(i), threshold, search, points)
       end do

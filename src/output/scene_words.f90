@@ -199,7 +199,7 @@ contains
             ', gamma = '//rounded(response%newmark_gamma)
          if (response%method == method_newmark .and. response%mode_count > 0) then
             words = words//', in '//to_text(response%mode_count)//' modes'
-         else if (response%steps_modes) then
+         else if (response%steps_in_modes) then
             words = words//', in modes'
          end if
          words = words//phrase(units, ', {d tau~dt} = ', 'time', response%step) &

@@ -14,19 +14,19 @@ module paper_outcomes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, displacement_end, energy_end, &
+   public :: outcome_t, find_outcome, end_levels, end_fractions, definition_count, displacement_end, energy_end, &
       never, sample_step
 
    !> Levels of |eta_c| whose last exceedance is the end of motion by the first three definitions.
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]
    !> Fractions of the initial energy above rest; the last exceedance of each fraction is the end of motion by one of
    !> the last three definitions.
-   real(wp), parameter :: end_shares(3) = [0.05_wp, 0.01_wp, 0.002_wp]
+   real(wp), parameter :: end_fractions(3) = [0.05_wp, 0.01_wp, 0.002_wp]
    !> Indices of the two definitions that statements quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy
    !> remains.
    integer, parameter :: displacement_end = 2
    integer, parameter :: energy_end = size(end_levels) + 2
-   integer, parameter :: definition_count = size(end_levels) + size(end_shares)
+   integer, parameter :: definition_count = size(end_levels) + size(end_fractions)
 
    !> Number of modes whose share of the energy is measured.
    integer, parameter :: measured_modes = 8
@@ -42,7 +42,7 @@ module paper_outcomes
 
    !> Measures of one case in one variant.
    type :: outcome_t
-      !> Instants tau of the end of motion by `end_levels`, then by `end_shares`
+      !> Instants tau of the end of motion by `end_levels`, then by `end_fractions`
       real(wp) :: end_tau(definition_count) = never
       !> Instant tau of the first impact
       real(wp) :: impact_tau = never
@@ -69,7 +69,7 @@ module paper_outcomes
       !> Maximum velocity of approach in impacts after the main rebound
       real(wp) :: later_velocity = 0.0_wp
       !> Fraction of the energy in each of the lowest modes, shortly after the start of the main rebound
-      real(wp) :: energy_share(measured_modes) = 0.0_wp
+      real(wp) :: energy_fraction(measured_modes) = 0.0_wp
       !> Fraction of the modes above the second in the sum of all modal amplitudes at the stop, for displacement and for
       !> velocity, shortly after the start of the main rebound
       real(wp) :: high_mode_displacement = 0.0_wp
@@ -186,9 +186,9 @@ contains
             ! at the last sample the level is still exceeded: the end lies beyond the run (`never`)
             if (last < size(tau)) outcome%end_tau(i) = tau(last)
          end do
-         do i = 1, size(end_shares)
-            last = findloc(energy%kinetic + energy%strain + energy%stop - rest_energy > end_shares(i)*initial_energy, &
-               .true., dim=1, back=.true.)
+         do i = 1, size(end_fractions)
+            last = findloc(energy%kinetic + energy%strain + energy%stop &
+               - rest_energy > end_fractions(i)*initial_energy, .true., dim=1, back=.true.)
             if (last < size(tau)) outcome%end_tau(size(end_levels) + i) = tau(last)
          end do
          outcome%created = energy%created(size(tau))/initial_energy
@@ -251,7 +251,7 @@ contains
       v = matmul(product, modes%mode)
       energy = 0.5_wp*(v**2 + modes%square*q**2)
       n = min(measured_modes, 2*n)
-      outcome%energy_share(:n) = energy(:n)/sum(energy)
+      outcome%energy_fraction(:n) = energy(:n)/sum(energy)
       amplitude = abs(modes%mode(modes%stop_dof, :))*sqrt(2.0_wp*energy/modes%square)
       outcome%high_mode_displacement = sum(amplitude(3:))/sum(amplitude)
       amplitude = amplitude*sqrt(modes%square)

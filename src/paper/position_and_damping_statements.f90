@@ -31,9 +31,9 @@ contains
       integer :: variant, i
 
       do variant = 1, variant_count
-         third_mode(variant) = max(position%outcome(at_050, variant)%energy_share(3), &
-            position%outcome(at_087, variant)%energy_share(3))
-         second_mode(variant) = position%outcome(at_070, variant)%energy_share(2)
+         third_mode(variant) = max(position%outcome(at_050, variant)%energy_fraction(3), &
+            position%outcome(at_087, variant)%energy_fraction(3))
+         second_mode(variant) = position%outcome(at_070, variant)%energy_fraction(2)
          end_tau = end_tau_of(position, variant, displacement_end)
          earliest(variant) = position%value(minloc(end_tau, dim=1))
       end do
@@ -42,12 +42,12 @@ contains
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
          'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third_mode, &
          third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_share(3), i=1, size(end_tau))], 5), &
+         listed([(position%outcome(i, fine)%energy_fraction(3), i=1, size(end_tau))], 5), &
          'nodes of mode 3 lie at 0.504 and 0.868')
       call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
          'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second_mode, &
          second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_share(2), i=1, size(end_tau))], 5), &
+         listed([(position%outcome(i, fine)%energy_fraction(2), i=1, size(end_tau))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
          'Lc/L that ends soonest, 0.875', earliest, first, 'ends at tau = '//listed(end_tau, 1)// &

@@ -12,7 +12,7 @@ module statements_file
    use number_text, only: to_text
    use paper_cases, only: variant_count, variant_t
    use paper_convergence, only: convergence_t, impulse_kinds
-   use paper_outcomes, only: definition_count, end_levels, end_shares, never
+   use paper_outcomes, only: definition_count, end_levels, end_fractions, never
    use paper_series, only: series_names, series_t
    use process, only: open_text, text_of
    use quantity_groups, only: quantity_group_t
@@ -147,10 +147,10 @@ contains
          call add(trim(end_name), or_nan(series%outcome%end_tau(i)), 'tau when |eta_c| last exceeds '// &
             to_text(end_levels(i)))
       end do
-      do i = 1, size(end_shares)
+      do i = 1, size(end_fractions)
          write (end_name, '(a, i0)') 'end_energy_', i
          call add(trim(end_name), or_nan(series%outcome%end_tau(size(end_levels) + i)), &
-            "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
+            "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_fractions(i)))
       end do
       call add('first_impact', or_nan(series%outcome%impact_tau), 'first contact with the stop, tau')
       call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')

@@ -24,8 +24,8 @@ contains
 
       real(wp), parameter :: period = 2.0_wp*pi
       ! results of `compare` for each kappa, and for kappa = 10 in each variant
-      real(wp), dimension(size(soft%cases)) :: difference, indentation, share
-      real(wp), dimension(variant_count) :: difference_10, indentation_10, share_10
+      real(wp), dimension(size(soft%cases)) :: difference, indentation, contact_fraction
+      real(wp), dimension(variant_count) :: difference_10, indentation_10, fraction_10
       ! conditions of statements 2a, 2b and 2c at kappa = 10
       logical, dimension(variant_count) :: similar, stiff, short
       character(240) :: detail(3)
@@ -34,21 +34,22 @@ contains
 
       detail = ''
       do variant = 1, variant_count
-         call compare(soft, rigid, rigid_case, variant, period, difference, indentation, share)
+         call compare(soft, rigid, rigid_case, variant, period, difference, indentation, contact_fraction)
          ! the value printed in the paper is kappa = 10, the first of the series
          difference_10(variant) = difference(1)
          indentation_10(variant) = indentation(1)
-         share_10(variant) = share(1)
+         fraction_10(variant) = contact_fraction(1)
          similar(variant) = difference(1) < 0.05_wp
          stiff(variant) = indentation(1) < 0.01_wp
-         short(variant) = share(1) < 0.05_wp
+         short(variant) = contact_fraction(1) < 0.05_wp
          if (variant /= fine) cycle
          detail(1) = 'at kappa = 10, 1e2 ... 1e5: '//listed(difference, 4)
          remark(1) = 'with the printed kappa; from kappa = '//first_kappa_below(difference, 0.05_wp)//' on it does'
          detail(2) = 'at kappa = 10, 1e2 ... 1e5: '//listed(indentation, 5)
          remark(2) = 'with the printed kappa; from kappa = '//first_kappa_below(indentation, 0.01_wp)//' on it does'
-         detail(3) = 'at kappa = 10, 1e2 ... 1e5: '//listed(share, 4)
-         remark(3) = 'with the printed kappa; from kappa = '//first_kappa_below(share, 0.05_wp)//' on it does'
+         detail(3) = 'at kappa = 10, 1e2 ... 1e5: '//listed(contact_fraction, 4)
+         remark(3) = 'with the printed kappa; from kappa = '//first_kappa_below(contact_fraction, 0.05_wp) &
+            //' on it does'
       end do
       call add_statement(list, '2a', 'The two models of the stop give no marked difference.', &
          'difference of the main peaks at the printed kappa = 10, under 0.05', difference_10, similar, &
@@ -57,7 +58,7 @@ contains
          'deepest indentation in eta at the printed kappa = 10, under 0.01', indentation_10, stiff, trim(detail(2)), &
          'the printed kappa has probably lost its exponent', trim(remark(2)))
       call add_statement(list, '2c', 'The time of an impact is short against the period.', &
-         'first contact over 2 pi at the printed kappa = 10, under 0.05', share_10, short, trim(detail(3)), &
+         'first contact over 2 pi at the printed kappa = 10, under 0.05', fraction_10, short, trim(detail(3)), &
          'a first contact is a series of impacts and rests that lasts as long as the higher modes press the beam '// &
          'on the stop', &
          trim(remark(3)))
@@ -81,7 +82,7 @@ contains
    end subroutine judge_models
 
    !> Compare both models of the stop in one variant.
-   subroutine compare(soft, rigid, rigid_case, variant, period, difference, indentation, share)
+   subroutine compare(soft, rigid, rigid_case, variant, period, difference, indentation, contact_fraction)
       !> Series of three-element stops, and series with the rigid stop
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
@@ -95,7 +96,7 @@ contains
       !> Maximum indentation, [kappa]
       real(wp), intent(out) :: indentation(:)
       !> Duration of the first contact relative to the period, [kappa]
-      real(wp), intent(out) :: share(:)
+      real(wp), intent(out) :: contact_fraction(:)
 
       integer :: i
 
@@ -103,7 +104,7 @@ contains
          associate (compliant => soft%outcome(i, variant), rigid_result => rigid%outcome(rigid_case, variant))
             difference(i) = abs(compliant%main_peak - rigid_result%main_peak)
             indentation(i) = compliant%indentation
-            share(i) = compliant%contact_length/period
+            contact_fraction(i) = compliant%contact_length/period
          end associate
       end do
    end subroutine compare

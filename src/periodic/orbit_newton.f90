@@ -51,7 +51,7 @@ contains
       type(initial_state_t) :: trial
       type(map_result_t) :: result
       real(wp), allocatable :: correction(:), residual(:)
-      real(wp) :: step_share, size_of_residual
+      real(wp) :: step_fraction, size_of_residual
       logical :: is_admissible
       integer :: halving, step
 
@@ -71,24 +71,24 @@ contains
          if (step == max_steps) return
          call find_correction(map, solution%map, residual, correction, direction)
          if (.not. allocated(correction)) return
-         step_share = 1.0_wp
+         step_fraction = 1.0_wp
          do halving = 0, max_halvings
             if (halving == max_halvings) return
             trial = solution%initial
             associate (n => size(residual))
-               call set_unknowns(map, unknowns_of(map, trial%state) + step_share*map%unit(:n)*correction(:n), &
+               call set_unknowns(map, unknowns_of(map, trial%state) + step_fraction*map%unit(:n)*correction(:n), &
                   trial%state, is_admissible)
-               trial%value = trial%value + step_share*map%unit(n + 1)*correction(n + 1)
+               trial%value = trial%value + step_fraction*map%unit(n + 1)*correction(n + 1)
             end associate
-            ! the parameter, if there is one (`by_nothing` is 0), must neither vanish nor change its sign
+            ! the parameter, if there is one (`no_parameter` is 0), must neither vanish nor change its sign
             if (map%parameter > 0) is_admissible = is_admissible .and. trial%value/guess%value > 0.1_wp
-            step_share = 0.5_wp*step_share
+            step_fraction = 0.5_wp*step_fraction
             if (.not. is_admissible) cycle
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
             solution%min_speed = min(solution%min_speed, result%min_speed)
-            ! a sufficient decrease; `step_share` has been halved already
-            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_share)*size_of_residual) exit
+            ! a sufficient decrease; `step_fraction` has been halved already
+            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_fraction)*size_of_residual) exit
          end do
          solution%initial = trial
          solution%map = result

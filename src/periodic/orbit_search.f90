@@ -14,7 +14,7 @@ module orbit_search
    use run_settings, only: run_settings_t
    use section_map, only: find_units, open_section_map, quantity_of, run_map, section_map_t, shift_section, &
       value_of_parameter
-   use tangent_columns, only: by_amplitude, by_frequency, by_nothing
+   use tangent_columns, only: load_amplitude, load_frequency, no_parameter
    implicit none (type, external)
    private
    public :: find_orbits
@@ -42,9 +42,9 @@ contains
       call open_section_map(model, settings, options%period, map, error)
       if (allocated(error)) return
       map%load = options%load
-      map%parameter = by_nothing
-      if (options%varied == vary_amplitude) map%parameter = by_amplitude
-      if (options%varied == vary_frequency) map%parameter = by_frequency
+      map%parameter = no_parameter
+      if (options%varied == vary_amplitude) map%parameter = load_amplitude
+      if (options%varied == vary_frequency) map%parameter = load_frequency
       call find_first_orbit(map, options, orbit, error)
       if (allocated(error)) return
       allocate (study)

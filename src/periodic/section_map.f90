@@ -19,7 +19,7 @@ module section_map
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
-   use tangent_columns, only: by_amplitude, by_frequency, by_nothing, allocate_tangent
+   use tangent_columns, only: load_amplitude, load_frequency, no_parameter, allocate_tangent
    implicit none (type, external)
    private
    public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, set_unknowns
@@ -38,7 +38,7 @@ module section_map
       real(wp) :: section_phase = 0.0_wp
       !> Parameter of the map besides the state, one of the `by_` constants, and the number of its load among the
       !> harmonic loads, forces first
-      integer :: parameter = by_nothing
+      integer :: parameter = no_parameter
       integer :: load = 0
       !> Contacts with their laws, and modal values at the contacts times the signs of the contacts, [modes, contacts]
       type(contact_state_t), allocatable :: contacts(:)
@@ -139,10 +139,10 @@ contains
       type(time_course_t), allocatable :: courses(:)
 
       value = 0.0_wp
-      if (map%parameter == by_nothing) return
+      if (map%parameter == no_parameter) return
       allocate (courses, source=courses_of(map%settings))
       associate (course => courses(index_of_load(map)))
-         value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
+         value = merge(course%amplitude, course%frequency, map%parameter == load_amplitude)
       end associate
    end function value_of_parameter
 
@@ -154,7 +154,7 @@ contains
       integer :: forces
 
       quantity = 'frequency'
-      if (map%parameter /= by_amplitude) return
+      if (map%parameter /= load_amplitude) return
       forces = count_forces(map%settings)
       associate (g => index_of_load(map))
          if (g > forces) then
@@ -193,7 +193,7 @@ contains
 
       settings = map%settings
       ratio = 1.0_wp
-      if (map%parameter == by_frequency) ratio = value/value_of_parameter(map)
+      if (map%parameter == load_frequency) ratio = value/value_of_parameter(map)
       period = map%period/ratio
       forces = count_forces(settings)
       do g = 1, forces
@@ -204,7 +204,7 @@ contains
             call shift_phase(settings%bases(g)%course)
          end do
       end if
-      if (map%parameter /= by_amplitude) return
+      if (map%parameter /= load_amplitude) return
       g = index_of_load(map)
       if (g <= forces) then
          settings%forces(g)%course%amplitude = value
@@ -293,7 +293,7 @@ contains
             tangent%branch_force(map%branch_contacts(k), 2*modes + k) = 1.0_wp
          end do
          tangent%parameter = map%parameter
-         if (map%parameter /= by_nothing) tangent%load = index_of_load(map)
+         if (map%parameter /= no_parameter) tangent%load = index_of_load(map)
       end associate
       call run_map(map, value, real(map%periods, wp), result%end, result%response, error)
       result%failed = allocated(error)
@@ -306,7 +306,7 @@ contains
          derivative(:modes, :) = tangent%q
          derivative(modes + 1:2*modes, :) = tangent%v
          derivative(2*modes + 1:, :) = tangent%branch_force(map%branch_contacts, :)
-         if (map%parameter == by_frequency) then
+         if (map%parameter == load_frequency) then
             ! the run ends earlier by length/value per unit of the frequency; after a run, `boundary_rates` holds
             ! the time derivatives of the state at its end
             length = result%response%sections%period*real(map%periods, wp)

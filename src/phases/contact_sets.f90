@@ -3,7 +3,7 @@
 !> exp(s t). If each mode has its own damping ratio, rigid contacts also apply forces, to the free modes (section 18). A
 !> set is made at first use and cached.
 module contact_sets
-   use compliant_stop, only: has_same_impedance, impedance_t, is_rigid_stop
+   use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
       make_constrained_set, find_static_state
    use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms
@@ -12,7 +12,7 @@ module contact_sets
    use forced_responses, only: unit_responses_t
    use kinds, only: i8, wp
    use modal_signal, only: modal_state_t
-   use power_integrals, only: power_form_t, span_t
+   use power_integrals, only: power_form_t, interval_terms_t
    use row_integrals, only: shared_rows_t
    use signal_integrals, only: squares_t
    implicit none (type, external)
@@ -41,7 +41,7 @@ module contact_sets
       type(power_form_t), allocatable :: losses(:)
       logical :: has_beam_losses = .false., has_stop_losses = .false.
       !> Values of the terms at the start of the phase and at the last requested time
-      type(span_t) :: span
+      type(interval_terms_t) :: span
       !> Responses of the set to unit loads; unallocated: no loads, or not used yet
       type(unit_responses_t), allocatable :: forced
       !> Integrals of products of the terms, for integrals of squared signals
@@ -83,7 +83,7 @@ module contact_sets
       private
       type(free_beam_t) :: beam
       logical, allocatable :: is_rigid(:)
-      type(impedance_t), allocatable :: spring(:)
+      type(dynamic_stiffness_t), allocatable :: spring(:)
       !> Unallocated: no set was made yet
       type(set_pointer_t), allocatable :: sets(:)
       integer :: count = 0
@@ -112,8 +112,8 @@ contains
       type(free_beam_t), intent(in) :: beam
       !> Of each contact, [contacts]
       logical, intent(in) :: is_rigid(:)
-      !> Impedances of compliant contacts, [contacts]
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of compliant contacts, [contacts]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(set_store_t), intent(inout) :: store
 
       integer :: i
@@ -169,13 +169,13 @@ contains
       class(beam_sets_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
-      type(impedance_t), intent(in) :: spring(:)
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       logical :: answer
 
       answer = .false.
       if (store%count == 0) return
       if (size(is_rigid) /= size(store%is_rigid) .or. size(beam%tip_value) /= size(store%beam%tip_value)) return
-      answer = all(is_rigid .eqv. store%is_rigid) .and. all(has_same_impedance(spring, store%spring))
+      answer = all(is_rigid .eqv. store%is_rigid) .and. all(has_same_dynamic_stiffness(spring, store%spring))
       if (.not. answer) return
       associate (old => store%beam)
          answer = all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
@@ -437,7 +437,7 @@ contains
                set%gap(set%compliant, m) = -coupled%indentation(:, m)
                set%gap(constrained%closed, m) = 0.0_wp
                set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &
-                  - matmul(constrained%share(:, set%compliant), coupled%force(:, m))
+                  - matmul(constrained%balanced_fraction(:, set%compliant), coupled%force(:, m))
             end do
          end associate
       end if
@@ -447,8 +447,8 @@ contains
    !> Let a set share the output rows of a set with the same stops on other sides, unless forces are among the rows: a
    !> force changes its sign with the side.
    subroutine share_rows(spring, other, set)
-      !> Impedances of the closed compliant contacts
-      type(impedance_t), intent(in) :: spring(:)
+      !> Dynamic stiffnesses of the closed compliant contacts
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(contact_set_t), intent(in) :: other
       !> Its terms point to those of the other set
       type(contact_set_t), intent(inout) :: set
@@ -464,7 +464,7 @@ contains
    !> Is the force of a closed compliant contact something else than a combination of its gap and gap rate, which the
    !> force of spring and damper is?
    elemental function has_force_row(spring) result(answer)
-      type(impedance_t), intent(in) :: spring
+      type(dynamic_stiffness_t), intent(in) :: spring
       logical :: answer
 
       answer = spring%branch_stiffness > 0.0_wp .or. is_rigid_stop(spring)
@@ -483,7 +483,7 @@ contains
          end associate
          set%rest_gap = constrained%static_gap + matmul(set%rest_modes, constrained%value)
          set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest_modes) &
-            - matmul(constrained%share(:, set%compliant), set%rest_force)
+            - matmul(constrained%balanced_fraction(:, set%compliant), set%rest_force)
       end associate
    end subroutine find_equilibrium
 

@@ -9,7 +9,7 @@ module motion_phases
    use response_types, only: response_t
    use run_observers, only: observers_t
    use run_progress, only: report_progress
-   use run_recorder, only: asked_t, record_sample, record_shape, next_sample_time, recorder_t, sample_t, &
+   use run_recorder, only: requested_t, record_sample, record_shape, next_sample_time, recorder_t, sample_t, &
       samples_before, &
       shape_due
    use run_settings, only: response_settings_t
@@ -87,15 +87,15 @@ module motion_phases
       end subroutine state_interface
 
       !> Compute the next sample; samples are requested in order, at equal steps.
-      subroutine sample_interface(self, time, step, asked, sample)
-         import :: asked_t, phase_t, sample_t, wp
+      subroutine sample_interface(self, time, step, requested, sample)
+         import :: requested_t, phase_t, sample_t, wp
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
          !> Since the start of the phase
          real(wp), intent(in) :: time
          !> Sampling interval
          real(wp), intent(in) :: step
-         type(asked_t), intent(in) :: asked
+         type(requested_t), intent(in) :: requested
          !> The sample. Its values are those of the previous sample (zero at the first sample of a phase), so quantities
          !> that are always zero need not be set
          type(sample_t), intent(inout) :: sample
@@ -214,9 +214,9 @@ contains
          end do
          do while (samples_before(recorder, end_tau, is_last))
             call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &
-               recorder%asked, sample)
+               recorder%requested, sample)
             recorder%next = recorder%next + 1
-            call record_sample(recorder%next, sample, recorder%ledger, response)
+            call record_sample(recorder%next, sample, recorder%energy_balance, response)
          end do
       end associate
    end subroutine record_phase

@@ -7,7 +7,7 @@ module set_motions
    use damped_oscillators, only: propagate
    use kinds, only: wp
    use point_forces, only: find_point_forces
-   use power_integrals, only: find_span
+   use power_integrals, only: find_interval_terms
    implicit none (type, external)
    private
    public :: find_end_terms, state_in, state_of_terms, point_response
@@ -49,7 +49,7 @@ contains
       complex(wp), intent(out) :: term(:)
 
       if (set%has_stop_losses) then
-         call find_span(set%losses(2), amplitude, time, set%span)
+         call find_interval_terms(set%losses(2), amplitude, time, set%span)
          term = set%span%term
       else
          term = terms_at(set%coupled, amplitude, time)

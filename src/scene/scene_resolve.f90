@@ -264,7 +264,7 @@ contains
       if (input%has('response', 'mode_tolerance') .and. .not. response%mode_tolerance < huge(1.0_wp)) then
          response%keep_all_modes = .true.
       end if
-      response%steps_modes = response%method == method_newmark .and. (response%keep_all_modes .or. &
+      response%steps_in_modes = response%method == method_newmark .and. (response%keep_all_modes .or. &
          input%has('response', 'accuracy') .or. input%has('response', 'mode_tolerance'))
 
    contains

@@ -155,7 +155,7 @@ module run_settings
       !> `exact`: number of the lowest modes that are used; 0: as many as `accuracy` requires
       integer :: mode_count = 0
       !> Newmark: integrate in modes, chosen as for `exact`, even if `mode_count` is 0
-      logical :: steps_modes = .false.
+      logical :: steps_in_modes = .false.
    end type response_settings_t
 
    !> Settings of &output: contents of the results file besides the events.
@@ -304,7 +304,7 @@ contains
       type(response_settings_t), intent(in) :: response
       logical :: answer
 
-      answer = response%method == method_exact .or. response%steps_modes .or. response%mode_count > 0
+      answer = response%method == method_exact .or. response%steps_in_modes .or. response%mode_count > 0
    end function moves_in_modes
 
    !> The end of a run, tau; with Newmark's method the run ends at the last sample.

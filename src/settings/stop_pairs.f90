@@ -29,7 +29,7 @@ contains
       character(:), allocatable :: conflict
 
       real(wp) :: clearance, rounding
-      logical :: share_side
+      logical :: have_common_side
 
       conflict = ''
       if (max(one%body, other%body) > 0) then
@@ -38,9 +38,9 @@ contains
             //'each other'
          return
       end if
-      share_side = (one%side /= side_above .and. other%side /= side_above) .or. &
+      have_common_side = (one%side /= side_above .and. other%side /= side_above) .or. &
          (one%side /= side_below .and. other%side /= side_below)
-      if (share_side .and. (one%law == law_restitution .neqv. other%law == law_restitution)) then
+      if (have_common_side .and. (one%law == law_restitution .neqv. other%law == law_restitution)) then
          conflict = 'one is rigid, one yields, and both are on one side; keep one of them, or give each a position'
          return
       end if

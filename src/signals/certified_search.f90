@@ -485,15 +485,15 @@ contains
       real(wp), intent(in) :: slope
       real(wp) :: step
 
-      real(wp) :: share, change
+      real(wp) :: ratio, change
 
       step = -value/slope
       change = value - value_before
       if (.not. (slope < 0.0_wp .and. slope_before < 0.0_wp .and. abs(value) < 0.5_wp*abs(change))) return
-      share = value/change
+      ratio = value/change
       ! Hermite's polynomial, with its origin at the second point
-      step = step - share**2*(distance*(3.0_wp - 2.0_wp*share) - change*(2.0_wp/slope + 1.0_wp/slope_before) &
-         + share*change*(1.0_wp/slope + 1.0_wp/slope_before))
+      step = step - ratio**2*(distance*(3.0_wp - 2.0_wp*ratio) - change*(2.0_wp/slope + 1.0_wp/slope_before) &
+         + ratio*change*(1.0_wp/slope + 1.0_wp/slope_before))
    end function inverse_cubic_step
 
 end module certified_search

@@ -11,7 +11,7 @@ module flight_peaks
 contains
 
    !> The maximum of a signal between two zeros. If it is certain, no value of the signal exceeds it by more than the
-   !> share `peak_tolerance`.
+   !> fraction `peak_tolerance`.
    subroutine find_peak(signal, history, is_certain, peak, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Evaluations of the search for the second zero; further evaluations are inserted
@@ -136,22 +136,22 @@ contains
    end function step_to_maximum
 
    !> Maximum of the cubic through the values and slopes of two evaluations, as a fraction of their distance in time.
-   pure function cubic_maximum(distance, earlier, later) result(share)
+   pure function cubic_maximum(distance, earlier, later) result(fraction)
       real(wp), intent(in) :: distance
       !> The earlier evaluation; the signal rises there
       type(bounds_t), intent(in) :: earlier
       !> The later evaluation; the signal falls there
       type(bounds_t), intent(in) :: later
-      real(wp) :: share
+      real(wp) :: fraction
 
       real(wp) :: bend, mean, middle
 
       mean = (later%value - earlier%value)/distance
-      ! at share x the cubic has the slope earlier%slope + 2 middle x + bend x^2
+      ! at fraction x the cubic has the slope earlier%slope + 2 middle x + bend x^2
       middle = 3.0_wp*mean - 2.0_wp*earlier%slope - later%slope
       bend = 3.0_wp*(earlier%slope + later%slope - 2.0_wp*mean)
-      share = earlier%slope/(sqrt(max(middle**2 - bend*earlier%slope, 0.0_wp)) - middle)
-      if (.not. (share > 0.0_wp .and. share < 1.0_wp)) share = 0.5_wp
+      fraction = earlier%slope/(sqrt(max(middle**2 - bend*earlier%slope, 0.0_wp)) - middle)
+      if (.not. (fraction > 0.0_wp .and. fraction < 1.0_wp)) fraction = 0.5_wp
    end function cubic_maximum
 
    !> Does a signal certainly stay below a level between two evaluations? The time between them is divided at one of 16

@@ -309,15 +309,15 @@ contains
       end do
       do k = 1, size(total)
          at_end = amplitude(k)*exponential(s, band%length)
-         call add_shares(real(at_end*conjg(s), wp), real(at_end, wp), total(k)%end_re, total(k)%end_im)
-         call add_shares(-real(amplitude(k)*conjg(s), wp), -real(amplitude(k), wp), total(k)%start_re, &
+         call add_contributions(real(at_end*conjg(s), wp), real(at_end, wp), total(k)%end_re, total(k)%end_im)
+         call add_contributions(-real(amplitude(k)*conjg(s), wp), -real(amplitude(k), wp), total(k)%start_re, &
             total(k)%start_im)
       end do
 
    contains
 
       !> Add (fixed - i omega factor) divided by the denominator.
-      pure subroutine add_shares(fixed, factor, sum_re, sum_im)
+      pure subroutine add_contributions(fixed, factor, sum_re, sum_im)
          real(wp), intent(in) :: fixed
          real(wp), intent(in) :: factor
          real(wp), intent(inout) :: sum_re(band_size)
@@ -330,7 +330,7 @@ contains
             sum_re(j) = sum_re(j) + fixed*re(j) + factor*omega_im(j)
             sum_im(j) = sum_im(j) + fixed*im(j) - factor*omega_re(j)
          end do
-      end subroutine add_shares
+      end subroutine add_contributions
    end subroutine add_far
 
    !> Add an exponential and its conjugate by their kernels, which hold for small z too.

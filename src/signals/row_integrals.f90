@@ -13,7 +13,7 @@ module row_integrals
    use row_signals, only: row_signal_t
    implicit none (type, external)
    private
-   public :: row_span_t, shared_rows_t, make_row_form, find_row_span, integrate_rows
+   public :: row_interval_terms_t, shared_rows_t, make_row_form, find_row_interval_terms, integrate_rows
 
    !> Number of signals for which the matrix is read once.
    integer, parameter :: signals_at_once = 4
@@ -43,7 +43,7 @@ module row_integrals
    integer, parameter :: integral_sum = 1, start_sum = 2, change_sum = 3, square_sum = 4
 
    !> The terms z of a row basis over a part of a phase.
-   type :: row_span_t
+   type :: row_interval_terms_t
       !> Start of the part, since the start of the phase, and its length; negative length: the terms are not computed
       real(wp) :: from = 0.0_wp
       real(wp) :: length = -1.0_wp
@@ -54,7 +54,7 @@ module row_integrals
       !> are computed, [2 rows]
       real(wp), allocatable :: sums(:, :)
       integer, allocatable :: known(:)
-   end type row_span_t
+   end type row_interval_terms_t
 
 contains
 
@@ -79,7 +79,7 @@ contains
    end subroutine make_row_form
 
    !> Compute the terms over a part of a phase, unless they are those of the call before.
-   pure subroutine find_row_span(basis, form, z, from, length, span)
+   pure subroutine find_row_interval_terms(basis, form, z, from, length, span)
       type(row_basis_t), intent(in) :: basis
       type(row_form_t), intent(in) :: form
       !> Amplitudes at the start of the phase, [padded terms, 2]
@@ -88,7 +88,7 @@ contains
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
       !> The terms; the caller sets their length negative when a new phase begins
-      type(row_span_t), intent(inout) :: span
+      type(row_interval_terms_t), intent(inout) :: span
 
       real(wp), dimension(size(z, 1)) :: less_one, modulus_change, power, power_imag
       integer :: m, n
@@ -122,23 +122,23 @@ contains
          span%square(m) = (span%start(m, 1)**2 + span%start(m, 2)**2)*decay_integral(basis%decay(m), length, &
             modulus_change(m))
       end do
-   end subroutine find_row_span
+   end subroutine find_row_interval_terms
 
    !> Integrals of signals without slope, and of their squares. Signals made of the same rows share their sums: the
    !> square of f y + g y' is f^2 y^2 + f g d(y^2)/dt + g^2 y'^2.
    pure subroutine integrate_rows(basis, form, span, signals, first, second)
       type(row_basis_t), intent(in) :: basis
       type(row_form_t), intent(in) :: form
-      !> From `find_row_span`; receives the sums of rows
-      type(row_span_t), intent(inout) :: span
+      !> From `find_row_interval_terms`; receives the sums of rows
+      type(row_interval_terms_t), intent(inout) :: span
       !> Signals whose `slope` is zero
       type(row_signal_t), intent(in) :: signals(:)
       !> Integrals of each signal and, if requested, of its square, [signals]
       real(wp), intent(out) :: first(:)
       real(wp), intent(out), optional :: second(:)
 
-      ! a square that is a smaller share of the squares of its two parts would lose digits
-      real(wp), parameter :: min_share = 1.0e-3_wp
+      ! a square that is a smaller fraction of the squares of its two parts would lose digits
+      real(wp), parameter :: min_fraction = 1.0e-3_wp
       real(wp) :: separate, square, sums(square_sum, 1), total
       integer :: i, rate, value
 
@@ -153,7 +153,7 @@ contains
             separate = f**2*span%sums(square_sum, value) + g**2*span%sums(square_sum, rate)
             square = separate + f*g*span%sums(change_sum, value)*(2.0_wp*span%sums(start_sum, value) &
                + span%sums(change_sum, value))
-            if (square < min_share*separate) then
+            if (square < min_fraction*separate) then
                call sum_rows(basis%terms, form, span, square_sum, &
                   reshape(f*basis%coefficient(:, :, value) + g*basis%coefficient(:, :, rate), &
                   [size(basis%decay), 2, 1]), sums)
@@ -168,7 +168,7 @@ contains
    pure subroutine find_row_sums(basis, form, span, signals, columns)
       type(row_basis_t), intent(in) :: basis
       type(row_form_t), intent(in) :: form
-      type(row_span_t), intent(inout) :: span
+      type(row_interval_terms_t), intent(inout) :: span
       type(row_signal_t), intent(in) :: signals(:)
       !> Number of columns of the sums
       integer, intent(in) :: columns
@@ -200,7 +200,7 @@ contains
    pure subroutine sum_rows(terms, form, span, columns, c, sums)
       integer, intent(in) :: terms
       type(row_form_t), intent(in) :: form
-      type(row_span_t), intent(in) :: span
+      type(row_interval_terms_t), intent(in) :: span
       !> Number of columns of the sums
       integer, intent(in) :: columns
       !> Coefficients of the terms, real part and minus imaginary part, [padded terms, 2, rows]

@@ -49,7 +49,7 @@ contains
       real(wp), dimension(size(weight)) :: low, high
       ! weighted sums of the derivatives in each SIMD lane; s^(k)/k!
       real(wp) :: total(lanes, max_derivatives), coefficient(max_derivatives)
-      real(wp) :: rate, length, remainder, share, step
+      real(wp) :: rate, length, remainder, factor, step
       integer :: terms
       logical :: is_short
 
@@ -73,9 +73,9 @@ contains
          call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
          call find_coefficients(total, 4, terms + 1, coefficient, slope, harmonics, frequency)
          ! the bound of `bound_terms`; squares of the derivatives alone could overflow
-         share = inverse_factorial(terms + 1)*length**terms
-         remainder = sum(abs(weight)*sqrt((share*low)**2 + (share*high)**2*oscillators%inverse_square))
-         if (present(harmonics)) remainder = remainder + share*sum(abs(real(harmonics, wp)) + abs(aimag(harmonics)))
+         factor = inverse_factorial(terms + 1)*length**terms
+         remainder = sum(abs(weight)*sqrt((factor*low)**2 + (factor*high)**2*oscillators%inverse_square))
+         if (present(harmonics)) remainder = remainder + factor*sum(abs(real(harmonics, wp)) + abs(aimag(harmonics)))
       end associate
       if (.not. remainder <= epsilon(1.0_wp)*coefficient(1)) return
       call zero_of_series(coefficient(:terms), length, is_short, step)
@@ -184,7 +184,7 @@ contains
       !> Sums of the derivatives in each SIMD lane
       real(wp), intent(inout) :: total(lanes, max_derivatives)
 
-      real(wp), dimension(lanes) :: next, current, minus_square, share
+      real(wp), dimension(lanes) :: next, current, minus_square, factor
       integer :: b, i, k
 
       total(:, from:to) = 0.0_wp
@@ -192,11 +192,11 @@ contains
          current = low(:, b)
          next = high(:, b)
          minus_square = -square(:, b)
-         share = weight(:, b)
+         factor = weight(:, b)
          do k = from, to
             !$omp simd
             do i = 1, lanes
-               total(i, k) = total(i, k) + share(i)*next(i)
+               total(i, k) = total(i, k) + factor(i)*next(i)
                low(i, b) = minus_square(i)*(current(i) + two_zeta*next(i))
                current(i) = next(i)
                next(i) = low(i, b)

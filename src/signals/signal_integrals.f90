@@ -45,7 +45,7 @@ module signal_integrals
 
    !> Two exponents are a close pair if the magnitude of their sum is below this fraction of the larger magnitude: the
    !> sum loses digits.
-   real(wp), parameter :: close_share = 1.0e-2_wp
+   real(wp), parameter :: close_fraction = 1.0e-2_wp
 
 contains
 
@@ -60,7 +60,7 @@ contains
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
-      ! lengths that differ by less than this share are equal: the ends of an interval are rounded
+      ! lengths that differ by less than this fraction are equal: the ends of an interval are rounded
       real(wp), parameter :: rounding = 1.0e-9_wp
       ! products of terms that have decayed would be subnormal, which is slow
       real(wp), parameter :: negligible = 1.0e-140_wp
@@ -142,7 +142,7 @@ contains
          do n = 1, k
             do m = 1, k
                total = exponent(m) + merge(exponent(n), conjg(exponent(n)), kind == 1)
-               if (abs1(total) > close_share*max(abs1(exponent(m)), abs1(exponent(n)))) then
+               if (abs1(total) > close_fraction*max(abs1(exponent(m)), abs1(exponent(n)))) then
                   inverse = 1.0_wp/total
                   squares%inverse(m, n, 2*kind - 1) = real(inverse, wp)
                   squares%inverse(m, n, 2*kind) = aimag(inverse)

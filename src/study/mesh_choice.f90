@@ -163,10 +163,10 @@ contains
 
    !> Find the mesh of a scene within its tolerance, or within `default_tolerance` if the scene gives no mesh, and make
    !> its beam.
-   subroutine search_mesh(scene, share, beam)
+   subroutine search_mesh(scene, work_fraction, beam)
       type(scene_t), intent(in) :: scene
-      !> Share of the work that the search of a scene without a mesh may take
-      real(wp), intent(in) :: share
+      !> Fraction of the work that the search of a scene without a mesh may take
+      real(wp), intent(in) :: work_fraction
       type(case_beam_t), intent(out) :: beam
 
       type(case_beam_t), allocatable :: first
@@ -184,7 +184,7 @@ contains
       end if
       settings = trial_settings(settings, first%modes%lambda(1))
       settings%output%measures = .true.
-      call refine_mesh(scene, settings, share, beam)
+      call refine_mesh(scene, settings, work_fraction, beam)
       ! Newmark's method does not use the modes
       if (scene%response%method /= method_exact) beam%modes = free_modes_t()
    end subroutine search_mesh
@@ -192,12 +192,12 @@ contains
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
    !> graded mesh differs less from the next finer uniform one.
-   subroutine refine_mesh(scene, settings, share, beam)
+   subroutine refine_mesh(scene, settings, work_fraction, beam)
       type(scene_t), intent(in) :: scene
       !> Settings of the runs that are compared; those of a search that the scene does not request become shorter
       type(run_settings_t), intent(inout) :: settings
-      !> Share of the work that the search of a scene without a mesh may take
-      real(wp), intent(in) :: share
+      !> Fraction of the work that the search of a scene without a mesh may take
+      real(wp), intent(in) :: work_fraction
       type(case_beam_t), intent(out) :: beam
 
       ! ratio of the duration of further runs to the horizon of the first run, up to which it could be compared
@@ -216,7 +216,7 @@ contains
       work = work_of(coarse%response, settings)
       max_work = huge(1.0_wp)
       if (scene%mesh%is_sought) then
-         max_work = share*max(cheap_work, max_work_ratio*work_of_run(coarse, settings, run_settings_of(scene)))
+         max_work = work_fraction*max(cheap_work, max_work_ratio*work_of_run(coarse, settings, run_settings_of(scene)))
          if (.not. allocated(coarse%error)) settings%response%duration = min(settings%response%duration, &
             reserve*horizon_of(coarse%response, settings%response%duration))
       end if

@@ -13,7 +13,7 @@ module exact_scenes
    use natural_solver, only: natural_modes
    use response_types, only: response_t
    use run_settings, only: output_settings_t, response_settings_t, run_settings_t, stop_settings_t
-   use compliant_stop, only: impedance_t
+   use compliant_stop, only: dynamic_stiffness_t
    implicit none (type, external)
    private
    public :: model_for, beam_for, modal_beam_for, close_contact, amplitudes_from, flexibility_of
@@ -95,18 +95,18 @@ contains
    !> The beam on its stop, which yields.
    subroutine close_contact(beam, spring, store, set, error)
       type(free_beam_t), intent(in) :: beam
-      class(impedance_t), intent(in) :: spring
+      class(dynamic_stiffness_t), intent(in) :: spring
       !> Keeps the set
       type(set_store_t), intent(inout) :: store
       type(contact_set_t), pointer, intent(out) :: set
       !> Set when the exponents are not found
       type(failure_t), allocatable, intent(out) :: error
 
-      type(impedance_t) :: impedance
+      type(dynamic_stiffness_t) :: dynamic_stiffness
       logical :: is_new
 
-      impedance = impedance_t(spring%stiffness, spring%branch_stiffness, spring%relaxation_rate, spring%viscosity)
-      call start_sets(beam, [.false.], [impedance], store)
+      dynamic_stiffness = dynamic_stiffness_t(spring%stiffness, spring%branch_stiffness, spring%relaxation_rate, spring%viscosity)
+      call start_sets(beam, [.false.], [dynamic_stiffness], store)
       call find_set([.true.], store, set, is_new, error)
    end subroutine close_contact
 
@@ -123,7 +123,7 @@ contains
       amplitude = set%coupled%weight*amplitude
    end function amplitudes_from
 
-   !> A run with the energy ledger and measures.
+   !> A run with the energy balance and measures.
    subroutine run_exact(model, zeta, stop_settings, response_settings, response, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
@@ -144,10 +144,10 @@ contains
          response, error)
    end subroutine run_exact
 
-   !> By how much the ledger of a run is open, and what beam and stop win from one sample to the next or by an event; shares
+   !> By how much the energy balance of a run is open, and what beam and stop win from one sample to the next or by an event; shares
    !> of the energy at the start.
    pure function energy_errors(response) result(errors)
-      !> A run with the ledger
+      !> A run with the energy balance
       type(response_t), intent(in) :: response
       real(wp) :: errors(2)
 

@@ -271,7 +271,7 @@ contains
       if (scene%response%method == method_exact) probe%response%step = scene%response%duration/real(samples, wp)
       call compute_scene(probe, model, table, response, analysed, error)
       if (allocated(error)) then
-         ! Newmark's ledger is only looked at where one is kept
+         ! Newmark's energy balance is only looked at where one is kept
          if (.not. is_legal(error%message)) complaint = complaint//'fails with other outputs: '//error%message
          return
       end if
@@ -352,7 +352,7 @@ contains
 
    !> Energy at the start, and what the nodal reading created.
    pure function energy_scale(response) result(unit)
-      !> The motion, with its ledger
+      !> The motion, with its energy balance
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
@@ -392,7 +392,7 @@ contains
    pure function length_scale(scene, response) result(unit)
       !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its motion, with its ledger
+      !> Its motion, with its energy balance
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
@@ -463,7 +463,7 @@ contains
    end subroutine check_contacts
 
    !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What
-   !> opens the ledger by more than `promised` is refused.
+   !> opens the energy balance by more than `promised` is refused.
    function rounding_of_steps(model, step) result(share)
       !> The beam
       type(beam_model_t), intent(in) :: model

@@ -1,5 +1,5 @@
 !> Runs under stress, and what must hold in each: all finite, no energy won, no stop entered, no stop that pulls, the
-!> ledger closed.
+!> energy balance closed.
 module stress_runs
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_fortran_env, only: output_unit
@@ -24,8 +24,8 @@ module stress_runs
       type(response_t) :: response
       !> What failed or is not so; empty: all is well
       character(:), allocatable :: complaint
-      !> Gap of the ledger in the energy at the start
-      real(wp) :: ledger = 0.0_wp
+      !> Gap of the energy balance in the energy at the start
+      real(wp) :: energy_balance = 0.0_wp
    end type stressed_t
 
 contains
@@ -128,9 +128,9 @@ contains
             stressed%complaint = stressed%complaint//' the stop pulls'
          total = e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          unit = max(response%initial_energy, tiny(1.0_wp))
-         stressed%ledger = maxval(abs(total - response%initial_energy))/unit
+         stressed%energy_balance = maxval(abs(total - response%initial_energy))/unit
          ! each event adds the rounding of its own: of a contact with a spring that is 1e12 times the beam's most of all
-         if (stressed%ledger > rounding + rounding_of_event*real(response%event_count, wp)) &
+         if (stressed%energy_balance > rounding + rounding_of_event*real(response%event_count, wp)) &
             stressed%complaint = stressed%complaint//' open ledger'
          total = e%kinetic + e%strain + e%stop
          if (maxval(total) > response%initial_energy + rounding*unit) stressed%complaint = stressed%complaint//' energy won'
