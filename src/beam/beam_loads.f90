@@ -436,7 +436,7 @@ contains
       integer :: struck_dof
 
       if (.not. model%is_redistributed) return
-      struck_dof = 2*model%mesh%struck_node - 1
+      struck_dof = 2*model%mesh%redistributed_node - 1
       call assemble(model%continuation%dof, model%continuation%weight*vector(struck_dof), vector)
       vector(struck_dof) = 0.0_wp
    end subroutine redistribute_load

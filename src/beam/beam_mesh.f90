@@ -1,5 +1,5 @@
-!> The partition of the beam into elements of geometric lengths or between given nodes, with a node at the stop
-!> (docs/theory.md, section 3).
+!> The partition of the beam into elements, with a node at the stop (docs/theory.md, section 3). The lengths of the
+!> elements are a geometric progression, or the elements divide the intervals between given nodes.
 module beam_mesh
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -9,13 +9,15 @@ module beam_mesh
    private
    public :: mesh_t, make_mesh
 
-   !> Minimum length of the element between stop and tip relative to its neighbour; for a shorter element the stop is
+   !> Minimum length of the element between stop and tip, relative to its neighbour; for a shorter element the stop is
    !> moved to the tip. The mass that takes part in an impact decreases with that element, so the number of impacts
-   !> grows without limit as the element shrinks: with 1 to 32 elements, ratios 0.7 to 3 and zeta = 0.001 to 1 there are
-   !> under 1000 impacts down to this relative length, and over 30 000 below 1/200 (ratio 2) or 1/2000 (ratio 1). The
-   !> rest of the beam would also have one element less: at 1/5000 the error of the first peak (preload 0.1) is 0.069
-   !> with n = 4 and 0.008 with n = 8, but 0.005 and 0.001 for a stop at the tip; with n = 32 the error of the stop at
-   !> the tip is at most 0.001.
+   !> grows without limit as the element shrinks. With 1 to 32 elements, l_i/l_(i+1) from 0.7 to 3 and zeta from 0.001
+   !> to 1, a run has under 1000 impacts down to this relative length; below 1/200 (if l_i/l_(i+1) = 2) or 1/2000 (if
+   !> the lengths are equal) it has over 30 000. The node at the stop is also missing in the rest of the beam. For a
+   !> stop at a relative length of 1/5000 (preload 0.1), the error of eta at its first peak, compared with a fine mesh,
+   !> is 0.069 with n = 4 and 0.008 with n = 8; after the stop has been moved to the tip it is 0.005 and 0.001.
+   !>
+   !> This is also the minimum length of a part of an element that is split at a position, relative to the element.
    real(wp), parameter :: min_relative_length = 0.01_wp
 
    !> The partition. Distances to the tip are stored besides positions because 1 - x would lose digits near the tip.
@@ -30,13 +32,13 @@ module beam_mesh
       real(wp), allocatable :: tip_distance(:)
       !> Node at the stop
       integer :: stop_node = 0
-      !> Node whose inertia `redistributed_mass` redistributes: the node of the stop at the tip if there is one, else
-      !> `stop_node`
-      integer :: struck_node = 0
-      !> Nodes at the further positions that were requested; unallocated: there are none
-      integer, allocatable :: more_nodes(:)
-      !> Number of further stops, which come first in `more_nodes`
-      integer :: more_stops = 0
+      !> Node whose inertia `redistributed_mass` redistributes: the tip if one of the stops is there, else `stop_node`
+      integer :: redistributed_node = 0
+      !> Nodes at further positions: of other stops, then of supports, masses and steps of the cross section;
+      !> unallocated: there are none
+      integer, allocatable :: further_nodes(:)
+      !> Number of the other stops, whose nodes come first in `further_nodes`
+      integer :: further_stops = 0
    end type mesh_t
 
 contains
@@ -45,8 +47,8 @@ contains
    !> is moved to the stop (of two equally near nodes the one towards the clamp); without interior nodes the element is
    !> split. The tip never moves: a stop closer to the tip than `min_relative_length` allows is moved to the tip.
    !>
-   !> The partition fails if an element vanishes in double precision.
-   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions, more_stops, nodes)
+   !> The partition fails if an element vanishes in double precision, or if two positions are too near to each other.
+   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, further_positions, further_stop_count, nodes)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
@@ -56,12 +58,13 @@ contains
       type(mesh_t), intent(out) :: mesh
       !> Set if no such partition exists
       type(failure_t), allocatable, intent(out) :: error
-      !> Positions x/L of further stops, then of supports, masses and steps that need a node, in (0, 1]
-      real(wp), intent(in), optional :: more_positions(:)
-      !> Number of stops among `more_positions`; default all
-      integer, intent(in), optional :: more_stops
-      !> Positions x/L of given nodes, ascending from 0 to 1; the intervals between them are divided into equal numbers
-      !> of elements, and `ratio` is not used
+      !> Positions x/L that need a node, in (0, 1]: of further stops, then of supports, masses and steps of the cross
+      !> section
+      real(wp), intent(in), optional :: further_positions(:)
+      !> Number of stops among `further_positions`; default all
+      integer, intent(in), optional :: further_stop_count
+      !> Positions x/L of given nodes, ascending from 0 to 1; each interval between them is divided into the same number
+      !> of elements, so `elements` is a multiple of the number of intervals. `ratio` is then not used
       real(wp), intent(in), optional :: nodes(:)
 
       mesh%elements = elements
@@ -74,21 +77,22 @@ contains
          call fail(error, status_bad_input, 'the smallest element of this mesh vanishes in double precision')
          return
       end if
-      call place_nodes(mesh)
-      if (present(more_positions)) then
-         if (size(more_positions) > 0) then
-            mesh%more_stops = size(more_positions)
-            if (present(more_stops)) mesh%more_stops = more_stops
-            call place_nodes_at(mesh, [stop_position, more_positions], error)
+      call compute_positions(mesh)
+      if (present(further_positions)) then
+         if (size(further_positions) > 0) then
+            mesh%further_stops = size(further_positions)
+            if (present(further_stop_count)) mesh%further_stops = further_stop_count
+            call place_nodes_at(mesh, [stop_position, further_positions], error)
             return
          end if
       end if
       mesh%stop_node = mesh%elements
-      ! the last element would have length 1 - stop_position, and the element before it would begin at node n - 2
+      ! if node n - 1 is the one that is moved to the stop, the last element gets the length 1 - stop_position, and its
+      ! neighbour begins at node n - 2; if another node is moved, the last element is long enough and the test is true
       if (1.0_wp - stop_position >= min_relative_length*(stop_position - mesh%position(max(0, elements - 2)))) then
          call place_stop_node(mesh, stop_position, error)
       end if
-      mesh%struck_node = mesh%stop_node
+      mesh%redistributed_node = mesh%stop_node
    end subroutine make_mesh
 
    !> Lengths of elements in geometric progression.
@@ -99,16 +103,16 @@ contains
       !> Lengths with sum 1, [elements]
       real(wp) :: length(elements)
 
-      real(wp) :: step
+      real(wp) :: common_ratio
       integer :: i
 
-      ! the longest element has length 1 to avoid overflow
-      step = min(ratio, 1.0_wp/ratio)
+      ! before the division by the sum, the longest element has length 1, so that no power overflows
+      common_ratio = min(ratio, 1.0_wp/ratio)
       do i = 1, elements
          if (ratio >= 1.0_wp) then
-            length(i) = step**(i - 1)
+            length(i) = common_ratio**(i - 1)
          else
-            length(i) = step**(elements - i)
+            length(i) = common_ratio**(elements - i)
          end if
       end do
       length = length/sum(length)
@@ -118,16 +122,19 @@ contains
    pure function equal_divisions(nodes, parts) result(length)
       !> Positions x/L of the given nodes, ascending from 0 to 1
       real(wp), intent(in) :: nodes(:)
+      !> Number of elements in each interval
       integer, intent(in) :: parts
+      !> Lengths in L, [intervals * parts]
       real(wp) :: length((size(nodes) - 1)*parts)
 
       integer :: i
 
+      ! element i is in the interval (i + parts - 1)/parts
       length = [((nodes(1 + (i + parts - 1)/parts) - nodes((i + parts - 1)/parts))/real(parts, wp), i=1, size(length))]
    end function equal_divisions
 
    !> Compute positions of nodes and distances to the tip from the lengths of elements.
-   pure subroutine place_nodes(mesh)
+   pure subroutine compute_positions(mesh)
       !> Mesh with given lengths
       type(mesh_t), intent(inout) :: mesh
 
@@ -150,7 +157,7 @@ contains
          end do
          mesh%tip_distance(0) = 1.0_wp
       end associate
-   end subroutine place_nodes
+   end subroutine compute_positions
 
    !> Kahan's compensated sum. Without compensation rounding would move the nodes by 1e-12 along 100 000 elements.
    pure subroutine add_compensated(before, term, total, compensation)
@@ -181,15 +188,16 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: order(size(positions)), node
-      ! start of the element before the last one after the last interior node has been moved to a position
-      real(wp) :: neighbour_start, position(size(positions))
+      ! position of node n - 2: if node n - 1 is moved to a stop near the tip, the neighbour of the last element begins
+      ! here
+      real(wp) :: position_of_neighbour, position(size(positions))
       logical, allocatable :: is_fixed(:)
       integer :: i
 
       allocate (is_fixed(mesh%elements), source=.false.)
-      neighbour_start = mesh%position(max(0, mesh%elements - 2))
+      position_of_neighbour = mesh%position(max(0, mesh%elements - 2))
       position = positions
-      where (1.0_wp - position < min_relative_length*(position - neighbour_start)) position = 1.0_wp
+      where (1.0_wp - position < min_relative_length*(position - position_of_neighbour)) position = 1.0_wp
       do i = 1, size(position)
          node = node_at(mesh, position(i))
          if (node > 0) is_fixed(node) = .true.
@@ -200,9 +208,9 @@ contains
          if (allocated(error)) return
       end do
       mesh%stop_node = node_at(mesh, position(1))
-      allocate (mesh%more_nodes, source=[(node_at(mesh, position(i)), i=2, size(position))])
-      mesh%struck_node = mesh%stop_node
-      if (any(mesh%more_nodes(:mesh%more_stops) == mesh%elements)) mesh%struck_node = mesh%elements
+      allocate (mesh%further_nodes, source=[(node_at(mesh, position(i)), i=2, size(position))])
+      mesh%redistributed_node = mesh%stop_node
+      if (any(mesh%further_nodes(:mesh%further_stops) == mesh%elements)) mesh%redistributed_node = mesh%elements
    end subroutine place_nodes_at
 
    !> The node at a position within rounding; 0: there is none.
@@ -216,7 +224,7 @@ contains
       if (abs(mesh%position(node) - x) > 4.0_wp*epsilon(1.0_wp)) node = 0
    end function node_at
 
-   !> Place a node at one of several positions.
+   !> Place a node at x. Nodes that `is_fixed` marks are not moved, because they are at other requested positions.
    pure subroutine place_node_at(mesh, x, is_fixed, error)
       !> Mesh to be changed
       type(mesh_t), intent(inout) :: mesh
@@ -227,11 +235,14 @@ contains
       !> Set if the position is too close to another node
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! lengths of the elements at the left and at the right of x
       real(wp) :: left, right
+      ! element that contains x; interior node next to x
       integer :: element, node
 
       if (node_at(mesh, x) > 0) return
       element = count(mesh%position < x)
+      ! lengths if the element is split; if the nearest node is moved instead, one of them changes below
       left = x - mesh%position(element - 1)
       right = mesh%position(element) - x
       node = minloc(abs(mesh%position(1:mesh%elements - 1) - x), dim=1)
@@ -243,8 +254,10 @@ contains
          if (node < element) left = x - mesh%position(node - 1)
          if (node == element) right = mesh%position(node + 1) - x
          mesh%length(node:node + 1) = [left, right]
+         ! a mesh of one element is split anywhere, because it has no other node that could be too near
       else if (min(left, right) < min_relative_length*(left + right) .and. size(is_fixed) > 1) then
-         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop, support, mass or step is &
+         call fail(error, status_bad_input, &
+            'the position '//to_text(x)//' of a stop, support, mass or common_ratio of the section is &
          &too near to that of another, to the clamp or to the tip for an element between them; a finer mesh has &
          &shorter ones')
          return
@@ -255,10 +268,10 @@ contains
          mesh%elements = mesh%elements + 1
       end if
       is_fixed(node) = .true.
-      call place_nodes(mesh)
+      call compute_positions(mesh)
    end subroutine place_node_at
 
-   !> Move the nearest interior node to the stop, or split a single element.
+   !> Move the nearest interior node to the stop; split the element of a mesh that has only one.
    pure subroutine place_stop_node(mesh, stop_position, error)
       !> Mesh to be changed
       type(mesh_t), intent(inout) :: mesh
@@ -289,7 +302,7 @@ contains
          call fail(error, status_bad_input, 'the stop is too near to the next node for an element between them')
          return
       end if
-      call place_nodes(mesh)
+      call compute_positions(mesh)
    end subroutine place_stop_node
 
 end module beam_mesh

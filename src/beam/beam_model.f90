@@ -98,12 +98,13 @@ contains
       if (present(supports)) model%supports = supports
       if (present(point_masses)) model%point_masses = in_order(point_masses)
       model%stop_dofs = [model%stop_dof]
-      if (allocated(mesh%more_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%more_nodes(:mesh%more_stops) - 1]
+      if (allocated(mesh%further_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%further_nodes(:mesh%further_stops) &
+         - 1]
       if (present(root)) call add_root_dofs(root, model)
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
       if (model%is_redistributed) then
          model%continuation = continuation_at_stop(mesh, model%root_dofs)
-         model%has_massless_node = .not. mass_at_node(model, mesh%struck_node) > 0.0_wp
+         model%has_massless_node = .not. mass_at_node(model, mesh%redistributed_node) > 0.0_wp
       end if
       call make_profiles(model)
       do element = 1, mesh%elements
@@ -162,7 +163,8 @@ contains
             first_row(2*i - 1:2*i) = 2*i - 3
          end do
          if (model%is_redistributed) then
-            associate (first => max(1, 2*mesh%struck_node - 5), last => min(2*mesh%struck_node + 2, 2*mesh%elements))
+            associate (first => max(1, 2*mesh%redistributed_node - 5), last => min(2*mesh%redistributed_node + 2, &
+               2*mesh%elements))
                first_row(first:last) = min(first_row(first:last), first)
             end associate
          end if

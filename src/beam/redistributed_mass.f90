@@ -41,7 +41,7 @@ contains
       real(wp) :: a_weight(2), b_weight(2), divisor
       integer :: node
 
-      node = mesh%struck_node
+      node = mesh%redistributed_node
       associate (l => mesh%length(node), dof => continuation%dof, weight => continuation%weight)
          if (node < mesh%elements) then
             associate (total => l + mesh%length(node + 1))
@@ -97,7 +97,7 @@ contains
       real(wp) :: column(8), difference(8), element(4, 4), change(8, 8)
       integer :: dofs(8), i, j
 
-      associate (node => mesh%struck_node)
+      associate (node => mesh%redistributed_node)
          dofs = with_root([(2*node - yc + i, i=0, 7)], root_dofs)
          column = 0.0_wp
          element = element_mass(section, mesh%length(node), mesh%tip_distance(node))

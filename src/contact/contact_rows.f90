@@ -1,6 +1,7 @@
 !> Contacts for Newmark's method. The row w of a contact is a linear functional of the degrees of freedom y: the gap is
-!> w . y - h, with h the height of the contact surface, and the contact force f acts on the beam as the load vector f w.
-!> Each row has one entry, a degree of freedom with a sign, or two if the beam meets a body that moves.
+!> w . y - s d, with d the height of the contact surface and s = 1 for a contact below the beam, s = -1 for one above
+!> it. The contact force f acts on the beam as the load vector f w. A row has one nonzero entry, s at a degree of
+!> freedom of the beam, or two if the beam meets a body that moves.
 module contact_rows
    use kinds, only: wp
    implicit none (type, external)
@@ -10,34 +11,37 @@ module contact_rows
    !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
 
-   !> The row w, with the sign s at the degree of freedom `dof`: s = 1 for a contact below the beam, -1 for one above
-   !> it. If the beam meets a body there, the row has -s at the degree of freedom of the body.
+   !> The row w: s at the degree of freedom `dof`, and -s at that of the body that the beam meets, if there is one.
    type :: contact_row_t
-      !> Index of the degree of freedom
+      !> Index of the degree of freedom of the beam
       integer :: dof = 0
+      !> s
       real(wp) :: sign = 1.0_wp
-      !> Index of the degree of freedom of the body; 0, an entry of the padding, which is zero: no body moves
+      !> Index of the degree of freedom of the body. If the beam meets something fixed, 0: entry 0 of a padded vector is
+      !> zero, so it adds nothing to the row's value
       integer :: body = 0
    end type contact_row_t
 
 contains
 
-   !> Value w . x of the row for a vector of degrees of freedom: the component of the vector normal to the contact.
+   !> Value w . vector: the displacement, velocity or acceleration of the beam relative to what it meets, positive away
+   !> from the contact.
    pure function row_value(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
-      !> x, padded, [-2 : order + 3]
+      !> Displacements, velocities or accelerations, padded with zeros, [-2 : n + 3] with n degrees of freedom
       real(wp), intent(in) :: vector(1 - band:)
       real(wp) :: value
 
       value = row%sign*(vector(row%dof) - vector(row%body))
    end function row_value
 
-   !> Set w . x to an exact value, or to rounding if the beam meets a body, whose entry is then set; before, w . x
-   !> differs from the value by rounding errors only.
+   !> Remove the rounding error of w . vector, which must already be close to the given value. If the beam meets a body,
+   !> the entry of the body is set, and w . vector then has the value up to one rounding; else the entry of the beam is
+   !> set, and w . vector has the value exactly.
    pure subroutine set_row_value(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value
-      !> x, padded
+      !> Displacements, velocities or accelerations, padded with zeros
       real(wp), intent(inout) :: vector(1 - band:)
 
       if (row%body > 0) then

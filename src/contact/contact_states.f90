@@ -43,12 +43,13 @@ module contact_states
       !> Indentation u of the stop and force P2 of the Maxwell branch at the start of the next phase
       real(wp) :: indentation = 0.0_wp
       real(wp) :: branch_force = 0.0_wp
-      !> The present flight is a capture if its gap never exceeds this tolerance; 0: no capture is possible.
-      !> `is_new_flight`: the flight began with the present phase. `is_low`: the gap has not exceeded the tolerance so
-      !> far
+      !> If the gap never exceeds this value during the present flight, the contact is captured at its end; 0: no
+      !> capture is possible
       real(wp) :: hop_tolerance = 0.0_wp
+      !> Whether the flight began with the present phase
       logical :: is_new_flight = .true.
-      logical :: is_low = .true.
+      !> Whether the gap has not exceeded `hop_tolerance` so far
+      logical :: may_be_captured = .true.
       !> Number of flights since the start of the run
       integer :: flights = 0
       !> Energy dissipated so far in the stop, and lost at impacts on it

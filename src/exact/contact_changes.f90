@@ -68,7 +68,7 @@ contains
          state%start_order = order
          state%hop_tolerance = hop_tolerance
          state%is_new_flight = .true.
-         state%is_low = .true.
+         state%may_be_captured = .true.
          state%flights = state%flights + 1
       end associate
    end subroutine start_flight

@@ -146,20 +146,20 @@ contains
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
             ! all evaluated gaps are below the tolerance; if their upper bound is not, a search decides
-            state%is_low = state%is_low .and. search%max_value < state%hop_tolerance
-            if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
+            state%may_be_captured = state%may_be_captured .and. search%max_value < state%hop_tolerance
+            if (state%may_be_captured .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
       end do
       if (self%ended_at == 0) return
       self%search%max_value = self%interval%searches(self%ended_at)%max_value
       associate (state => self%now%states(self%ended_at))
          if (self%ended_by == end_gap .and. self%search%outcome == found_zero .and. state%hop_tolerance > 0.0_wp &
-            .and. state%is_low .and. state%is_new_flight) self%search%outcome = found_cancelled
+            .and. state%may_be_captured .and. state%is_new_flight) self%search%outcome = found_cancelled
       end associate
    end subroutine find_end
 
-   !> Set `is_low`: the gap of the flight of contact k stays below the hop tolerance during the phase, up to the
-   !> rounding error of the gap.
+   !> Set `may_be_captured`: the gap of the flight of contact k stays below the hop tolerance during the phase, up to
+   !> the rounding error of the gap.
    subroutine check_hop_height(self, k)
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -176,7 +176,7 @@ contains
             + sum(abs(constrained%value(:, k)*self%now%z)))
          call gap%transform(0.0_wp, -1.0_wp, state%hop_tolerance + rounding, 0, margin)
          call first_zero(margin, self%search%time, crossing)
-         state%is_low = crossing%outcome == found_none
+         state%may_be_captured = crossing%outcome == found_none
          self%search%evaluations = self%search%evaluations + crossing%evaluations
       end associate
    end subroutine check_hop_height

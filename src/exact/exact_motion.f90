@@ -225,7 +225,7 @@ contains
          call try_modes(model, more, sets, trials, check)
          if (.not. more%is_done) exit
          if (allocated(fewer)) then
-            check%compared = size(more%modes%lambda)
+            check%compared_modes = size(more%modes%lambda)
             call judge_trials(trials, fewer%response, more%response, check, early)
             if (check%agrees) early = check
             ! agreement up to the first contacts alone is used if no later comparison agrees for longer

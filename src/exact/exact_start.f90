@@ -207,7 +207,7 @@ contains
       type(run_sections_t), intent(inout) :: sections
       type(tangent_t), allocatable, intent(out) :: tangent
 
-      allocate (sections%log_size(size(sections%tau)), source=0.0_wp)
+      allocate (sections%log_norm(size(sections%tau)), source=0.0_wp)
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)

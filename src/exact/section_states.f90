@@ -32,8 +32,8 @@ contains
       n = size(self%states)
       state%tau = tau + time
       allocate (state%q(size(self%beam%tip_value)), state%v(size(self%beam%tip_value)))
-      allocate (state%is_closed(n), state%is_deformed(n), state%is_low(n))
-      allocate (state%indentation(n), state%branch_force(n), state%hop_tolerance(n))
+      allocate (state%is_closed(n), state%is_deformed(n), state%may_be_captured(n))
+      allocate (state%indentation(n), state%branch_force(n), state%flight_height(n))
       call find_state(self, time, z, v)
       call to_free_state(self, z, v, state%q, state%v)
       allocate (term(0))
@@ -54,8 +54,8 @@ contains
          state%is_deformed(k) = contact%is_deformed .and. self%undeformed_at(k) > time
          state%indentation(k) = contact%indentation
          state%branch_force(k) = contact%branch_force
-         state%hop_tolerance(k) = contact%hop_tolerance
-         state%is_low(k) = contact%is_low
+         state%flight_height(k) = contact%hop_tolerance
+         state%may_be_captured(k) = contact%may_be_captured
       end do
    end subroutine state_at
 
@@ -72,8 +72,8 @@ contains
             contact%is_deformed = state%is_deformed(k)
             contact%indentation = state%indentation(k)
             contact%branch_force = state%branch_force(k)
-            contact%hop_tolerance = state%hop_tolerance(k)
-            contact%is_low = state%is_low(k)
+            contact%hop_tolerance = state%flight_height(k)
+            contact%may_be_captured = state%may_be_captured(k)
             contact%is_new_flight = .false.
          end associate
       end do

@@ -103,15 +103,15 @@ contains
       real(wp) :: size_at_section
       integer :: n
 
-      if (.not. allocated(sections%log_size)) return
+      if (.not. allocated(sections%log_norm)) return
       do n = sections%count + 1, size(sections%tau)
          ! a section within rounding error after the end belongs to the phase
          if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
          at_section = tangent
          call propagate_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), at_section)
          size_at_section = column_norm(at_section, 1, now%beam%oscillators)
-         sections%log_size(n) = ieee_value(1.0_wp, ieee_quiet_nan)
-         if (size_at_section > 0.0_wp) sections%log_size(n) = at_section%log_scale + log(size_at_section)
+         sections%log_norm(n) = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (size_at_section > 0.0_wp) sections%log_norm(n) = at_section%log_scale + log(size_at_section)
       end do
    end subroutine record_sizes
 

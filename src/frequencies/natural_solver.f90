@@ -58,7 +58,7 @@ contains
       if (has_rigid_mode(model)) call remove_rotation(natural, flexibility, nodal)
       if (model%has_massless_node) then
          allocate (unit(natural%dofs), source=0.0_wp)
-         unit(2*model%mesh%struck_node - 1) = 1.0_wp
+         unit(2*model%mesh%redistributed_node - 1) = 1.0_wp
          call omit_direction(coordinates_of_shape(natural, unit), flexibility, nodal)
       end if
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
@@ -126,13 +126,13 @@ contains
       real(wp) :: change(size(nodal, 2)), shape(natural%rows)
       integer :: i
 
-      change = -nodal(2*model%mesh%struck_node - 1, :)
+      change = -nodal(2*model%mesh%redistributed_node - 1, :)
       associate (continuation => model%continuation)
          do i = 1, size(continuation%dof)
             if (continuation%dof(i) > 0) change = change + continuation%weight(i)*nodal(continuation%dof(i), :)
          end do
       end associate
-      shape = rows_of_unit_displacement(natural, model%mesh%struck_node)
+      shape = rows_of_unit_displacement(natural, model%mesh%redistributed_node)
       do i = 1, size(change)
          flexibility(:, i) = flexibility(:, i) + shape*change(i)
       end do

@@ -102,13 +102,13 @@ contains
       integer :: i
 
       forces = 0.0_wp
-      associate (struck_dof => 2*model%mesh%struck_node - 1, continuation => model%continuation)
+      associate (struck_dof => 2*model%mesh%redistributed_node - 1, continuation => model%continuation)
          forces(struck_dof) = -1.0_wp
          do i = 1, size(continuation%dof)
             if (continuation%dof(i) > 0) forces(continuation%dof(i)) = continuation%weight(i)
          end do
       end associate
-      beam%motion_rows(:, 1) = rows_of_unit_displacement(beam%natural, model%mesh%struck_node)
+      beam%motion_rows(:, 1) = rows_of_unit_displacement(beam%natural, model%mesh%redistributed_node)
       beam%weight(:beam%natural%order, 1) = coordinates_of_forces(beam%natural, forces)
    end subroutine continue_displacement
 
@@ -178,7 +178,7 @@ contains
       end do
       if (.not. model%has_massless_node) return
       shape = 0.0_wp
-      shape(2*model%mesh%struck_node - 1) = 1.0_wp
+      shape(2*model%mesh%redistributed_node - 1) = 1.0_wp
       call exclude(beam, coordinates_of_motion(beam, shape))
    end subroutine exclude_supports
 

@@ -46,7 +46,7 @@ contains
       if (answer .or. tip_mass_ratio <= 0.0_wp) return
       stops = stops_of(settings)
       nodes = [mesh%stop_node]
-      if (size(stops) > 1) nodes = [nodes, mesh%more_nodes(:size(stops) - 1)]
+      if (size(stops) > 1) nodes = [nodes, mesh%further_nodes(:size(stops) - 1)]
       ! stops at the last node, which is the tip
       stops = pack(stops, nodes(:size(stops)) == mesh%elements)
       if (size(stops) == 0 .or. .not. all(is_rigid(stops))) return

@@ -10,7 +10,7 @@ module namelist_values
    public :: read_integer, read_real, read_logical, read_text
 
    character(*), parameter :: digits = '0123456789'
-   !> Allowed reals: 0, and magnitudes from 1e-300 to 1e300.
+   !> Allowed reals: 0, and numbers whose first significant digit stands for a power of ten from 1e-300 to 1e300.
    integer, parameter :: max_exponent = 300
 
 contains
@@ -47,28 +47,33 @@ contains
       real(wp), intent(out) :: value
       !> The text is a number, 0 or with a magnitude from 1e-300 to 1e300
       logical, intent(out) :: is_legal
-      !> Requirement that the text violates, if it is a number that is too near to 0 or has too many characters
+      !> Requirement that the text violates, if the text is a number that is too near to 0 or has too many characters.
+      !> Unallocated otherwise: the allowed range of the name, which the message then prints, explains the rest
       character(:), allocatable, intent(out), optional :: reason
 
-      ! the format below reads as many characters
-      integer, parameter :: longest = 100
-      character(longest) :: buffer
+      ! maximum number of characters of a number, which is the width in the format '(bn, f100.0)' below
+      integer, parameter :: max_characters = 100
+      character(max_characters) :: buffer
       character(:), allocatable :: mantissa
-      integer :: first, letter, point, exponent, leading, power
+      ! positions of the first digit, of the letter_position of the exponent, of the point and of the first significant
+      ! digit
+      integer :: first, letter_position, point, first_significant
+      ! exponent as written, and power of ten of the first significant digit
+      integer :: exponent, power
 
       value = 0.0_wp
       is_legal = .false.
       first = 1 + sign_length(text)
-      letter = scan(text, 'eEdD')
+      letter_position = scan(text, 'eEdD')
       exponent = 0
-      if (letter > 0) then
-         call read_exponent(text(letter + 1:), exponent, is_legal)
+      if (letter_position > 0) then
+         call read_exponent(text(letter_position + 1:), exponent, is_legal)
          if (.not. is_legal) return
          is_legal = .false.
       else
-         letter = len(text) + 1
+         letter_position = len(text) + 1
       end if
-      mantissa = text(first:letter - 1)
+      mantissa = text(first:letter_position - 1)
       if (scan(mantissa, digits) == 0) return
       if (verify(mantissa, digits//'.') /= 0) return
       point = index(mantissa, '.')
@@ -76,15 +81,17 @@ contains
       if (point == 0) point = len(mantissa) + 1
 
       ! power of ten of the first significant digit, for the check of the range
-      leading = verify(mantissa, '0.')
-      is_legal = leading == 0
+      first_significant = verify(mantissa, '0.')
+      ! without a significant digit the number is zero, and `value` is zero already
+      is_legal = first_significant == 0
       if (is_legal) return
-      power = exponent + merge(point - leading - 1, point - leading, leading < point)
-      is_legal = abs(power) <= max_exponent .and. len(text) <= longest
+      power = exponent + merge(point - first_significant - 1, point - first_significant, first_significant < point)
+      is_legal = abs(power) <= max_exponent .and. len(text) <= max_characters
       if (.not. is_legal) then
          if (.not. present(reason)) return
          if (power < -max_exponent) reason = 'must be 0, or at least 1e-'//to_text(max_exponent)//' in size'
-         if (abs(power) <= max_exponent) reason = 'must be written with at most '//to_text(longest)//' characters'
+         if (abs(power) <= max_exponent) reason = 'must be written with at most '//to_text(max_characters) &
+            //' characters'
          return
       end if
       buffer = text
@@ -94,7 +101,7 @@ contains
    !> Read the exponent of a real; an exponent beyond `exponent_limit` is replaced by this limit, which is beyond all
    !> reals.
    pure subroutine read_exponent(text, exponent, is_legal)
-      !> Text after the letter e or d
+      !> Text after the letter_position e or d
       character(*), intent(in) :: text
       integer, intent(out) :: exponent
       !> The text is an exponent
@@ -129,7 +136,7 @@ contains
       end select
    end subroutine read_logical
 
-   !> The content of a text in quotes: doubled quotes become single quotes.
+   !> The content of a text in quotes: two quotes in succession stand for one quote.
    pure function read_text(text, quote) result(value)
       !> Text between the quotes
       character(*), intent(in) :: text

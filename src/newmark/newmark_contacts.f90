@@ -32,7 +32,7 @@ contains
       associate (state => run%states(run%now), contact => run%contacts(k))
          contact%status = is_open
          ! only a flight that an impact or an impulse begins may count as a capture; the caller then sets this
-         contact%may_be_capture = .false.
+         contact%may_be_captured = .false.
          contact%is_stopped = .false.
          contact%shift = 0.0_wp
          ! steps that were rejected because of the closed contact announce no event of the open one
@@ -208,7 +208,7 @@ contains
          if (reaction > 0.0_wp) then
             state%force(k) = reaction
             contact%status = is_constrained
-            contact%may_be_capture = .false.
+            contact%may_be_captured = .false.
             contact%rejected_end = no_rejection
             if (.not. (was_constrained .or. contact%is_captured)) then
                call record_event(run, k, event_now(run, k, event_capture), response)

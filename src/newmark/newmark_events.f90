@@ -119,7 +119,7 @@ contains
             else
                ! a load that grows from zero has no reaction yet
                contact%status = is_constrained
-               contact%may_be_capture = .false.
+               contact%may_be_captured = .false.
                contact%rejected_end = no_rejection
                call record_event(run, closing, event_now(run, closing, event_capture), response)
             end if
@@ -155,10 +155,10 @@ contains
       associate (old => run%states(3 - run%now), new => run%states(run%now), contact => run%contacts(k))
          gap = gap_at(run, k, new)
          rate = gap_rate_at(run, k, new)
-         if (contact%may_be_capture) then
+         if (contact%may_be_captured) then
             contact%peak = max(contact%peak, maximum_of(cubic_of([gap_at(run, k, old), gap], &
                step*[gap_rate_at(run, k, old), rate])))
-            if (contact%peak > run%hop_height) contact%may_be_capture = .false.
+            if (contact%peak > run%hop_height) contact%may_be_captured = .false.
          end if
          ! captures are counted between flights above the hop height
          if (gap > run%hop_height) contact%captures = 0

@@ -86,7 +86,7 @@ contains
                role = rebounds
                ! a flight that begins at this instant (`begins_now`) has not been low yet
                if (is_last .or. rate >= 0.0_wp .or. &
-                  (contact%may_be_capture .and. contact%flight_events /= begins_now)) then
+                  (contact%may_be_captured .and. contact%flight_events /= begins_now)) then
                   role = comes_to_rest
                end if
             end if
@@ -117,7 +117,7 @@ contains
       logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
 
-      captures_beam = run%arrives .and. run%contacts%may_be_capture .and. &
+      captures_beam = run%arrives .and. run%contacts%may_be_captured .and. &
          run%contacts%flight_events == response%event_count
       if (any(captures_beam)) then
          ! the present state is now the one at the beginning of the flight
@@ -127,7 +127,7 @@ contains
          return
       end if
       chatters = run%contacts%captures >= chatter_limit
-      if (.not. any(run%arrives .and. run%contacts%may_be_capture .and. chatters)) return
+      if (.not. any(run%arrives .and. run%contacts%may_be_captured .and. chatters)) return
       do k = 1, size(run%contacts)
          chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. is_touched(run, k))
       end do
@@ -174,7 +174,7 @@ contains
                contact%is_stopped = .true.
                contact%is_captured = .true.
                contact%captures = contact%captures + 1
-               contact%may_be_capture = .false.
+               contact%may_be_captured = .false.
                contact%rejected_end = no_rejection
                event = event_now(run, members(k), event_capture)
                event%velocity_before = contact%row%sign*rate(k)
@@ -316,7 +316,7 @@ contains
             contact%is_captured = struck%role == comes_to_rest
             if (contact%is_captured) contact%captures = contact%captures + 1
             contact%is_stopped = .not. struck%after > 0.0_wp
-            contact%may_be_capture = .false.
+            contact%may_be_captured = .false.
             if (.not. contact%is_stopped) call begin_flight(run, k)
             contact%rejected_end = no_rejection
             call record_event(run, k, event, response)
@@ -332,7 +332,7 @@ contains
       integer, intent(in) :: k
 
       associate (contact => run%contacts(k))
-         contact%may_be_capture = .true.
+         contact%may_be_captured = .true.
          contact%peak = gap_at(run, k, run%states(run%now))
          contact%flight_events = begins_now
       end associate

@@ -71,7 +71,7 @@ module newmark_run
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
       !> A flight is in progress that has stayed below the hop height: if it ends so, it is replaced by a capture
-      logical :: may_be_capture = .false.
+      logical :: may_be_captured = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
       !> The contact may close; false after it opened, until the gap grows

@@ -30,8 +30,8 @@ contains
          state%indentation = now%indentation
          state%branch_force = now%branch_force
          ! of Newmark's method, `hop_tolerance` of a stored state holds the maximum gap of the flight so far
-         state%hop_tolerance = run%contacts%peak
-         state%is_low = run%contacts%may_be_capture
+         state%flight_height = run%contacts%peak
+         state%may_be_captured = run%contacts%may_be_captured
       end associate
    end subroutine state_of
 
@@ -54,8 +54,8 @@ contains
             associate (contact => run%contacts(k))
                if (contact%status == is_inactive) cycle
                contact%status = is_open
-               contact%may_be_capture = state%is_low(k)
-               contact%peak = state%hop_tolerance(k)
+               contact%may_be_captured = state%may_be_captured(k)
+               contact%peak = state%flight_height(k)
                if (state%is_deformed(k)) contact%status = is_unloaded
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
                ! the indentation is measured from the gap at which contact began, which is not stored

@@ -37,13 +37,15 @@ contains
       real(wp), intent(in) :: zeta
       !> Highest frequency, in omega1
       real(wp), intent(in) :: frequency
+      !> Length of the step, tau
       real(wp) :: step
 
-      real(wp) :: damping
+      ! xi (gamma - 1/2) and gamma/2 - beta of the formula above
+      real(wp) :: damping_term
 
-      damping = zeta*frequency*(gamma - 0.5_wp)
-      associate (excess => 0.5_wp*gamma - beta)
-         step = (damping + sqrt(excess + damping**2))/(excess*frequency)
+      damping_term = zeta*frequency*(gamma - 0.5_wp)
+      associate (stability_deficit => 0.5_wp*gamma - beta)
+         step = (damping_term + sqrt(stability_deficit + damping_term**2))/(stability_deficit*frequency)
       end associate
    end function critical_step
 
@@ -80,8 +82,9 @@ contains
          call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
          return
       end if
-      ! only the sign of the values has a meaning, so the negative tolerance of the values is never met, and the length
-      ! of the bracket ends the search
+      ! The value of a point is 1 below the highest eigenvalue and -1 above it. Only the signs have a meaning, so a
+      ! negative tolerance switches off the test of the values. The search ends if the bracket is shorter than
+      ! `accuracy` times its upper end, which is an upper bound of the eigenvalue throughout
       bracket = bracket_t(low=below, high=above, value_tolerance=-1.0_wp, length_tolerance=accuracy)
       call choose_point(bracket)
       do while (.not. bracket%is_found)

@@ -94,7 +94,7 @@ contains
                section_inertia => inertia(model%section, 1.0_wp - x(p)))
                moment%has_stress = fibre > 0.0_wp .or. section_inertia <= 0.0_wp
                ! at a pointed end the stress is 0, because the moment vanishes faster than the section modulus
-               if (section_inertia > 0.0_wp) moment%stress_ratio = lambda1_power4*fibre/section_inertia
+               if (section_inertia > 0.0_wp) moment%stress_per_moment = lambda1_power4*fibre/section_inertia
                if (settings%stress%history) allocate (moment%moment(samples + 1), source=0.0_wp)
             end associate
          end do
@@ -178,11 +178,11 @@ contains
          measures%has_stress = all(moments%has_stress)
          call finish_window_measures(response)
          if (.not. measures%has_stress) return
-         measures%stress_range = maxval(moments%stress_ratio*(moments%greatest - moments%least))
+         measures%stress_range = maxval(moments%stress_per_moment*(moments%greatest - moments%least))
          ! the place of the maximum stress
-         p = maxloc(moments%stress_ratio*max(moments%greatest, -moments%least), dim=1)
+         p = maxloc(moments%stress_per_moment*max(moments%greatest, -moments%least), dim=1)
          associate (moment => moments(p))
-            measures%greatest_stress = moment%stress_ratio*max(moment%greatest, -moment%least)
+            measures%greatest_stress = moment%stress_per_moment*max(moment%greatest, -moment%least)
             measures%greatest_stress_tau = merge(moment%greatest_tau, moment%least_tau, &
                moment%greatest >= -moment%least)
             measures%greatest_stress_position = moment%position
@@ -194,19 +194,20 @@ contains
    pure subroutine finish_window_measures(response)
       type(response_t), intent(inout) :: response
 
-      real(wp) :: stress_ratio(size(response%moments)), nan
+      real(wp) :: stress_per_moment(size(response%moments)), nan
       integer :: p
 
       if (.not. allocated(response%moment_windows)) return
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
-      stress_ratio = response%moments%stress_ratio
+      stress_per_moment = response%moments%stress_per_moment
       associate (windows => response%moment_windows, measures => response%measures)
          measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(windows%tolerance))
          measures%steady = [minval(windows%extremes(1)), maxval(windows%extremes(2)), &
             maxval(windows%extremes(2) - windows%extremes(1)), nan, nan, nan]
          if (.not. measures%has_stress) return
-         measures%steady(4:6) = [minval(stress_ratio*windows%extremes(1)), maxval(stress_ratio*windows%extremes(2)), &
-            maxval(stress_ratio*(windows%extremes(2) - windows%extremes(1)))]
+         measures%steady(4:6) = [minval(stress_per_moment*windows%extremes(1)), &
+            maxval(stress_per_moment*windows%extremes(2)), &
+            maxval(stress_per_moment*(windows%extremes(2) - windows%extremes(1)))]
          p = maxloc(windows%equivalent_range, dim=1)
          if (any(windows%counted_until < [(windows(p)%window(2), p=1, size(windows))])) return
          if (windows(p)%slope > 0.0_wp) measures%fatigue = [windows(p)%cycles, windows(p)%equivalent_range]

@@ -194,7 +194,7 @@ module response_types
       integer :: retained = 0
       integer :: all_modes = 0
       !> Number of modes of the trial compared with the trial in the retained modes; 0: there was no comparison
-      integer :: compared = 0
+      integer :: compared_modes = 0
       !> End of the comparison, tau, and maximum difference in eta of stops and tip up to there
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
@@ -245,7 +245,7 @@ module response_types
       !> Position x/L
       real(wp) :: position = 0.0_wp
       !> Stress at the outer fibre below the axis, positive in tension, per moment
-      real(wp) :: stress_ratio = 0.0_wp
+      real(wp) :: stress_per_moment = 0.0_wp
       !> The stress is defined at this place
       logical :: has_stress = .false.
       !> Moment at the sample times; unallocated: not requested

@@ -55,7 +55,7 @@ contains
          ! includes a section at the end of the run in spite of rounding
          n = int(max(0.0_wp, min(real(requested%keep, wp), duration/requested%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
             - (real(requested%skip, wp) + first) + 1.0_wp)))
-         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%body(2, bodies, n), &
+         allocate (sections%tau(n), sections%tip(2, n), sections%contact(2, contacts, n), sections%body(2, bodies, n), &
             sections%impacts(n))
          sections%tau = [(min(duration, (real(requested%skip + k - 1, wp) + first)*requested%period), k=1, n)]
          if (present(modes) .and. requested%records_modes) allocate (sections%modes(2, modes, n))
@@ -80,9 +80,9 @@ contains
             sections%tip(:, n) = interval%evaluate(output_row_t(interval%tip_row()), time)
             do k = 1, interval%contacts
                contact = interval%contact(k)
-               sections%stop(:, contact%number, n) = [contact%sign*contact%signed_height, 0.0_wp]
-               if (.not. contact%has_zero_gap) sections%stop(:, contact%number, n) = interval%evaluate(output_row_t(k, &
-                  contact%sign, contact%sign*contact%signed_height), time)
+               sections%contact(:, contact%number, n) = [contact%sign*contact%signed_height, 0.0_wp]
+               if (.not. contact%has_zero_gap) sections%contact(:, contact%number, &
+                  n) = interval%evaluate(output_row_t(k, contact%sign, contact%sign*contact%signed_height), time)
             end do
             do k = 1, size(sections%body, 2)
                sections%body(:, k, n) = interval%evaluate(output_row_t(interval%body_row(k)), time)
@@ -128,9 +128,9 @@ contains
 
       exponent = ieee_value(1.0_wp, ieee_quiet_nan)
       associate (n => sections%count)
-         if (.not. allocated(sections%log_size) .or. n < 2) return
-         if (ieee_is_nan(sections%log_size(n))) return
-         exponent = (sections%log_size(n) - sections%log_size(1))/(sections%tau(n) - sections%tau(1))
+         if (.not. allocated(sections%log_norm) .or. n < 2) return
+         if (ieee_is_nan(sections%log_norm(n))) return
+         exponent = (sections%log_norm(n) - sections%log_norm(1))/(sections%tau(n) - sections%tau(1))
       end associate
    end function exponent_of
 
@@ -167,13 +167,13 @@ contains
       real(wp) :: max_size, return_error
       integer :: p
 
-      associate (n => sections%count, tip => sections%tip, stop => sections%stop, body => sections%body)
-         max_size = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])), &
+      associate (n => sections%count, tip => sections%tip, positions => sections%contact, body => sections%body)
+         max_size = max(size_of(tip(:, :n)), size_of(reshape(positions(:, :, :n), [2, size(positions, 2)*n])), &
             size_of(reshape(body(:, :, :n), [2, size(body, 2)*n])))
          do p = 1, min(sections%max_periods, n/2)
             return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
-               size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])), &
-               size_of(reshape(body(:, :, n - p + 1:n) - body(:, :, n - 2*p + 1:n - p), [2, size(body, 2)*p])))
+               size_of(reshape(positions(:, :, n - p + 1:n) - positions(:, :, n - 2*p + 1:n - p), [2, size(positions, &
+               2)*p])), size_of(reshape(body(:, :, n - p + 1:n) - body(:, :, n - 2*p + 1:n - p), [2, size(body, 2)*p])))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p
             ! a transient that has nearly decayed would otherwise appear as a motion of a longer period
             if (return_error <= ambiguity*sections%tolerance*max_size) return

@@ -7,25 +7,34 @@ module section_types
    private
    public :: section_state_t, run_sections_t
 
-   !> Complete state of a motion, from which another run can continue. Contacts are in the order of `contacts_of`.
+   !> Complete state of a motion, from which another run can continue. Contacts are in the order in which `contacts_of`
+   !> (module `stop_contacts`) lists them, not in the order of the scene.
    type :: section_state_t
       !> Instant of the state
       real(wp) :: tau = 0.0_wp
-      !> Displacements and velocities of the free modes (newmark: of the degrees of freedom, padded with three zeros at
-      !> both ends, [-2 : order + 3]); unallocated: there is no state
-      real(wp), allocatable :: q(:), v(:)
+      !> Displacements. With the exact method, of the modes of the beam with all contacts open (free modes), [modes];
+      !> with Newmark's method, of the n degrees of freedom, padded with three zeros at both ends, [-2 : n + 3].
+      !> Unallocated: there is no state
+      real(wp), allocatable :: q(:)
+      !> Velocities, as `q`
+      real(wp), allocatable :: v(:)
       !> Number of lowest modes of the beam among the modes of `q`, whose other modes are residual modes (static shapes
       !> that replace the omitted modes); 0: `q` contains all modes of the mesh
       integer :: lowest_modes = 0
-      !> Whether each contact is closed; whether it is open while its stop is still deformed
-      logical, allocatable :: is_closed(:), is_deformed(:)
-      !> Indentation u of the stop, and force in its branch
-      real(wp), allocatable :: indentation(:), branch_force(:)
-      !> exact: the flight in progress counts as a capture if its gap never exceeds this value. newmark: maximum gap of
-      !> the flight so far
-      real(wp), allocatable :: hop_tolerance(:)
-      !> Whether the flight in progress has stayed below the hop tolerance, so that it may count as a capture
-      logical, allocatable :: is_low(:)
+      !> Whether each contact is closed, [contacts]
+      logical, allocatable :: is_closed(:)
+      !> Whether the stop is still deformed while its contact is open, [contacts]
+      logical, allocatable :: is_deformed(:)
+      !> Indentation u of each stop, [contacts]
+      real(wp), allocatable :: indentation(:)
+      !> Force P2 in the Maxwell branch of a three-element stop, [contacts]
+      real(wp), allocatable :: branch_force(:)
+      !> With the exact method: if the gap never exceeds this value during the flight in progress, the contact is
+      !> captured at its end. With Newmark's method: maximum gap of the flight so far. [contacts]
+      real(wp), allocatable :: flight_height(:)
+      !> Whether the contact may be captured at the end of the flight in progress, because the gap has stayed below the
+      !> hop tolerance of the settings, [contacts]
+      logical, allocatable :: may_be_captured(:)
       !> Variations of the state, which a run propagates to its end; unallocated: not requested
       type(tangent_t), allocatable :: tangent
    end type section_state_t
@@ -36,24 +45,29 @@ module section_types
       real(wp) :: period = 0.0_wp
       !> Maximum period of the motion that is detected, in periods of the load
       integer :: max_periods = 1
-      !> Maximum difference of two sections that count as equal, as a fraction of the maximum of all sections
+      !> Maximum difference of two sections that count as equal, as a fraction of the maximum size of a section. The
+      !> size (`size_of` of module `section_records`) is the maximum over tip, contacts and bodies
       real(wp) :: tolerance = 0.0_wp
-      !> Instants, [sections]; the first `count` have been recorded
+      !> Instants of the sections, tau, [sections]
       real(wp), allocatable :: tau(:)
+      !> Number of sections that have been recorded
       integer :: count = 0
-      !> Displacement, upwards from the undeformed beam, and velocity: of the tip, [2, sections], and at each contact in
-      !> the scene's order, [2, contacts, sections]
-      real(wp), allocatable :: tip(:, :), stop(:, :, :)
+      !> Displacement, upwards from the undeformed beam, and velocity of the tip, [2, sections]
+      real(wp), allocatable :: tip(:, :)
+      !> Displacement, upwards from the undeformed beam, and velocity of the beam at each contact, with the contacts in
+      !> the order of the scene, [2, contacts, sections]
+      real(wp), allocatable :: contact(:, :, :)
       !> Displacement and velocity of each body, [2, bodies, sections]
       real(wp), allocatable :: body(:, :, :)
-      !> Displacement and velocity of the free modes, [2, modes, sections]; unallocated: not requested
+      !> Displacement and velocity of the free modes (modes with all contacts open), [2, modes, sections]; unallocated:
+      !> not requested
       real(wp), allocatable :: modes(:, :, :)
       !> Number of impacts in the period of the load before each section, [sections]
       integer, allocatable :: impacts(:)
-      !> Logarithm of the norm of a variation of the state (solution of the linearised equations) at each section, NaN
-      !> if it has vanished; unallocated: not computed
-      real(wp), allocatable :: log_size(:)
-      !> Lyapunov exponent: growth rate of that logarithm, per tau
+      !> Logarithm of the norm of a variation of the state (solution of the linearised equations) at each section,
+      !> [sections]; NaN: the variation has vanished; unallocated: not computed
+      real(wp), allocatable :: log_norm(:)
+      !> Lyapunov exponent: mean slope of `log_norm`, per tau
       real(wp) :: lyapunov_exponent = 0.0_wp
       !> Period of the motion in periods of the load; 0: none was found
       integer :: motion_period = 0

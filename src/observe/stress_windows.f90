@@ -66,7 +66,8 @@ contains
          min(settings%statistics%end, windows%window(2))]
       allocate (windows%now(size(moments)), windows%points(size(moments)))
       allocate (windows%threshold(size(moments)), source=0.0_wp)
-      where (moments%stress_ratio > 0.0_wp) windows%threshold = settings%stress%fatigue_threshold/moments%stress_ratio
+      where (moments%stress_per_moment > 0.0_wp) windows%threshold = settings%stress%fatigue_threshold &
+         /moments%stress_per_moment
    end subroutine open_windows
 
    !> Add the part of an interval that lies within the window.
@@ -143,7 +144,7 @@ contains
             found%counted_until = min(now%counted_until, windows%window(2))
             response%evaluations = response%evaluations + evaluations_of_turn*int(now%turns, i8)
             if (.not. (windows%slope > 0.0_wp .and. response%moments(p)%has_stress)) cycle
-            call summarise(response%moments(p)%stress_ratio*reversals_of(now%reversals, windows%points(p)), &
+            call summarise(response%moments(p)%stress_per_moment*reversals_of(now%reversals, windows%points(p)), &
                .not. windows%threshold(p) > 0.0_wp, windows%classes, found)
          end associate
       end do

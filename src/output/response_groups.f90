@@ -63,8 +63,8 @@ contains
       call group%attribute('factorisations', real(response%factorisations, wp))
       associate (check => response%mode_check)
          call group%attribute('modes_kept', real(check%retained, wp))
-         if (check%compared > 0) then
-            call group%attribute('modes_compared', real(check%compared, wp))
+         if (check%compared_modes > 0) then
+            call group%attribute('modes_compared', real(check%compared_modes, wp))
             call group%attribute('mode_difference', check%difference)
             call group%attribute('mode_tolerance', check%tolerance)
             call group%attribute('modes_agree', merge(1.0_wp, 0.0_wp, check%agrees))
@@ -73,9 +73,9 @@ contains
       end associate
       associate (check => response%mesh_check)
          call group%attribute('mesh_mass', trim(merge('redistributed', 'consistent   ', check%is_redistributed)))
-         if (check%compared > 0) then
+         if (check%finer_elements > 0) then
             call group%attribute('mesh_tolerance', check%tolerance)
-            call group%attribute('mesh_compared', real(check%compared, wp))
+            call group%attribute('mesh_compared', real(check%finer_elements, wp))
             call group%attribute('mesh_difference', check%difference)
             call group%put_attribute('mesh_horizon', check%horizon, 'time')
             call group%attribute('mesh_is_settled', merge(1.0_wp, 0.0_wp, check%is_converged))

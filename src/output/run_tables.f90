@@ -75,8 +75,8 @@ contains
       if (check%should_redistribute) call print_line(unit, '', &
          'the consistent mass matrix overestimates the mass that takes part in ' &
          //"impacts; mass = 'auto' is more accurate")
-      if (check%compared == 0) return
-      words = 'with '//to_text(check%compared)//' elements '
+      if (check%finer_elements == 0) return
+      words = 'with '//to_text(check%finer_elements)//' elements '
       if (check%is_relative) then
          words = words//'they differ by '//with_two_digits(100.0_wp*check%difference)//' %'
       else
@@ -102,9 +102,9 @@ contains
       ! the comparison in words
       character(:), allocatable :: found
 
-      if (check%compared == 0) return
-      found = 'with '//to_text(check%compared)//phrase(units, ' {eta~the displacement} differs by ', 'displacement', &
-         check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
+      if (check%compared_modes == 0) return
+      found = 'with '//to_text(check%compared_modes)//phrase(units, ' {eta~the displacement} differs by ', &
+         'displacement', check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
       if (.not. check%agrees) found = 'fewer do not agree: '//found
       if (check%retained == check%all_modes) then
          call print_line(unit, 'modes', 'all '//to_text(check%retained)//'; '//found)
@@ -386,13 +386,15 @@ contains
 
       if (.not. all(moments%has_stress .and. moments%greatest >= moments%least)) return
       call add('stress at {x/L~x}', 'length', moments%position)
-      call add('minimum', 'stress', moments%stress_ratio*moments%least)
-      call add('maximum', 'stress', moments%stress_ratio*moments%greatest)
-      call add('range', 'stress', moments%stress_ratio*(moments%greatest - moments%least))
+      call add('minimum', 'stress', moments%stress_per_moment*moments%least)
+      call add('maximum', 'stress', moments%stress_per_moment*moments%greatest)
+      call add('range', 'stress', moments%stress_per_moment*(moments%greatest - moments%least))
       if (present(windows)) then
          if (has_window) then
-            call add('steady minimum', 'stress', moments%stress_ratio*[(windows(k)%extremes(1), k=1, size(windows))])
-            call add('steady maximum', 'stress', moments%stress_ratio*[(windows(k)%extremes(2), k=1, size(windows))])
+            call add('steady minimum', 'stress', moments%stress_per_moment*[(windows(k)%extremes(1), k=1, &
+               size(windows))])
+            call add('steady maximum', 'stress', moments%stress_per_moment*[(windows(k)%extremes(2), k=1, &
+               size(windows))])
          end if
          if (windows(1)%slope > 0.0_wp) then
             call add('cycles', 'number', windows%cycles)

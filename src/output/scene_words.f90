@@ -267,7 +267,7 @@ contains
          words = elements_in_words(mesh%elements, merge(0.0_wp, mesh%ratio, allocated(mesh%nodes)))
          if (mesh%tolerance > 0.0_wp .and. present(node_position)) then
             words = to_text(size(node_position) - 1)//' elements, found for a tolerance of '//rounded(mesh%tolerance)
-         else if (mesh%found%compared > 0) then
+         else if (mesh%found%finer_elements > 0) then
             ! the scene gives no mesh, and the mesh was found from the runs named in `found_for`, for a tolerance of
             ! displacements and of the first impact
             if (abs(mesh%ratio - 1.0_wp) <= 0.0_wp) words = to_text(mesh%elements)//' elements'

@@ -26,7 +26,7 @@ contains
          call group%attribute('motion_period', [sections%motion_period])
          call group%attribute('impacts_per_period', sections%impacts_per_period)
          call group%attribute('tolerance', sections%tolerance)
-         if (allocated(sections%log_size)) then
+         if (allocated(sections%log_norm)) then
             call group%put_attribute('lyapunov_exponent', sections%lyapunov_exponent, 'rate')
             call group%attribute('lyapunov_exponent_per_period', sections%lyapunov_exponent*sections%period)
          end if
@@ -38,18 +38,18 @@ contains
          call group%put('displacement_tip', sections%tip(1, :n), 'displacement', &
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
-         if (allocated(sections%log_size)) call group%put('log_variation', sections%log_size(:n), 'number', &
+         if (allocated(sections%log_norm)) call group%put('log_variation', sections%log_norm(:n), 'number', &
             'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
-         contacts = size(sections%stop, 2)
+         contacts = size(sections%contact, 2)
          if (contacts > 0) then
             call group%put('surface', [(k, k=1, contacts)], &
                'surface, in the order of &stop and &body, below before above', &
                is_scale=.true.)
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
-            call group%put('displacement_stop', sections%stop(1, :, :n), 'displacement', &
+            call group%put('displacement_stop', sections%contact(1, :, :n), 'displacement', &
                'displacement of the beam there, up from the unstressed beam; from a body that moves', stop_scales)
-            call group%put('velocity_stop', sections%stop(2, :, :n), 'velocity', 'its velocity', stop_scales)
+            call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', stop_scales)
          end if
          bodies = size(sections%body, 2)
          if (bodies > 0) then

@@ -1,5 +1,6 @@
-!> The group `stress` of a results file: extremes and histories of bending moments and stresses at the positions along
-!> the beam that the scene requests (places).
+!> The group `stress` of a results file: extremes and histories of bending moments and stresses at the positions
+!> place_scale the beam that the scene requests (places). In the meanings of datasets, {a} stands only in files without
+!> units, and {a~b} stands for a in such files and for b in files with units (module `quantity_groups`).
 module stress_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
@@ -21,7 +22,8 @@ contains
       !> Moments within the window of &statistics; absent: not requested
       type(moment_window_t), intent(in), optional :: windows(:)
 
-      character(*), parameter :: along = 'position'
+      ! name of the dimension scale of the places
+      character(*), parameter :: place_scale = 'position'
       logical :: has_stress
       integer :: p
 
@@ -30,21 +32,22 @@ contains
       call group%attribute('sign', 'a moment is positive where it bends the beam upwards; the stress is that of the ' &
          //'outer fibre below the axis, moment times its distance over the second moment of area, positive in ' &
          //'tension; above the axis it is the opposite')
-      call group%attribute('damping', 'both with the share that stiffness-proportional damping has')
-      call group%put(along, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
-      ! extremes are searched only if measures are requested; without a search the minimum exceeds the maximum
+      call group%attribute('damping', 'moments and stresses include the part of damping in proportion to stiffness')
+      call group%put(place_scale, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
+      ! extremes are searched only if measures are requested; without a search `least` and `greatest` keep their initial
+      ! values, with least > greatest
       if (all(moments%greatest >= moments%least)) then
          call add_extreme('greatest', [moments%greatest], [moments%greatest_tau], &
             maxval(moments%maximum_search%tolerance))
          call add_extreme('least', [moments%least], [moments%least_tau], &
             maxval(moments%minimum_search%tolerance))
       end if
-      if (present(windows)) call write_windows(group, moments, windows, along)
+      if (present(windows)) call write_windows(group, moments, windows, place_scale)
       if (.not. (present(tau) .and. all([(allocated(moments(p)%moment), p=1, size(moments))]))) return
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
       call add_history('moment', [(moments(p)%moment, p=1, size(moments))], 'bending moment{, Pbar L}')
-      if (has_stress) call add_history('stress', [(moments(p)%stress_ratio*moments(p)%moment, p=1, size(moments))], &
-         'stress{, in E D/L}')
+      if (has_stress) call add_history('stress', [(moments(p)%stress_per_moment*moments(p)%moment, p=1, &
+         size(moments))], 'stress{, in E D/L}')
 
    contains
 
@@ -55,17 +58,19 @@ contains
          real(wp), intent(in) :: values(:)
          !> Instants of the extremes, tau
          real(wp), intent(in) :: instants(:)
-         !> Maximum tolerance that the searches reached
+         !> Maximum over the places of the tolerance of the search, as a fraction of the extreme. It exceeds
+         !> `peak_tolerance` only if a search ran out of evaluations and raised its tolerance
          real(wp), intent(in) :: tolerance
 
-         call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', along)
-         if (has_stress) call group%put(which//'_stress', moments%stress_ratio*values, 'stress', &
-            which//' stress{, in E D/L}', along)
+         call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', place_scale)
+         if (has_stress) call group%put(which//'_stress', moments%stress_per_moment*values, 'stress', &
+            which//' stress{, in E D/L}', place_scale)
          if (tolerance > peak_tolerance) then
             call group%attribute('tolerance', tolerance, group%named(which//'_moment'))
             if (has_stress) call group%attribute('tolerance', tolerance, group%named(which//'_stress'))
          end if
-         call group%put(which//'_tau', instants, 'time', 'instant of the '//which//'{, tau}', along)
+         call group%put(which//'_tau', instants, 'time', 'instant of the '//which//' bending moment{, tau}', &
+            place_scale)
       end subroutine add_extreme
 
       !> Write a history at all places.
@@ -75,17 +80,17 @@ contains
          real(wp), intent(in) :: values(:)
          character(*), intent(in) :: meaning
 
-         call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, ['tau     ', along])
+         call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, ['tau     ', place_scale])
       end subroutine add_history
    end subroutine write_stress
 
    !> Write extremes within the window of &statistics, and cycles of stresses.
-   subroutine write_windows(group, moments, windows, along)
+   subroutine write_windows(group, moments, windows, place_scale)
       type(quantity_group_t), intent(in) :: group
       type(moment_record_t), intent(in) :: moments(:)
       type(moment_window_t), intent(in) :: windows(:)
-      !> Dimension scale of the places
-      character(*), intent(in) :: along
+      !> Name of the dimension scale of the places
+      character(*), intent(in) :: place_scale
 
       character(*), parameter :: which(2) = [character(7) :: 'minimum', 'maximum']
       integer :: classes, i, p
@@ -94,24 +99,25 @@ contains
       call group%put_attribute('window_end', windows(1)%window(2), 'time')
       do i = 1, 2
          call group%put(which(i)//'_moment', [(windows(p)%extremes(i), p=1, size(windows))], 'moment', &
-            which(i)//' bending moment within the window{, Pbar L}', along)
-         if (all(moments%has_stress)) call group%put(which(i)//'_stress', [(moments(p)%stress_ratio &
+            which(i)//' bending moment within the window{, Pbar L}', place_scale)
+         if (all(moments%has_stress)) call group%put(which(i)//'_stress', [(moments(p)%stress_per_moment &
             *windows(p)%extremes(i), p=1, size(windows))], 'stress', &
-            which(i)//' stress within the window{, in E D/L}', along)
+            which(i)//' stress within the window{, in E D/L}', place_scale)
       end do
       if (.not. all([(allocated(windows(p)%class_edge), p=1, size(windows))])) return
       call group%attribute('fatigue_slope', windows(1)%slope)
-      call group%put('stress_cycles', windows%cycles, 'number', 'cycles of the stress by rainflow counting', along)
+      call group%put('stress_cycles', windows%cycles, 'number', 'cycles of the stress by rainflow counting', &
+         place_scale)
       call group%put('equivalent_range', windows%equivalent_range, 'stress', &
-         'range of as many equal cycles that do the same damage{, in E D/L}', along)
+         'range at which the same number of equal cycles would do the same fatigue damage{, in E D/L}', place_scale)
       call group%put('counted_until', windows%counted_until, 'time', 'instant up to which cycles are counted{, tau}', &
-         along)
+         place_scale)
       classes = size(windows(1)%class_edge)
       call group%put('class', [(i, i=1, classes)], 'class of ranges', is_scale=.true.)
       call group%put('range_edge', reshape([(windows(p)%class_edge, p=1, size(windows))], [classes, size(windows)]), &
-         'stress', 'upper end of the class of ranges{, in E D/L}', ['class   ', along])
+         'stress', 'upper end of the class of ranges{, in E D/L}', ['class   ', place_scale])
       call group%put('range_cycles', reshape([(windows(p)%class_cycles, p=1, size(windows))], [classes, &
-         size(windows)]), 'number', 'cycles in it', ['class   ', along])
+         size(windows)]), 'number', 'stress cycles in the class of ranges', ['class   ', place_scale])
    end subroutine write_windows
 
 end module stress_groups

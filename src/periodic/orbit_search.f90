@@ -127,8 +127,8 @@ contains
          study%tau = [0.0_wp, sections%tau]
          study%tip = from_phase_0(sections%tip(1, :))
          study%tip_velocity = from_phase_0(sections%tip(2, :))
-         study%stop = by_stop(sections%stop(1, :, :))
-         study%stop_velocity = by_stop(sections%stop(2, :, :))
+         study%stop = by_stop(sections%contact(1, :, :))
+         study%stop_velocity = by_stop(sections%contact(2, :, :))
       end associate
 
    contains

@@ -37,10 +37,12 @@ contains
 
       number = 0
       if (allocated(scene%bodies)) number = size(scene%bodies)
+      ! number of &body groups whose names are listed: 1 if the scene has none, so that the names are known
       number = table%groups_to_list('body', number)
       allocate (bodies(number))
       if (allocated(scene%bodies)) bodies(:) = scene%bodies
       do k = 1, number
+         ! `open_numbered` also sets `has_bodies` from the file, or reads it when the scene is written
          call table%open_numbered('body', k, scene%has_bodies)
          if (.not. table%lists_names) cycle
          call list_position_and_mass(table, bodies(k))
@@ -68,7 +70,7 @@ contains
       call table%bind(body%side, name_t('side', 'where it is: below the beam, above it, or in a cavity of the beam'), &
          side_names)
       call table%bind(body%clearance, name_t('clearance_ratio', &
-         'distance of the unstressed beam from it at z = 0, on ' &
+         'distance of the undeformed beam from it at z = 0, on ' &
          //'each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)))
       call table%store(name_t('clearance', 'the same, length', length_range, instead_of='clearance_ratio', &
          quantity='displacement'))
@@ -157,7 +159,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> Does the scene ask for sections, or for a spectrum of a body?
+   !> Does the scene request Poincare sections, or a spectrum of a body?
    pure logical function observes_bodies(scene)
       type(scene_t), intent(in) :: scene
 
@@ -173,26 +175,29 @@ contains
       !> Number of the body
       integer, intent(in) :: k
 
-      logical :: has_spring, varies
+      ! the body has a spring, or a sweep or &cases may give it one
+      logical :: may_have_spring
+      ! the scene has a sweep or &cases
+      logical :: varies
 
       varies = scene%wants_sweep .or. scene%wants_cases
       associate (body => scene%bodies(k))
-         has_spring = gives('spring_ratio') .or. varies
+         may_have_spring = gives('spring_ratio') .or. varies
          if (.not. (gives('mass_ratio') .or. varies)) call input%complain('body', '', 'needs mass_ratio or mass', k)
          if (body%side == side_both .and. body%clearance <= 0.0_wp .and. .not. varies) call input%complain('body', &
             'side', 'needs clearance_ratio or clearance, the distance to each wall of the cavity', k)
-         if (gives('damping_ratio') .and. .not. has_spring) call input%complain('body', 'damping_ratio', &
+         if (gives('damping_ratio') .and. .not. may_have_spring) call input%complain('body', 'damping_ratio', &
             'needs spring_ratio or spring; without one give base_damper_ratio or base_damper', k)
          if (gives('damping_ratio') .and. gives('base_damper_ratio')) call input%complain('body', 'damping_ratio', &
-            'does not go with base_damper_ratio or base_damper: one of them tells the other', k)
-         if (gives('rest_ratio') .and. .not. has_spring) call input%complain('body', 'rest_ratio rest', &
+            'does not go with base_damper_ratio or base_damper: each determines the other; give one of them', k)
+         if (gives('rest_ratio') .and. .not. may_have_spring) call input%complain('body', 'rest_ratio rest', &
             'needs spring_ratio or spring, whose rest it is', k)
          if (gives('start_gap_ratio') .and. scene%start%kind == start_balance) call input%complain('body', &
             'start_gap_ratio start_gap', "does not go with &start kind = 'balance', which places the body", k)
          if (max(body%floor, body%ceiling) <= 0.0_wp .and. min(body%floor, body%ceiling) >= 0.0_wp) then
             call input%complain('body', 'ceiling_ratio ceiling', 'leaves the body no room above its floor', k)
          end if
-         if (scene%start%kind == start_balance .and. .not. has_spring .and. &
+         if (scene%start%kind == start_balance .and. .not. may_have_spring .and. &
             scene%response%method == method_newmark) call input%complain('response', 'method', &
             "finds no balance of a body without a spring; take 'exact'")
          if (body%side == side_both .and. body%start_gap > 2.0_wp*body%clearance .and. .not. varies) then

@@ -233,7 +233,7 @@ contains
          resolved%wants_cases = scene%wants_cases
          resolved%has_inconsistent_cases = scene%has_inconsistent_cases
          if (scene%wants_sweep) resolved%spectrum%resolution = scene%spectrum%resolution
-         if (scene%mesh%found%compared > 0) resolved%mesh = scene%mesh
+         if (scene%mesh%found%finer_elements > 0) resolved%mesh = scene%mesh
          if (allocated(scene%echo)) resolved%echo = scene%echo
          scene = resolved
       end if

@@ -132,7 +132,7 @@ module scene_types
       real(wp) :: tolerance = 0.0_wp
       !> The scene gives no mesh, so that the mesh is found before the runs
       logical :: is_sought = .false.
-      !> Result of the search for the mesh, if the scene gives none; `found%compared` = 0: the mesh is given
+      !> Result of the search for the mesh, if the scene gives none; `found%finer_elements` = 0: the mesh is given
       type(mesh_check_t) :: found
       !> The runs for which the mesh was found, in words; empty: the run of the scene
       character(80) :: found_for = ''

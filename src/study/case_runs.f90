@@ -138,7 +138,7 @@ contains
       end if
       if (allocated(error)) return
       ! only a mesh that was found within a tolerance has a check
-      if (runner%beam%check%compared > 0) response%mesh_check = runner%beam%check
+      if (runner%beam%check%finer_elements > 0) response%mesh_check = runner%beam%check
       call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, selection)
    end subroutine run_next
 

@@ -38,7 +38,7 @@ contains
          allocate (beam)
          call search_mesh(sample(i), 1.0_wp/real(size(sample), wp), beam)
          associate (check => beam%check)
-            if (.not. allocated(beam%error) .and. check%compared > 0) then
+            if (.not. allocated(beam%error) .and. check%finer_elements > 0) then
                all_accepted = all_accepted .and. check%is_converged
                ! of equally fine meshes, the mesh with the maximum difference is reported
                if (check%elements > found%elements .or. (check%elements == found%elements .and. &
@@ -48,7 +48,7 @@ contains
          deallocate (beam)
       end do
       scene%mesh%is_sought = .false.
-      if (found%compared == 0) return
+      if (found%finer_elements == 0) return
       found%is_converged = all_accepted
       scene%mesh%found = found
       scene%mesh%elements = found%elements

@@ -136,7 +136,7 @@ contains
       if (allocated(beam%error)) return
       if (beam%model%is_redistributed .eqv. redistributes(scene, beam%model%mesh)) return
       allocate (other)
-      if (beam%check%compared > 0) then
+      if (beam%check%finer_elements > 0) then
          call make_case_beam(scene, beam%check%elements, beam%check%ratio, other)
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, other)
@@ -224,7 +224,7 @@ contains
       do while (i < size(meshes))
          call run_on_mesh(scene, settings, meshes(i + 1), grading, fine)
          work = work + work_of(fine%response, settings)
-         check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=tolerance, &
+         check(i) = mesh_check_t(elements=coarse%elements, finer_elements=fine%elements, tolerance=tolerance, &
             ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed, &
             is_relative=scene%mesh%is_sought)
          call compare(settings%response%duration, coarse, fine, check(i))

@@ -88,7 +88,7 @@ contains
          call choose_mesh(scenes(i), trial%beam)
          errors%elements(i) = scenes(i)%mesh%elements
          grading = scenes(i)%mesh%ratio**(errors%elements(i) - 1)
-         if (trial%beam%check%compared > 0) then
+         if (trial%beam%check%finer_elements > 0) then
             errors%elements(i) = trial%beam%check%elements
             grading = trial%beam%check%ratio**(trial%beam%check%elements - 1)
          end if

@@ -111,10 +111,10 @@ contains
       tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
       answer = is_redistribution_more_accurate(section_of(scene%beam), mesh, tip_mass, run_settings_of(scene))
       ! with supports, only the node at the tip can be redistributed, and only if it has a point mass
-      if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
+      if (scene%has_supports) answer = answer .and. mesh%redistributed_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
 
-   !> Make a mesh with nodes at the stops, supports, masses and steps of the section; `more_nodes` has them in this
+   !> Make a mesh with nodes at the stops, supports, masses and steps of the section; `further_nodes` has them in this
    !> order.
    pure subroutine mesh_of(scene, elements, ratio, mesh, error)
       type(scene_t), intent(in) :: scene
@@ -168,17 +168,17 @@ contains
       character(:), allocatable :: conflict
       integer :: i, k, supports_offset
 
-      ! stops come before supports in `more_nodes`
-      supports_offset = mesh%more_stops
+      ! stops come before supports in `further_nodes`
+      supports_offset = mesh%further_stops
       do k = 1, size(scene%supports)
          conflict = ''
-         associate (node => mesh%more_nodes(supports_offset + k), support => scene%supports(k))
+         associate (node => mesh%further_nodes(supports_offset + k), support => scene%supports(k))
             if ((scene%has_stop .or. scene%has_bodies) .and. (mesh%stop_node == node .or. &
-               any(mesh%more_nodes(:supports_offset) == node))) then
+               any(mesh%further_nodes(:supports_offset) == node))) then
                conflict = conflict_with_support(support)
             end if
             do i = 1, k - 1
-               if (mesh%more_nodes(supports_offset + i) == node .and. conflict == '') then
+               if (mesh%further_nodes(supports_offset + i) == node .and. conflict == '') then
                   conflict = conflict_of_supports(scene%supports(i), support)
                end if
             end do
@@ -202,9 +202,9 @@ contains
       if (.not. allocated(scene%supports)) return
       deallocate (supports)
       allocate (supports(size(scene%supports)))
-      supports_offset = mesh%more_stops
+      supports_offset = mesh%further_stops
       do k = 1, size(supports)
-         supports(k)%dof = 2*mesh%more_nodes(supports_offset + k)
+         supports(k)%dof = 2*mesh%further_nodes(supports_offset + k)
          if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
          supports(k)%stiffness = spring_unit*scene%supports(k)%stiffness_ratio
       end do
@@ -231,12 +231,12 @@ contains
 
       allocate (masses(0))
       if (.not. allocated(scene%masses)) return
-      masses_offset = mesh%more_stops
+      masses_offset = mesh%further_stops
       if (allocated(scene%supports)) masses_offset = masses_offset + size(scene%supports)
       deallocate (masses)
       allocate (masses(size(scene%masses)))
       do k = 1, size(masses)
-         masses(k) = point_mass_t(node=mesh%more_nodes(masses_offset + k), mass=scene%masses(k)%mass_ratio, &
+         masses(k) = point_mass_t(node=mesh%further_nodes(masses_offset + k), mass=scene%masses(k)%mass_ratio, &
             rotary_inertia=scene%masses(k)%rotary_inertia_ratio)
       end do
    end function masses_of

@@ -134,7 +134,7 @@ contains
       ! pictures of the scene show the shape at the start
       draws_start = .not. allocated(settings%output%shape_times) .and. settings%output%shape_step <= 0.0_wp
       if (draws_start) settings%output%shape_times = [0.0_wp]
-      if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%compared > 0) then
+      if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%finer_elements > 0) then
          call choose_mesh(scene, beam)
          if (allocated(beam%error)) then
             allocate (error, source=beam%error)

@@ -14,27 +14,31 @@ module sweep_best
 
    !> The best of the cases that have been considered, the best first.
    type :: best_t
-      !> Column (index in the table of measures) by which cases are compared; factor 1 or -1 of its values, so that the
-      !> best value becomes the minimum
+      !> Index, in the table of measures, of the measure by which cases are compared
       integer :: column = 0
+      !> Factor 1 or -1 of the values of that measure, with which the best value becomes the minimum
       real(wp) :: sign = 1.0_wp
       !> Number of cases in the list
       integer :: count = 0
-      !> Numbers of the cases, their parameters [axes, maximum count] and measures [measure_count, maximum count]
+      !> Numbers of the cases, [maximum count]
       integer, allocatable :: case(:)
+      !> Parameters of the cases, [axes, maximum count]
       real(wp), allocatable :: values(:, :)
+      !> Measures of the cases, [measure_count, maximum count]
       real(wp), allocatable :: rows(:, :)
    end type best_t
 
-   !> Improvements found by the refinement, in the order in which they were found; the first is the best case of the
-   !> sweep.
+   !> The best case of the sweep (entry 1), then the improvements in the order in which the refinement found them.
    type :: refined_t
+      !> Number of entries
       integer :: count = 0
-      !> Number of cases computed before each improvement, its parameters and its measures
+      !> Number of cases that the refinement had computed before each entry, [count]
       integer, allocatable :: evaluations(:)
+      !> Parameters of each entry, [axes, count]
       real(wp), allocatable :: values(:, :)
+      !> Measures of each entry, [measure_count, count]
       real(wp), allocatable :: rows(:, :)
-      !> Number of all cases that were computed
+      !> Number of all cases that the refinement computed
       integer :: all_evaluations = 0
    end type refined_t
 

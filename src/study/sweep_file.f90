@@ -47,9 +47,11 @@ module sweep_file
    type :: survey_t
       !> The best cases
       type(best_t) :: best
-      !> Number of cases that failed, and numbers and reasons of the first of them
-      integer :: failures = 0
-      integer, allocatable :: failed(:)
+      !> Number of cases that failed
+      integer :: failure_count = 0
+      !> Numbers of the first cases that failed, at most `max_reasons`
+      integer, allocatable :: failed_cases(:)
+      !> Reasons of their failures
       character(max_reason_length), allocatable :: reasons(:)
       !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
@@ -90,14 +92,14 @@ contains
          do i = 1, size(chunk%rows, 2)
             call insert_case(survey%best, first_of_chunk(plan, number) + i - 1, chunk%values(:, i), chunk%rows(:, i))
          end do
-         survey%failures = survey%failures + size(chunk%failed)
+         survey%failure_count = survey%failure_count + size(chunk%failed)
          do i = 1, min(size(chunk%failed), size(failed) - recorded)
             failed(recorded + i) = chunk%failed(i)
             reasons(recorded + i) = chunk%reasons(i)
          end do
-         recorded = min(survey%failures, size(failed))
+         recorded = min(survey%failure_count, size(failed))
       end do
-      allocate (survey%failed, source=failed(:recorded))
+      allocate (survey%failed_cases, source=failed(:recorded))
       allocate (survey%reasons(recorded))
       survey%reasons(:) = reasons(:recorded)
    end subroutine survey_chunks
@@ -195,7 +197,7 @@ contains
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
          k=1, size(plan%axes))]))
       call group%attribute('measures', joined(pack(names, has_measure(scene))))
-      call group%attribute('failures', [survey%failures])
+      call group%attribute('failures', [survey%failure_count])
       if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in the array order of C
          leads = plan%axes%leader == 0
@@ -206,7 +208,7 @@ contains
          call group%attribute('carry', trim(scene%sweep%swept(scene%sweep%carry)%parameter%name))
          call group%attribute('chain', [plan%chain])
       end if
-      call group%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
+      call group%add('failed', survey%failed_cases, '1', 'cases that failed', is_scale=.true.)
       call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
    end subroutine write_group
 

@@ -11,22 +11,28 @@ module sweep_ranks
    public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, max_of_ranks, queue_t, start_queue, &
       next_of_queue, serve_queue, clear_queue, finish_queue, ranks_in_words
 
-   !> Number of this process, and number of processes; set once at the start.
+   !> Number of this process, from 0; set once at the start.
    integer, protected :: this_rank = 0
-   integer, protected :: all_ranks = 1
+   !> Number of processes; set once at the start.
+   integer, protected :: rank_total = 1
 
-   !> Procedures that call MPI; not associated: there is only this process.
+   !> Procedures that call MPI (rank_calls.c); not associated: there is only this process. The result of
+   !> `has_request(waits)` is 1 if another process has requested a number, else 0; with waits = 1 it waits until one
+   !> has. `answer(number)` sends the number to the process whose request `has_request` found. `request(0)` requests a
+   !> number from the first process and waits for the answer. `barrier(0)` waits for all processes, `maximum(value)`
+   !> returns the maximum over all of them, and `stop_mpi(0)` finalises MPI.
    procedure(rank_call_t), pointer :: request => null(), has_request => null(), answer => null(), barrier => null(), &
       maximum => null(), stop_mpi => null()
 
    !> A queue of numbers, each of which is assigned once to a process.
    type :: queue_t
-      !> The numbers, and how many of them have been assigned
+      !> The numbers
       integer, allocatable :: list(:)
+      !> How many of the numbers have been assigned
       integer :: assigned = 0
       !> Number of other processes that do not know yet that all numbers are assigned
       integer :: uninformed = 0
-      !> This process knows that all numbers are assigned
+      !> Whether this process knows that all numbers are assigned
       logical :: is_over = .false.
    end type queue_t
 
@@ -34,11 +40,11 @@ contains
 
    !> Initialise MPI, if the program was started by the MPI launcher.
    subroutine start_ranks(error)
-      !> Set if the other processes cannot be reached
+      !> Set if the library with the MPI calls cannot be loaded
       type(failure_t), allocatable, intent(inout) :: error
 
       procedure(rank_call_t), pointer :: start, number, count
-      logical :: are_loaded, serialises_calls
+      logical :: are_loaded, allows_threads
 
       call load_rank_calls(are_loaded, error)
       if (.not. are_loaded) return
@@ -51,12 +57,12 @@ contains
       barrier => rank_call('meet')
       maximum => rank_call('greatest')
       stop_mpi => rank_call('stop')
-      ! 1: threads may call MPI, one at a time
-      serialises_calls = start(0) == 1
+      ! 1: MPI provides MPI_THREAD_SERIALIZED, so that any thread may call MPI if no two threads call it at once
+      allows_threads = start(0) == 1
       this_rank = number(0)
-      all_ranks = count(0)
-      if (this_rank == 0 .and. .not. serialises_calls) write (error_unit, &
-         '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
+      rank_total = count(0)
+      if (this_rank == 0 .and. .not. allows_threads) write (error_unit, &
+         '(a)') 'impactbeam: this MPI does not let several threads call it; give --threads 1'
    end subroutine start_ranks
 
    !> Finalise MPI.
@@ -73,7 +79,7 @@ contains
 
    !> Number of processes.
    integer function rank_count()
-      rank_count = all_ranks
+      rank_count = rank_total
    end function rank_count
 
    !> Whether this is the process that reads, writes and prints.
@@ -86,7 +92,7 @@ contains
       character(:), allocatable :: words
 
       words = ''
-      if (all_ranks > 1) words = to_text(all_ranks)//' processes'
+      if (rank_total > 1) words = to_text(rank_total)//' processes'
    end function ranks_in_words
 
    !> Maximum of a value over all processes.
@@ -95,7 +101,7 @@ contains
       integer, intent(in) :: value
 
       max_of_ranks = value
-      if (all_ranks > 1) max_of_ranks = maximum(value)
+      if (rank_total > 1) max_of_ranks = maximum(value)
    end function max_of_ranks
 
    !> Initialise a queue.
@@ -105,7 +111,7 @@ contains
       type(queue_t), intent(out) :: queue
 
       allocate (queue%list, source=list)
-      queue%uninformed = all_ranks - 1
+      queue%uninformed = rank_total - 1
    end subroutine start_queue
 
    !> Get the next number of the queue. Only one thread may call this procedure at a time.
@@ -161,7 +167,8 @@ contains
 
       integer :: number
 
-      ! a process that stopped early receives further numbers but does not process them
+      ! a process whose chunk could not be written (the sweep then fails) takes further numbers without computing them,
+      ! so that the first process can end
       do while (this_rank /= 0 .and. .not. queue%is_over)
          call next_of_queue(queue, number)
       end do
@@ -169,7 +176,7 @@ contains
          number = has_request(1)
          call answer_one(queue)
       end do
-      if (all_ranks > 1) number = barrier(0)
+      if (rank_total > 1) number = barrier(0)
       queue%is_over = .true.
    end subroutine finish_queue
 

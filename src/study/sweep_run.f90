@@ -306,7 +306,7 @@ contains
       first = size(values)/section_values - recorded%count
       do k = 1, recorded%count
          associate (section => values(section_values*(first + k - 1) + 1:section_values*(first + k)))
-            if (recorded%release_contact > 0) section(1:2) = factor*recorded%stop(:, recorded%release_contact, k)
+            if (recorded%release_contact > 0) section(1:2) = factor*recorded%contact(:, recorded%release_contact, k)
             section(3:4) = factor*recorded%tip(:, k)
          end associate
       end do

@@ -27,10 +27,11 @@ contains
       type(plan_t), intent(in) :: plan
       !> Summary of the chunks
       type(survey_t), intent(in) :: survey
-      !> Improvements found by the refinement
+      !> The best case of the sweep (entry 1), then the improvements that the refinement found
       type(refined_t), intent(in) :: refined
-      !> Number of cases that were computed in this run, and time of the computation in seconds
+      !> Number of cases that were computed in this run
       integer, intent(in) :: computed
+      !> Time of the computation, seconds
       real(wp), intent(in) :: seconds
       !> Threads and processes in words
       character(*), intent(in) :: workers
@@ -42,7 +43,8 @@ contains
       units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
       call print_warnings(unit, scene)
-      if (scene%mesh%found%compared > 0) then
+      ! if the program chose the mesh
+      if (scene%mesh%found%finer_elements > 0) then
          call print_line(unit, 'mesh', mesh_in_words(scene))
          call print_mesh(unit, scene%mesh%found, units)
       end if
@@ -61,29 +63,30 @@ contains
          end associate
       end do
       words = to_text(plan%cases)
-      if (survey%failures > 0) words = words//', of which '//to_text(survey%failures)//' failed'
+      if (survey%failure_count > 0) words = words//', of which '//to_text(survey%failure_count)//' failed'
       call print_line(unit, 'cases', words)
       if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed) &
          //' of them were already computed')
       if (computed > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
          //to_text(nint(real(computed, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
-      do k = 1, min(size(survey%failed), 3)
-         call print_line(unit, '', 'case '//to_text(survey%failed(k))//' failed: '//trim(survey%reasons(k)), width=0)
+      do k = 1, min(size(survey%failed_cases), 3)
+         call print_line(unit, '', 'case '//to_text(survey%failed_cases(k))//' failed: '//trim(survey%reasons(k)), &
+            width=0)
       end do
       if (.not. scene%wants_best) return
       call print_best(unit, scene, plan, survey%best)
       if (survey%best%count == 0) return
       if (refined%count == 0) then
-         call print_ends(unit, scene, plan, survey%best%values(:, 1))
+         call print_parameters_at_limits(unit, scene, plan, survey%best%values(:, 1))
       else
          call print_refined(unit, scene, plan, refined)
-         call print_ends(unit, scene, plan, refined%values(:, refined%count))
+         call print_parameters_at_limits(unit, scene, plan, refined%values(:, refined%count))
       end if
    end subroutine print_sweep
 
-   !> Print the parameters of which the best case has a value at an end of their range, because better cases may lie
-   !> beyond.
-   subroutine print_ends(unit, scene, plan, values)
+   !> Name each parameter whose value in the best case is the minimum or maximum of its range, because better cases may
+   !> lie beyond it.
+   subroutine print_parameters_at_limits(unit, scene, plan, values)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -100,7 +103,7 @@ contains
                //', is at an end of its range: better cases may lie beyond'
          end associate
       end do
-   end subroutine print_ends
+   end subroutine print_parameters_at_limits
 
    !> Print the best cases, one in each line.
    subroutine print_best(unit, scene, plan, best)
@@ -115,7 +118,7 @@ contains
          write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' ' &
             //name_in_results(measure_table(measure)%name)
          if (best%count == 0) then
-            write (unit, '(2x, a)') 'no case has one'
+            write (unit, '(2x, a)') 'no case has a value of this measure'
             return
          end if
          call add_numbers(table, 'case', real(best%case(:best%count), wp), whole)
@@ -129,7 +132,7 @@ contains
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Improvements found by the refinement
+      !> The best case of the sweep (entry 1), then the improvements that the refinement found
       type(refined_t), intent(in) :: refined
 
       type(table_t) :: table
@@ -151,8 +154,9 @@ contains
       type(table_t), intent(inout) :: table
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Values of the parameters, [axes, lines], and of the measure, [lines]
+      !> Values of the parameters, [axes, lines]
       real(wp), intent(in) :: values(:, :)
+      !> Values of the measure, [lines]
       real(wp), intent(in) :: measured(:)
 
       type(units_t) :: units

@@ -13,7 +13,7 @@ module text_file
 
 contains
 
-   !> Read a regular file, or the file to which a link leads, without a byte order mark.
+   !> Read a regular file, or the file to which a link leads. A byte order mark at its beginning is left out.
    subroutine load_text(file, text, problem)
       character(*), intent(in) :: file
       !> Content of the file
@@ -29,6 +29,7 @@ contains
          problem = 'no file name'
          return
       end if
+      ! only a directory contains '.'
       inquire (file=trim(file)//'/.', exist=is_directory)
       inquire (file=file, exist=is_there)
       if (is_directory) then
@@ -39,7 +40,7 @@ contains
          return
       end if
 
-      call load_bytes(file, .true., max_file_size, bytes, problem)
+      call load_bytes(file, follow_links=.true., max_length=max_file_size, bytes=bytes, problem=problem)
       if (allocated(problem)) then
          problem = 'cannot be read: '//problem
          return
