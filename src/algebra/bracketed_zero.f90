@@ -14,7 +14,7 @@ module bracketed_zero
       logical :: grows = .false.
       !> Next point to evaluate; the zero, if `is_found`
       real(wp) :: point = 0.0_wp
-      !> The zero is found, or the permitted evaluations are used up
+      !> Whether the zero is found, or the permitted evaluations are used up
       logical :: is_found = .false.
       !> The zero is found if the magnitude of the value does not exceed this; negative: values do not end the search
       real(wp) :: value_tolerance = 0.0_wp

@@ -127,7 +127,7 @@ contains
       type(skyline_t), intent(inout) :: matrix
       !> Set if a pivot is refused; the message has its row
       type(failure_t), allocatable, intent(out) :: error
-      !> Demand positive pivots (default true); false for K - sigma M
+      !> Whether to demand positive pivots (default true); false for K - sigma M
       logical, intent(in), optional :: positive
 
       integer :: column, row, first, offset, row_offset, k

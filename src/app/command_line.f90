@@ -22,20 +22,20 @@ module command_line
       type(argument_t), allocatable :: scenes(:)
       !> Folder of the results
       character(:), allocatable :: folder
-      !> Stop after checking the scenes
+      !> Whether to stop after checking the scenes
       logical :: check_only = .false.
-      !> Estimate the discretisation error of the mesh
+      !> Whether to estimate the discretisation error of the mesh
       logical :: estimate = .false.
-      !> Print nothing except errors, on standard error
+      !> Whether to print nothing except errors, on standard error
       logical :: quiet = .false.
       !> Number of threads of a sweep; 0: as many as there are cores
       integer :: threads = 0
-      !> Print only the version or the help
+      !> Whether to print only the version or the help
       logical :: wants_version = .false.
       logical :: wants_help = .false.
       !> Group whose names are printed; empty: all groups; unallocated: none
       character(:), allocatable :: names
-      !> Print the names as a table in Markdown
+      !> Whether to print the names as a table in Markdown
       logical :: wants_markdown = .false.
       !> Format of tables for other programs, one of `table_formats`; unallocated: no tables
       character(:), allocatable :: format

@@ -231,7 +231,7 @@ contains
       character(*), intent(in) :: folder
       !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
-      !> Print no table
+      !> Whether to print no table
       logical, intent(in) :: quiet
       !> Set if the run fails, its files cannot be written or its tables cannot be printed
       type(failure_t), allocatable, intent(out) :: error
@@ -298,7 +298,7 @@ contains
    !> Print that a scene is valid.
    subroutine report_valid(scene, quiet, error)
       type(scene_t), intent(in) :: scene
-      !> Print nothing
+      !> Whether to print nothing
       logical, intent(in) :: quiet
       !> Reason why the message could not be printed
       type(failure_t), allocatable, intent(inout) :: error

@@ -78,7 +78,7 @@ contains
       !> Tip mass mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio
       type(beam_model_t), intent(out) :: model
-      !> Redistribute the inertia of the node at the stop to its neighbours; default false
+      !> Whether to redistribute the inertia of the node at the stop to its neighbours; default false
       logical, intent(in), optional :: is_redistributed
       !> Supports along the beam
       type(beam_support_t), intent(in), optional :: supports(:)

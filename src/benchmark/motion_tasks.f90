@@ -64,7 +64,7 @@ contains
       class(task_t), intent(inout) :: task
       !> Set if the assembly or the computation of modes fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Compute all modes too; default false
+      !> Whether to compute all modes too; default false
       logical, intent(in), optional :: with_modes
       !> One of the `mass_` constants; default: that of the scene
       integer, intent(in), optional :: mass

@@ -29,12 +29,15 @@ module compliant_stop
    !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+ and the branch
    !> force from P2 to P2+.
    type :: stop_step_t
-      !> Factors in the mean of P over the step, which is mean_slope u+ + mean_indentation u + mean_branch P2
+      !> Factor of u+ in the mean of P over the step
       real(wp) :: mean_slope = 0.0_wp
+      !> Factor of u in the mean of P over the step
       real(wp) :: mean_indentation = 0.0_wp
+      !> Factor of P2 in the mean of P over the step
       real(wp) :: mean_branch = 0.0_wp
-      !> Factors in P2+ = decay P2 + gain (u+ - u)
+      !> Factor of P2 in P2+ = decay P2 + gain (u+ - u)
       real(wp) :: decay = 1.0_wp
+      !> Factor of u+ - u in that formula
       real(wp) :: gain = 0.0_wp
       !> Decay factor u+/u of the free surface, which bears no force; 1: the surface does not recover by itself
       real(wp) :: recovery = 1.0_wp
@@ -123,9 +126,11 @@ contains
    !> Mean of P over a step = slope u+ + constant.
    elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, constant)
       type(stop_step_t), intent(in) :: step
-      !> u and P2 at the start of the step
+      !> Indentation u at the start of the step
       real(wp), intent(in) :: indentation
+      !> Branch force P2 at the start of the step
       real(wp), intent(in) :: branch_force
+      !> Factor of u+, the indentation at the end of the step
       real(wp), intent(out) :: slope
       !> Contribution of the state at the start of the step
       real(wp), intent(out) :: constant

@@ -19,30 +19,33 @@ module constrained_sets
    !> The beam in its free modes, and its contacts.
    type :: free_beam_t
       type(oscillators_t) :: oscillators
-      !> Each mode has a damping ratio of its own: the damping then couples the constrained modes
+      !> Whether each mode has a damping ratio of its own: the damping then couples the constrained modes
       logical :: has_modal_damping = .false.
       !> b_i: value of mode i at each contact times the sign s of the contact, [modes, contacts]
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
-      !> Heights h of the contact surfaces in units of displacement, [contacts]
+      !> Heights h of the contact surfaces in units of displacement; the coordinate of a body counts from where its
+      !> spring bears no force, [contacts]
       real(wp), allocatable :: height(:)
-      !> The same if coordinates of bodies count from z = 0, as results have them, [contacts]
+      !> Heights h if the coordinates of bodies count from z = 0, as in the results, [contacts]
       real(wp), allocatable :: observed_height(:)
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
       !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
       !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
-      !> Index of the mode of each body, displacement of the body per unit of the mode, and z from where it counts,
-      !> [bodies]
+      !> Index of the mode of each body, [bodies]
       integer, allocatable :: body_mode(:)
-      real(wp), allocatable :: body_value(:), body_rest(:)
+      !> Displacement of each body per unit of its mode, [bodies]
+      real(wp), allocatable :: body_value(:)
+      !> Displacement z of each body at which the coordinate of its mode is zero, [bodies]
+      real(wp), allocatable :: body_rest(:)
    end type free_beam_t
 
    !> The constrained modes of one set of closed rigid contacts.
    type :: constrained_set_t
-      !> Number of sets of closed contacts that share these modes
+      !> Number of sets of closed contacts that use these modes
       integer :: users = 0
       !> Indices of the closed rigid contacts
       integer, allocatable :: closed(:)
@@ -52,28 +55,36 @@ module constrained_sets
       !> Constrained modes as combinations of the free modes, orthonormal, [free, count]; unallocated: the constrained
       !> modes are the free modes
       real(wp), allocatable :: mode(:, :)
-      !> A mode is so stiff that its strain energy under a rounding error of the displacement is significant
+      !> Whether a mode is so stiff that its strain energy under a rounding error of the displacement is significant
       logical :: has_stiff = .false.
-      !> `mode` and its transpose, padded with zeros to whole SIMD vectors, [padded free, count], [padded count, free]
-      real(wp), allocatable, private :: to_free(:, :), to_set(:, :)
+      !> `mode`, padded with zeros to whole SIMD vectors, [padded free, count]
+      real(wp), allocatable, private :: to_free(:, :)
+      !> The transpose of `mode`, padded, [padded count, free]
+      real(wp), allocatable, private :: to_set(:, :)
       !> Reaction of each closed rigid contact per unit of p + 2 zeta p', with p the displacement of each constrained
       !> mode, [closed, count]
       real(wp), allocatable :: reaction(:, :)
-      !> Static equilibrium on the closed rigid contacts without loads: displacement in the free modes, gaps, reactions,
-      !> tip displacement, energy, [free], [contacts], [closed]
-      real(wp), allocatable :: static(:), static_gap(:), static_force(:)
+      !> Static equilibrium on the closed rigid contacts without loads: displacements of the free modes, [free]
+      real(wp), allocatable :: static(:)
+      !> Gaps in that equilibrium, [contacts]
+      real(wp), allocatable :: static_gap(:)
+      !> Reactions of the closed rigid contacts in that equilibrium, [closed]
+      real(wp), allocatable :: static_force(:)
+      !> Displacement of the tip in that equilibrium
       real(wp) :: static_tip = 0.0_wp
+      !> Strain energy in that equilibrium
       real(wp) :: static_energy = 0.0_wp
-      !> Values of the constrained modes at the contacts, times the sign of the contact, and at the tip, [count,
-      !> contacts], [count]
+      !> Values of the constrained modes at the contacts, times the sign of the contact, [count, contacts]
       real(wp), allocatable :: value(:, :)
+      !> Values of the constrained modes at the tip, [count]
       real(wp), allocatable :: tip_value(:)
       !> Reactions of the closed rigid contacts that balance a unit force at each contact instantaneously, [closed,
       !> contacts]
       real(wp), allocatable :: balanced_fraction(:, :)
-      !> Gaps and reactions as signals, [contacts], [closed]; each user sets the state of the signals before their
-      !> evaluation
-      type(modal_signal_t), allocatable :: gap(:), force(:)
+      !> Gaps as signals, [contacts]; each user sets the state of a signal before its evaluation
+      type(modal_signal_t), allocatable :: gap(:)
+      !> Reactions as signals, [closed]
+      type(modal_signal_t), allocatable :: force(:)
    end type constrained_set_t
 
    !> Squared frequency above which a rounding error of the modal displacement is a significant strain energy
@@ -116,7 +127,7 @@ contains
       allocate (set%balanced_fraction(size(closed), size(beam%height)), source=0.0_wp)
       do i = 1, size(closed)
          call constrain(square, set%value(:, closed(i)), 0.0_wp, new_square, change, new_reaction)
-         ! shares of a force at this contact that the contacts constrained before it balance
+         ! fractions of a force at this contact that the contacts constrained before it balance
          fractions_before = set%balanced_fraction(:i - 1, closed(i))
          allocate (reaction(i, size(new_square)))
          reaction(:i - 1, :) = matmul(set%reaction, change)
@@ -203,11 +214,12 @@ contains
       call make_signals(set)
    end subroutine damp_constrained_set
 
-   !> Fraction of a force that the contact constrained last balances instantaneously, and the correction of the
-   !> fractions of the contacts constrained before it.
+   !> Find the fraction of a force that the contact constrained last balances instantaneously, and correct the fractions
+   !> of the contacts constrained before it.
    pure subroutine distribute_force(value_at_last, value, before, place, fraction)
-      !> Modal values at the contact constrained last, and at the contact of the force
+      !> Modal values at the contact constrained last, [modes]
       real(wp), intent(in) :: value_at_last(:)
+      !> Modal values at the contact of the force, [modes]
       real(wp), intent(in) :: value(:)
       !> Fractions that the contacts constrained before take of a force at the contact constrained last, [place - 1]
       real(wp), intent(in) :: before(:)
@@ -279,11 +291,13 @@ contains
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
-      !> State in the free modes, [free]
+      !> Displacements of the free modes, [free]
       real(wp), contiguous, intent(in) :: q(:)
+      !> Velocities of the free modes, [free]
       real(wp), contiguous, intent(in) :: v(:)
-      !> State in the constrained modes, [count]
+      !> Displacements of the constrained modes, [count]
       real(wp), contiguous, intent(out) :: p(:)
+      !> Velocities of the constrained modes, [count]
       real(wp), contiguous, intent(out) :: rate(:)
 
       real(wp), dimension(size(q)) :: relative, forces
@@ -314,11 +328,13 @@ contains
    pure subroutine to_free_modes(beam, set, p, rate, q, v)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
-      !> State in the constrained modes, [count]
+      !> Displacements of the constrained modes, [count]
       real(wp), contiguous, intent(in) :: p(:)
+      !> Velocities of the constrained modes, [count]
       real(wp), contiguous, intent(in) :: rate(:)
-      !> State in the free modes, [free]
+      !> Displacements of the free modes, [free]
       real(wp), contiguous, intent(out) :: q(:)
+      !> Velocities of the free modes, [free]
       real(wp), contiguous, intent(out) :: v(:)
 
       real(wp), dimension(size(set%closed)) :: reaction, magnitude
@@ -350,12 +366,15 @@ contains
 
    !> Two linear combinations of the columns of a matrix, in whole SIMD vectors.
    pure subroutine combine_columns(blocks, columns, matrix, first, second, first_sum, second_sum)
-      !> SIMD vectors in each column
+      !> Number of SIMD vectors in each column
       integer, intent(in) :: blocks
+      !> Number of columns
       integer, intent(in) :: columns
       real(wp), intent(in) :: matrix(lanes*blocks, columns)
-      !> Coefficients of the columns
-      real(wp), intent(in), dimension(columns) :: first, second
+      !> Coefficients of the columns in the first combination
+      real(wp), intent(in), dimension(columns) :: first
+      !> Coefficients of the columns in the second combination
+      real(wp), intent(in), dimension(columns) :: second
       real(wp), intent(out), dimension(lanes*blocks) :: first_sum, second_sum
 
       integer :: i, j

@@ -48,9 +48,9 @@ contains
    pure subroutine find_static_equilibrium(beam, contacts, is_active, displacement, forces, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> Which contacts are active
+      !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
-      !> Displacements under the loads without contact forces; on return with them, [coordinates]
+      !> On entry displacements under the loads without contact forces, on return with them, [coordinates]
       real(wp), intent(inout) :: displacement(:)
       !> Force P >= 0 of each contact; those of inactive contacts are not changed
       real(wp), intent(inout) :: forces(:)

@@ -17,31 +17,36 @@ module contact_states
    !> State of one contact during a run.
    type :: contact_state_t
       type(contact_t) :: contact
+      !> Whether the contact is rigid: neither the stop nor a massless node in front of it is deformed
       logical :: is_rigid = .true.
       !> Law of a compliant stop; unallocated: the stop is rigid
       class(compliant_stop_t), allocatable :: spring
-      !> The stop is rigid, and `spring` is the compliance of a massless node of the beam in front of the stop. The
-      !> results show a rigid stop, and the energy of the node counts as energy of the beam
+      !> Whether the stop is rigid, and `spring` is the compliance of a massless node of the beam in front of the stop.
+      !> The results show a rigid stop, and the energy of the node counts as energy of the beam
       logical :: is_node = .false.
-      !> The law is spring and damper: after the force has vanished the contact surface moves with the beam until the
-      !> spring is undeformed
+      !> Whether the law is spring and damper: after the force has vanished the contact surface moves with the beam
+      !> until the spring is undeformed
       logical :: moves_with_beam = .false.
-      !> The contact is not shadowed by another contact at its point, and the energy at the start is enough to close it
+      !> Whether the contact is not shadowed by another contact at its point, and the energy at the start is enough to
+      !> close it
       logical :: is_active = .true.
-      !> Index of the active rigid contact on the other side at the same point, if this contact is rigid; 0: none. No
-      !> clearance beyond rounding lies between both
+      !> Index of the active rigid contact on the other side at the same point, if this contact is rigid; 0: there is
+      !> none
       integer :: opposite = 0
+      !> Whether no clearance beyond rounding lies between this contact and the opposite one
       logical :: has_no_clearance = .false.
+      !> Whether the contact is closed
       logical :: is_closed = .false.
-      !> The contact is open and its surface moves with the beam, but the spring is not yet undeformed
+      !> Whether the contact is open and its surface moves with the beam, but the spring is not yet undeformed
       logical :: is_deformed = .false.
-      !> The stop is compliant, and the beam touches it without force and without separation
+      !> Whether the stop is compliant, and the beam touches it without force and without separation
       logical :: is_touched = .false.
-      !> Open contact: order of the first nonzero derivative of the gap at the start of the next phase; 0: the gap
-      !> itself is nonzero. Closed contact: the same for the force
+      !> Order of the first derivative that is not zero at the start of the next phase: of the gap of an open contact,
+      !> of the force of a closed one; 0: gap or force itself is not zero
       integer :: start_order = 0
-      !> Indentation u of the stop and force P2 of the Maxwell branch at the start of the next phase
+      !> Indentation u of the stop at the start of the next phase
       real(wp) :: indentation = 0.0_wp
+      !> Force P2 of the Maxwell branch at the start of the next phase
       real(wp) :: branch_force = 0.0_wp
       !> If the gap never exceeds this value during the present flight, the contact is captured at its end; 0: no
       !> capture is possible
@@ -52,8 +57,9 @@ module contact_states
       logical :: may_be_captured = .true.
       !> Number of flights since the start of the run
       integer :: flights = 0
-      !> Energy dissipated so far in the stop, and lost at impacts on it
+      !> Energy dissipated so far in the stop
       real(wp) :: dissipated = 0.0_wp
+      !> Energy lost so far at impacts on the stop
       real(wp) :: lost_at_impacts = 0.0_wp
    end type contact_state_t
 
@@ -63,8 +69,10 @@ module contact_states
       integer, allocatable :: place(:)
       !> Acceleration of each gap per unit force at another contact, [place, place]
       real(wp), allocatable :: mobility(:, :)
-      !> Acceleration of each gap without the reactions, and its rounding error, [place]
-      real(wp), allocatable :: free(:), rounding(:)
+      !> Acceleration of each gap without the reactions, [place]
+      real(wp), allocatable :: free(:)
+      !> Rounding error of that acceleration, [place]
+      real(wp), allocatable :: rounding(:)
       !> Reactions, which push the beam away from the surface, >= 0, [place]
       real(wp), allocatable :: force(:)
       !> Accelerations of the free modes under these reactions, [modes]
@@ -87,7 +95,7 @@ contains
    !> Put a massless node of the beam in front of this rigid stop.
    subroutine add_massless_node(state, flexibility, two_zeta)
       type(contact_state_t), intent(inout) :: state
-      !> Flexibility and damping as in `make_node_spring`
+      !> Displacement of the node per unit force on it, as in `make_node_spring`
       real(wp), intent(in) :: flexibility
       !> Twice the coefficient zeta of stiffness-proportional damping
       real(wp), intent(in) :: two_zeta

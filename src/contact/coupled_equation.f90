@@ -26,8 +26,9 @@ module coupled_equation
       real(wp), allocatable :: value(:, :)
       !> alpha_i, [modes]
       real(wp), allocatable :: mass_rate(:)
-      !> Dynamic stiffnesses of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
+      !> Dynamic stiffnesses of the stops, [stops]
       type(dynamic_stiffness_t), allocatable :: spring(:)
+      !> Index of the pole of the branch of each stop, [stops]; 0: the stop has no branch
       integer, allocatable :: branch_pole(:)
       !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
       real(wp), allocatable :: product(:, :)
@@ -37,10 +38,13 @@ module coupled_equation
    type :: coupled_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
-      !> T_i^-1 M b_i, and the product of b_i and the inverse of the transpose of T_i, [stops]
-      complex(wp), allocatable :: right(:), left(:)
-      !> D_i + b_i' T_i^-1 M b_i, and its derivative
+      !> T_i^-1 M b_i, [stops]
+      complex(wp), allocatable :: right(:)
+      !> Product of b_i and the inverse of the transpose of T_i, [stops]
+      complex(wp), allocatable :: left(:)
+      !> D_i + b_i' T_i^-1 M b_i
       complex(wp) :: value = 0.0_wp
+      !> Derivative of `value`
       complex(wp) :: slope = 0.0_wp
       !> Derivative of log det T_i
       complex(wp) :: trace = 0.0_wp
@@ -48,11 +52,19 @@ module coupled_equation
       complex(wp) :: pole_sum = 0.0_wp
       !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp
-      !> Workspace, allocated once: N, M and their derivatives, the derivative of T_i times `right`; T_i and its
-      !> derivative, the right-hand sides and solutions, a copy of T_i for the elimination; real and imaginary part of
-      !> 1/D_i, and of minus its derivative, zero for the separated mode, [modes, 4]
-      complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), slope_times_right(:)
-      complex(wp), allocatable, private :: matrix(:, :), slopes(:, :), solution(:, :), elimination(:, :)
+      !> Workspace, allocated once: N and M of each stop, [stops]
+      complex(wp), allocatable, private :: n(:), m(:)
+      !> Derivatives of N and M, [stops]
+      complex(wp), allocatable, private :: n_slope(:), m_slope(:)
+      !> Derivative of T_i times `right`, [stops]
+      complex(wp), allocatable, private :: slope_times_right(:)
+      !> T_i and its derivative, [stops, stops]
+      complex(wp), allocatable, private :: matrix(:, :), slopes(:, :)
+      !> Right-hand sides of the elimination, then its solutions, [stops, stops + 1]
+      complex(wp), allocatable, private :: solution(:, :)
+      !> Copy of T_i for the elimination, [stops, stops]
+      complex(wp), allocatable, private :: elimination(:, :)
+      !> Real and imaginary part of 1/D_i, and of minus its derivative, zero for the separated mode, [modes, 4]
       real(wp), allocatable, private :: term(:, :)
    end type coupled_vectors_t
 
@@ -84,8 +96,8 @@ contains
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
       ! one more entry for the pole 0, if there are branches
-      associate (room => problem%poles + merge(1, 0, problem%poles > 2*size(square)))
-         allocate (problem%pole(room), problem%relative(room))
+      associate (capacity => problem%poles + merge(1, 0, problem%poles > 2*size(square)))
+         allocate (problem%pole(capacity), problem%relative(capacity))
       end associate
       allocate (problem%branch_pole(size(spring)), source=0)
       call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
@@ -112,7 +124,7 @@ contains
             problem%product(:, pair) = value(:, j)*value(:, k)
          end do
       end do
-      ! the distance of the pole from -1/(2 zeta) is less than half of 1/(2 zeta)
+      ! poles whose distance from -1/(2 zeta) is less than half of 1/(2 zeta)
       problem%is_clustered = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_coupled_equation
 
@@ -189,7 +201,8 @@ contains
 
    contains
 
-      !> Magnitude of `value` as a fraction of the magnitudes of its summands, or of a greater scale.
+      !> Magnitude of `value` over the sum of the magnitudes of its summands, or over the given scale if that is
+      !> greater.
       pure function residual(scale)
          real(wp), intent(in) :: scale
          real(wp) :: residual
@@ -260,6 +273,7 @@ contains
       real(wp), contiguous, intent(in) :: weight(:)
       !> Real and imaginary parts of 1/D_i and of minus its derivative, [modes, 4]
       real(wp), contiguous, intent(in) :: term(:, :)
+      !> Entry of H
       complex(wp), intent(out) :: h
       !> Minus the derivative of h
       complex(wp), intent(out) :: h_slope
@@ -356,8 +370,14 @@ contains
       complex(wp), intent(in) :: s
       !> s - pole, [poles]
       complex(wp), intent(in) :: distance(:)
-      !> Values at s for each stop, [stops]
-      complex(wp), intent(out), dimension(:) :: n, m, n_slope, m_slope
+      !> N at s, [stops]
+      complex(wp), intent(out), dimension(:) :: n
+      !> M at s, [stops]
+      complex(wp), intent(out), dimension(:) :: m
+      !> Derivative of N at s, [stops]
+      complex(wp), intent(out), dimension(:) :: n_slope
+      !> Derivative of M at s, [stops]
+      complex(wp), intent(out), dimension(:) :: m_slope
 
       integer :: j
 

@@ -11,13 +11,12 @@ module coupled_modes
    use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_amplitudes, coupled_modes_t, &
       enlarge_terms, mirror_terms, pad_terms, sort_terms, terms_at
    use damped_oscillators, only: oscillators_t
-   use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t
+   use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t, reduce_rows
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use point_forces, only: find_point_forces
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
-   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: coupled_modes_t, make_coupled_modes, compare_sides, mirror_terms, coupled_amplitudes, terms_at
@@ -25,9 +24,10 @@ module coupled_modes
    !> Modes whose values at the stops are below this fraction of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp
 
-   !> Two exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds
-   !> `max_condition`; `circle_points` is then the number of points on a circle around both.
+   !> Two exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds this
+   !> value.
    real(wp), parameter :: max_condition = 10.0_wp
+   !> Number of points on a circle around two nearly coalescing exponents.
    integer, parameter :: circle_points = 48
 
 contains
@@ -46,6 +46,7 @@ contains
 
       type(coupled_modes_t) :: of_equivalents
       type(equivalent_stops_t) :: equivalent
+      ! maximum magnitude of the values; rows of the stops after `reduce_rows`, and its results
       real(wp) :: max_value, row(oscillators%count, size(spring)), factor(size(spring))
       integer :: base(size(spring)), i, j
 
@@ -81,46 +82,6 @@ contains
       call pad_terms(modes)
       call find_static_response(oscillators%square, value, spring, modes)
    end subroutine make_coupled_modes
-
-   !> Add to the rows of stops, or subtract from them, the rows of rigid stops at the same point of the beam, so that
-   !> the beam drops out of them. With b_i the row of a rigid stop, which does not move, b_j + c b_i (c = 1 or -1)
-   !> serves as row of stop j, if c times the force of stop j is then added to that of stop i. A body on a beam that a
-   !> rigid stop holds at this point thus moves by itself, and the equations are not singular at its roots.
-   pure subroutine reduce_rows(spring, row, base, factor)
-      !> Dynamic stiffnesses of the stops, [stops]
-      type(dynamic_stiffness_t), intent(in) :: spring(:)
-      !> Rows of the stops: values of the modes, [modes, stops]
-      real(wp), intent(inout) :: row(:, :)
-      !> Index of the rigid stop i whose row has been added to that of each stop; 0: none, [stops]
-      integer, intent(out) :: base(:)
-      !> c of each stop, [stops]
-      real(wp), intent(out) :: factor(:)
-
-      real(wp) :: sum_of_rows(size(row, 1))
-      ! the stops, those in whose rows the fewest modes take part first
-      integer :: order(size(spring)), i, j, k, m
-
-      base = 0
-      factor = 0.0_wp
-      order = ascending_order(real(count(abs(row) > 0.0_wp, dim=1), wp))
-      do m = 1, size(spring)
-         i = order(m)
-         if (.not. is_rigid_stop(spring(i)) .or. base(i) > 0) cycle
-         do j = 1, size(spring)
-            if (j == i .or. base(j) > 0 .or. any(base == j)) cycle
-            do k = -1, 1, 2
-               sum_of_rows = row(:, j) + real(k, wp)*row(:, i)
-               associate (entries => count(abs(sum_of_rows) > 0.0_wp))
-                  if (entries == 0 .or. entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
-               end associate
-               base(j) = i
-               factor(j) = real(k, wp)
-               row(:, j) = sum_of_rows
-               exit
-            end do
-         end do
-      end do
-   end subroutine reduce_rows
 
    !> Find all terms for stops with linearly independent columns of modal values, for each group of stops that share
    !> modes: at a root of one group the equation of another would be singular.
@@ -295,22 +256,31 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       !> Indices of the modes with nonzero values at stops
       integer, intent(in) :: active(:)
-      !> All roots as the index of the nearest pole and the offset from it, their values s, and the indices of the roots
-      !> with Im s >= 0
+      !> Index of the pole that is nearest to each root, [roots]
       integer, intent(in) :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), intent(in) :: offset(:)
+      !> Values s of the roots, [roots]
       complex(wp), intent(in) :: s(:)
+      !> Indices of the roots with Im s >= 0
       integer, intent(in) :: upper(:)
       !> Receives the terms
       type(coupled_modes_t), intent(inout) :: modes
 
       type(coupled_vectors_t) :: vectors
       complex(wp) :: distance(problem%poles), center, direction
-      ! distance of the two roots, and of the centre from the nearest other root or pole
-      real(wp) :: separation, clearance, radius, angle
+      ! distance of the two roots
+      real(wp) :: separation
+      ! distance of the centre from the nearest other root or pole
+      real(wp) :: clearance
+      ! radius of the circle, and angle of the point on it
+      real(wp) :: radius
+      real(wp) :: angle
       integer :: i, k, m, partner
-      ! the root is in a circle around its partner, too; the circle has a real centre
-      logical :: merged(size(s)), on_axis
+      ! the root is inside the circle around another root, which represents both
+      logical :: merged(size(s))
+      ! the circle has a real centre
+      logical :: on_axis
 
       merged = .false.
       do m = 1, size(upper)
@@ -352,9 +322,11 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       !> Indices of the modes with nonzero values at stops
       integer, intent(in) :: active(:)
-      !> The root s, 1 + 2 zeta s, and the distances of the root from the poles
+      !> The root s
       complex(wp), intent(in) :: s
+      !> 1 + 2 zeta s
       complex(wp), intent(in) :: viscous
+      !> Distances of the root from the poles, [poles]
       complex(wp), intent(in) :: distance(:)
       type(coupled_vectors_t), intent(in) :: vectors
       type(coupled_modes_t), intent(inout) :: modes
@@ -395,8 +367,9 @@ contains
    subroutine add_circle_point(problem, active, center, arm, modes)
       type(coupled_equation_t), intent(in) :: problem
       integer, intent(in) :: active(:)
-      !> The centre, and the point minus the centre
+      !> Centre of the circle
       complex(wp), intent(in) :: center
+      !> The point minus the centre
       complex(wp), intent(in) :: arm
       type(coupled_modes_t), intent(inout) :: modes
 
@@ -448,8 +421,9 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: distance(:)
-      !> Index of the term, and whether its exponent is a root, not a point of a circle
+      !> Index of the term
       integer, intent(in) :: place
+      !> Whether the exponent of the term is a root; if not, it is a point of a circle
       logical, intent(in) :: is_root
       integer, intent(in) :: active(:)
       type(coupled_modes_t), intent(inout) :: modes

@@ -12,18 +12,23 @@ module coupled_roots
 
    !> Iterates of the roots.
    type :: search_t
-      !> Index of the nearest pole of each root, and the offset of the root from that pole, [roots]
+      !> Index of the nearest pole of each root, [roots]
       integer, allocatable :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), allocatable :: offset(:)
-      !> Length of the last step of each root, `huge` before the first step, and whether the root has converged, [roots]
+      !> Length of the last step of each root, `huge` before the first step, [roots]
       real(wp), allocatable :: last_step(:)
+      !> Whether each root has converged, [roots]
       logical, allocatable :: done(:)
-      !> Workspace: distances of one root from all poles and from all other roots, and the vectors at that root
-      complex(wp), allocatable :: distance(:), root_distance(:)
+      !> Workspace: distances of one root from all poles, [poles]
+      complex(wp), allocatable :: distance(:)
+      !> Workspace: distances of one root from all other roots, [roots]
+      complex(wp), allocatable :: root_distance(:)
+      !> Workspace: the vectors at that root
       type(coupled_vectors_t) :: vectors
    end type search_t
 
-   !> Relative accuracy that is demanded of nearly coalescing roots.
+   !> Relative accuracy that is required of nearly coalescing roots.
    real(wp), parameter :: coalescing = 1.0e-7_wp
 
 contains
@@ -33,8 +38,9 @@ contains
    !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
    subroutine find_coupled_roots(problem, near, offset, converged)
       type(coupled_equation_t), intent(in) :: problem
-      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
+      !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
 
@@ -45,17 +51,20 @@ contains
    !> The simultaneous iteration of all roots.
    subroutine iterate(problem, in_pairs, near, offset, converged)
       type(coupled_equation_t), intent(in) :: problem
-      !> Iterate one root of each conjugate pair
+      !> Whether to iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
-      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
+      !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
 
       integer, parameter :: iteration_cap = 500
       type(search_t) :: search
-      ! the next root is the conjugate of this root and is not iterated; this root is the conjugate of the one before it
-      logical :: has_conjugate(size(near)), is_conjugate(size(near))
+      ! the next root is the conjugate of this root and is not iterated
+      logical :: has_conjugate(size(near))
+      ! this root is the conjugate of the root before it
+      logical :: is_conjugate(size(near))
       complex(wp) :: s
       integer :: iteration, m
 
@@ -115,13 +124,15 @@ contains
    !> One step of the iteration for one root.
    subroutine step_root(problem, m, iteration, search)
       type(coupled_equation_t), intent(in) :: problem
-      !> Index of the root, and number of the iteration
+      !> Index of the root
       integer, intent(in) :: m
+      !> Number of the iteration
       integer, intent(in) :: iteration
       type(search_t), intent(inout) :: search
 
-      ! the tolerance of convergence is raised after these numbers of iterations
+      ! number of iterations after which the tolerance of convergence is raised
       integer, parameter :: strict_iterations = 40
+      ! number of iterations after which the tolerance becomes `coalescing`
       integer, parameter :: normal_iterations = 200
       complex(wp) :: log_derivative, step, s
       real(wp) :: tolerance, length, magnitude
@@ -181,9 +192,11 @@ contains
    !> Set nearly real roots to exactly real values, and check that the other roots are complex conjugate pairs.
    pure subroutine make_real(problem, near, offset, are_paired)
       type(coupled_equation_t), intent(in) :: problem
-      !> Roots, [roots]
+      !> Index of the nearest pole of each root, [roots]
       integer, intent(in) :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), intent(inout) :: offset(:)
+      !> Whether all roots that are not real are in conjugate pairs
       logical, intent(out) :: are_paired
 
       complex(wp) :: s
@@ -213,14 +226,18 @@ contains
    !> damping ratio, and for each branch a value near its relaxation rate.
    subroutine guess_roots(problem, near, offset)
       type(coupled_equation_t), intent(in) :: problem
-      !> Indices of the nearest poles, and offsets of the roots from them, [roots]
+      !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
+      !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
 
       complex(wp) :: s(size(near))
       real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
-      ! `damping`: -Re s; `root`: Im s of a complex root; `fastest`: highest frequency of the modes
-      real(wp) :: damping, root, stiffness, fastest, flexibility
+      ! -Re s, and Im s of a complex root
+      real(wp) :: damping, root
+      ! highest frequency of the modes
+      real(wp) :: fastest
+      real(wp) :: stiffness, flexibility
       integer :: j, k, last
 
       allocate (square, source=problem%square)

@@ -22,32 +22,47 @@ module coupled_terms
       real(wp), allocatable :: mass_rate(:)
       !> Number of terms; of a complex conjugate pair only the term with Im s > 0 is stored
       integer :: count = 0
-      !> Exponents s, and weights: 1 for a real exponent, 2 for a pair, [count]
+      !> Exponents s, [count]
       complex(wp), allocatable :: exponent(:)
+      !> Weights of the terms: 1 for a real exponent, 2 for a conjugate pair, [count]
       real(wp), allocatable :: weight(:)
-      !> -Re s and Im s, padded with zeros to whole SIMD vectors
-      real(wp), allocatable :: decay(:), omega(:)
-      !> Force P of each stop, its indentation and its branch force P2 per unit amplitude, [stops, count]
-      complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
-      !> Each mode of the beam per unit amplitude, [modes, count], and 1 + 2 zeta s, [count]
-      complex(wp), allocatable :: shape(:, :), viscous(:)
+      !> -Re s, padded with zeros to whole SIMD vectors
+      real(wp), allocatable :: decay(:)
+      !> Im s, padded likewise
+      real(wp), allocatable :: omega(:)
+      !> Force P of each stop per unit amplitude, [stops, count]
+      complex(wp), allocatable :: force(:, :)
+      !> Indentation u of each stop per unit amplitude, [stops, count]
+      complex(wp), allocatable :: indentation(:, :)
+      !> Branch force P2 of each stop per unit amplitude, [stops, count]
+      complex(wp), allocatable :: branch(:, :)
+      !> Displacement of each mode of the beam per unit amplitude, [modes, count]
+      complex(wp), allocatable :: shape(:, :)
+      !> 1 + 2 zeta s, [count]
+      complex(wp), allocatable :: viscous(:)
       !> Real and imaginary parts of `shape` in whole SIMD vectors, [padded modes, padded count, 2], shared by terms
       !> with the same stops on other sides
       real(wp), pointer, contiguous :: shape_parts(:, :, :) => null()
-      !> Weights with which the initial state enters the amplitudes: the heights of the stops and their internal
-      !> variables P2 - beta k u (without a branch: -c u), [stops, count], and the modes, [modes, count], until
-      !> `weight_parts` is made
-      complex(wp), allocatable :: height_weight(:, :), memory_weight(:, :), mode_weight(:, :)
+      !> Weight of the height of each stop in the amplitudes, [stops, count]
+      complex(wp), allocatable :: height_weight(:, :)
+      !> Weight of the internal variable of each stop, P2 - beta k u (without a branch: -c u), in the amplitudes,
+      !> [stops, count]
+      complex(wp), allocatable :: memory_weight(:, :)
+      !> Weight of the initial state of each mode in the amplitudes, [modes, count]; deallocated after `weight_parts`
+      !> has been made
+      complex(wp), allocatable :: mode_weight(:, :)
       !> Real and imaginary parts of `mode_weight` in whole SIMD vectors, [padded count, padded modes, 2], shared
       !> likewise
       real(wp), pointer, contiguous :: weight_parts(:, :, :) => null()
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
-      !> Displacement and force of static equilibrium per unit height of each stop, [modes, stops], [stops, stops]
-      real(wp), allocatable :: static_shape(:, :), static_force(:, :)
+      !> Displacement of static equilibrium per unit height of each stop, [modes, stops]
+      real(wp), allocatable :: static_shape(:, :)
+      !> Force of each stop in that equilibrium, [stops, stops]
+      real(wp), allocatable :: static_force(:, :)
    end type coupled_modes_t
 
-   !> Columns of sums over the modes: real part, imaginary part, sum of magnitudes |Re| + |Im|.
+   !> Columns of sums over the modes: real part, imaginary part, and sum of the magnitudes |Re| + |Im|.
    integer, parameter :: re = 1, im = 2, size_of = 3
    !> Two forms of the Laplace transform of the heights minus the free motion of the stop points, of which the one with
    !> the smaller magnitudes is used. The second follows from the first by s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D,
@@ -62,6 +77,7 @@ contains
       type(coupled_modes_t), intent(inout) :: modes
       !> Number of modes of the beam
       integer, intent(in) :: beam
+      !> Number of stops
       integer, intent(in) :: stops
       !> Maximum number of terms
       integer, intent(in) :: max_terms
@@ -167,14 +183,17 @@ contains
 
    !> Are two lists of stops the same, apart from the sides of the beam on which the stops are?
    pure subroutine compare_sides(spring, value, other_spring, other_value, place, sign)
-      !> Dynamic stiffnesses of the stops, [stops], and values of the modes at the stops, [modes, stops]
+      !> Dynamic stiffnesses of the stops of one list, [stops]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
+      !> Values of the modes at these stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> The other list, as long
+      !> Dynamic stiffnesses of the stops of the other list, [stops]
       type(dynamic_stiffness_t), intent(in) :: other_spring(:)
+      !> Values of the modes at those stops, [modes, stops]
       real(wp), intent(in) :: other_value(:, :)
-      !> Index of each stop in the other list, 0: it is not there; -1 if it is on the other side there, else 1, [stops]
+      !> Index of each stop in the other list, [stops]; 0: the stop is not there
       integer, intent(out) :: place(:)
+      !> -1 if the stop is on the other side of the beam there, else 1, [stops]
       real(wp), intent(out) :: sign(:)
 
       integer :: i, j
@@ -199,8 +218,9 @@ contains
    !> their signs.
    subroutine mirror_terms(from, place, sign, modes)
       type(coupled_modes_t), intent(in) :: from
-      !> Index of each stop in `from`, and -1 if the stop is on the other side there, else 1, [stops]
+      !> Index of each stop in `from`, [stops]
       integer, intent(in) :: place(:)
+      !> -1 if the stop is on the other side of the beam there, else 1, [stops]
       real(wp), intent(in) :: sign(:)
       type(coupled_modes_t), intent(out) :: modes
 
@@ -227,12 +247,14 @@ contains
       type(coupled_modes_t), intent(in) :: modes
       !> Heights of the contact surfaces above the static position of the beam, [stops]
       real(wp), intent(in) :: height(:)
-      !> Indentation u and branch force P2 at the start, [stops]; the indentation of a stiff stop computed from
-      !> displacements would be a rounding error
+      !> Indentation u at the start, [stops]; for a stiff stop it must be given, because one computed from displacements
+      !> would be a rounding error
       real(wp), intent(in) :: indentation(:)
+      !> Branch force P2 at the start, [stops]
       real(wp), intent(in) :: branch_force(:)
-      !> Modal displacements and velocities relative to the static position, [modes]
+      !> Modal displacements relative to the static position, [modes]
       real(wp), intent(in) :: z(:)
+      !> Modal velocities, [modes]
       real(wp), intent(in) :: v(:)
       !> Amplitudes without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
@@ -292,14 +314,17 @@ contains
       type(coupled_modes_t), intent(in) :: modes
       !> Index of the stop
       integer, intent(in) :: j
-      !> Height, indentation and branch force as in `coupled_amplitudes`
+      !> Height of the contact surface above the static position of the beam
       real(wp), intent(in) :: height
+      !> Indentation u at the start
       real(wp), intent(in) :: indentation
+      !> Branch force P2 at the start
       real(wp), intent(in) :: branch_force
       !> 1/s and magnitudes of s, [terms, columns of sums]
       real(wp), intent(in) :: inverse(:, :)
-      !> [terms, columns of sums, forms]
+      !> Both forms of the transform, [terms, columns of sums, forms]
       real(wp), contiguous, intent(inout) :: form(:, :, :)
+      !> Amplitudes, to which the contribution of the stop is added, [count]
       complex(wp), contiguous, intent(inout) :: amplitude(:)
 
       ! factors of the weights: P2 - beta k u of a stop with a branch, c u of a stop without one, and those of the
@@ -340,12 +365,13 @@ contains
 
    !> Sums over the modes for all terms and all columns of the state. Four modes are read at once for all columns.
    pure subroutine sum_over_modes(terms, modes, weight, state, total)
-      !> Numbers of terms and of modes in whole SIMD vectors
+      !> Number of terms, padded to whole SIMD vectors
       integer, intent(in) :: terms
+      !> Number of modes, padded to whole SIMD vectors
       integer, intent(in) :: modes
-      !> Real and imaginary parts
+      !> Real and imaginary parts of `mode_weight`
       real(wp), intent(in) :: weight(terms, modes, 2)
-      !> Columns of the state, and their magnitudes
+      !> Columns of the state (:, :, 1), and their magnitudes (:, :, 2)
       real(wp), intent(in) :: state(4, modes, 2)
       !> Sums of real parts, imaginary parts, magnitudes, [terms, 3, columns of the state]
       real(wp), intent(out) :: total(terms, 3, 4)

@@ -1,38 +1,90 @@
-!> Equivalent stops for compliant stops of one relaxation rate nu whose columns of modal values are linearly dependent,
-!> because the stops are at one point or outnumber the modes. Such stops would give the characteristic equation roots at
-!> the pole -nu itself, so fewer equivalent stops replace them.
+!> Stops that are replaced before the coupled motion is computed. `reduce_rows` treats stops at the point of a rigid
+!> stop.
+!>
+!> Equivalent stops replace compliant stops of one relaxation rate nu whose columns of modal values are linearly
+!> dependent, because the stops are at one point or outnumber the modes. Such stops would give the characteristic
+!> equation roots at the pole -nu itself, so fewer equivalent stops replace them.
 !>
 !> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops and S' the transpose of
 !> S, and the forces P of the stops act on the modes as the forces S P of the equivalent stops. The remaining branch
 !> forces P2 with S P2 = 0 act on no mode and relax independently (docs/theory.md, section 17).
 module equivalent_stops
-   use compliant_stop, only: dynamic_stiffness_t
+   use compliant_stop, only: dynamic_stiffness_t, is_rigid_stop
    use kinds, only: wp
    use lapack_interfaces, only: dsygv
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: equivalent_stops_t, find_equivalent_stops
+   public :: equivalent_stops_t, find_equivalent_stops, reduce_rows
 
    !> Equivalent stops for a set of stops.
    type :: equivalent_stops_t
-      !> Some columns of modal values are linearly dependent
+      !> Whether some columns of modal values are linearly dependent
       logical :: is_needed = .false.
-      !> Dynamic stiffnesses of the equivalent stops, and the modal values at them, [equivalent], [modes, equivalent]
+      !> Dynamic stiffnesses of the equivalent stops, [equivalent]
       type(dynamic_stiffness_t), allocatable :: spring(:)
+      !> Modal values at the equivalent stops, [modes, equivalent]
       real(wp), allocatable :: value(:, :)
       !> S: the indentations of the stops are S' times those of the equivalent stops, [equivalent, stops]
       real(wp), allocatable :: combination(:, :)
-      !> The stop is its own equivalent stop, [stops]
+      !> Whether each stop is its own equivalent stop, [stops]
       logical, allocatable :: is_own_equivalent(:)
-      !> Independently relaxing branch forces: P2 of the stops per unit of each, the coefficients that give the amount
-      !> of each in a given P2, and the relaxation rates, [stops, independent], [stops, independent], [independent]
-      real(wp), allocatable :: independent(:, :), memory_weight(:, :), rate(:)
+      !> Combinations of branch forces that relax independently: P2 of each stop per unit of each combination, [stops,
+      !> independent]
+      real(wp), allocatable :: independent(:, :)
+      !> Coefficients that give the amount of each combination in given branch forces P2, [stops, independent]
+      real(wp), allocatable :: memory_weight(:, :)
+      !> Relaxation rate of each combination, [independent]
+      real(wp), allocatable :: rate(:)
    end type equivalent_stops_t
 
-   !> Relative tolerances: for equal relaxation rates, and for linear dependence of a column on those before it.
-   real(wp), parameter :: rate_tolerance = 1.0e-10_wp, dependence_tolerance = 1.0e-12_wp
+   !> Relaxation rates that differ by less than this fraction are equal.
+   real(wp), parameter :: rate_tolerance = 1.0e-10_wp
+   !> A column counts as linearly dependent on those before it if less than this fraction of it is independent.
+   real(wp), parameter :: dependence_tolerance = 1.0e-12_wp
 
 contains
+
+   !> If a rigid stop and another stop are at one point of the beam, replace the row b_j of the other stop by b_j + c
+   !> b_i, with b_i the row of the rigid stop and c = 1 or -1 such that the modes of the beam cancel. Because the rigid
+   !> stop does not move, this does not change the gap of the other stop; c times the force of stop j must then be added
+   !> to that of stop i. A body that meets the beam at such a point thus moves independently of the beam, and the
+   !> equations are not singular at its roots.
+   pure subroutine reduce_rows(spring, row, base, factor)
+      !> Dynamic stiffnesses of the stops, [stops]
+      type(dynamic_stiffness_t), intent(in) :: spring(:)
+      !> Rows of the stops: values of the modes, [modes, stops]
+      real(wp), intent(inout) :: row(:, :)
+      !> Index of the rigid stop i whose row has been added to that of each stop; 0: none, [stops]
+      integer, intent(out) :: base(:)
+      !> c of each stop, [stops]
+      real(wp), intent(out) :: factor(:)
+
+      real(wp) :: sum_of_rows(size(row, 1))
+      ! the stops, those in whose rows the fewest modes take part first
+      integer :: order(size(spring)), i, j, k, m
+
+      base = 0
+      factor = 0.0_wp
+      order = ascending_order(real(count(abs(row) > 0.0_wp, dim=1), wp))
+      do m = 1, size(spring)
+         i = order(m)
+         if (.not. is_rigid_stop(spring(i)) .or. base(i) > 0) cycle
+         do j = 1, size(spring)
+            if (j == i .or. base(j) > 0 .or. any(base == j)) cycle
+            do k = -1, 1, 2
+               sum_of_rows = row(:, j) + real(k, wp)*row(:, i)
+               associate (entries => count(abs(sum_of_rows) > 0.0_wp))
+                  if (entries == 0 .or. entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
+               end associate
+               base(j) = i
+               factor(j) = real(k, wp)
+               row(:, j) = sum_of_rows
+               exit
+            end do
+         end do
+      end do
+   end subroutine reduce_rows
 
    !> Find the equivalent stops of each group of stops with one relaxation rate.
    subroutine find_equivalent_stops(value, spring, equivalent)
@@ -83,6 +135,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
+      !> Equivalent stops of all groups so far; those of this group are appended
       type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), combination(:, :), eigenvalue(:)
@@ -172,13 +225,15 @@ contains
 
    !> Append equivalent stops of a group.
    pure subroutine add_equivalents(value, spring, combination, places, equivalent)
-      !> Modal values at these equivalent stops, and their dynamic stiffnesses
+      !> Modal values at these equivalent stops, [modes, equivalent of the group]
       real(wp), intent(in) :: value(:, :)
+      !> Dynamic stiffnesses of these equivalent stops
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Rows of S for the group, [equivalent of the group, places]
       real(wp), intent(in) :: combination(:, :)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
+      !> Equivalent stops of all groups so far; those of this group are appended
       type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: larger(:, :)
@@ -205,6 +260,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Indices of the stops of the group among all stops
       integer, intent(in) :: places(:)
+      !> Equivalent stops of all groups so far; those of this group are appended
       type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), dimension(size(places), size(places)) :: projection, remainder

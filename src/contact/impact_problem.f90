@@ -16,20 +16,23 @@ module impact_problem
    !> rest, so that the sequence ends.
    integer, parameter :: max_rounds = 100
 
-   !> Role of a contact in the problem. `rebounds`: the contact rebounds by its coefficient of restitution, and takes
-   !> part only if the beam approaches it. `comes_to_rest`: no restitution, also if the beam separates from the contact
-   !> (capture). `stays_closed`: the contact is closed already.
+   !> Role of a contact that rebounds by its coefficient of restitution; it takes part only if the beam approaches it.
    integer, parameter :: rebounds = 1
+   !> Role of a contact without restitution, also if the beam separates from it (capture).
    integer, parameter :: comes_to_rest = 2
+   !> Role of a contact that is closed already.
    integer, parameter :: stays_closed = 3
 
-   !> Outcome for a contact: unchanged; an impact; a capture; an impulse on a closed contact; or a release, without an
-   !> impulse of its own. `outcome_of` returns the role of a contact that has received an impulse as its outcome, so
-   !> these constants are equal to those of the roles.
+   !> Outcome for a contact that receives no impulse. The outcome of a contact that has received one is its role, so the
+   !> next three constants are equal to those of the roles.
    integer, parameter :: unchanged = 0
+   !> Outcome: an impact.
    integer, parameter :: is_hit = rebounds
+   !> Outcome: a capture.
    integer, parameter :: is_arrested = comes_to_rest
+   !> Outcome: an impulse on a closed contact.
    integer, parameter :: gets_impulse = stays_closed
+   !> Outcome: a closed contact opens without an impulse of its own.
    integer, parameter :: is_released = 4
 
    !> A rigid contact in the impact problem.
@@ -38,12 +41,15 @@ module impact_problem
       integer :: contact = 0
       !> Role in the problem, one of the constants above
       integer :: role = rebounds
+      !> Coefficient of restitution of the contact
       real(wp) :: restitution = 0.0_wp
-      !> Normal velocity of the beam, positive away from the contact, before and after the impulse
+      !> Normal velocity of the beam before the impulse, positive away from the contact
       real(wp) :: before = 0.0_wp
+      !> Normal velocity of the beam after the impulse
       real(wp) :: after = 0.0_wp
-      !> Impulse on the beam, and the energy change of the beam by it
+      !> Impulse on the beam, positive away from the contact
       real(wp) :: impulse = 0.0_wp
+      !> Change of the beam's energy by the impulse
       real(wp) :: energy_change = 0.0_wp
    end type impact_contact_t
 
@@ -58,6 +64,7 @@ contains
       integer, intent(in) :: role
       !> Normal velocity of the beam, positive away from the contact
       real(wp), intent(in) :: velocity
+      !> Coefficient of restitution of the contact
       real(wp), intent(in) :: restitution
       type(impact_contact_t), intent(inout) :: struck(:)
       !> Number of contacts in the problem
@@ -89,8 +96,9 @@ contains
    !> Replacement of the nodal velocity: one node gets the velocity after the impact, all other nodes keep theirs. The
    !> energy may increase.
    pure subroutine find_nodal_impulse(mass, momentum, struck)
-      !> Entries of the degree of freedom c of the node: mass M_cc, and momentum (M v)_c before the impact
+      !> Mass M_cc of the degree of freedom c of the node
       real(wp), intent(in) :: mass
+      !> Momentum (M v)_c of that degree of freedom before the impact
       real(wp), intent(in) :: momentum
       type(impact_contact_t), intent(inout) :: struck
 

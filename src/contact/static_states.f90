@@ -23,7 +23,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> All contacts
       type(contact_t), intent(in) :: contacts(:)
-      !> y and dy/dx of the nodes, [order]
+      !> y and dy/dx of the nodes, [degrees of freedom]
       real(wp), allocatable, intent(out) :: displacement(:)
       !> Set when no force at that stop moves the beam, or when the shape penetrates another contact
       type(failure_t), allocatable, intent(out) :: error

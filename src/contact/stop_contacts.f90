@@ -17,16 +17,16 @@ module stop_contacts
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
-      !> Index of its &stop in the scene (input file), and index among all contacts in the order of the scene, below
-      !> before above
+      !> Index of its &stop in the scene (input file)
       integer :: stop = 1
+      !> Index among all contacts in the order of the scene, below before above
       integer :: number = 1
       !> Sign s: 1 for a contact below the beam, -1 for one above it
       real(wp) :: sign = 1.0_wp
       !> Height h = s d of the contact surface in units of displacement: the `preload` of its stop, for both contacts of
       !> a stop on both sides
       real(wp) :: height = 0.0_wp
-      !> The beam is released from this contact
+      !> Whether the beam is released from this contact
       logical :: is_release_contact = .false.
       !> Position and law of the stop, and the parameters of the law
       type(stop_settings_t) :: settings
@@ -56,7 +56,7 @@ contains
       answer = gap < -penetration_tolerance(contact)
    end function penetrates
 
-   !> Has the run one contact and no further features: a beam without supports along it, released from one rigid or
+   !> Is the run of the simplest kind, with one contact: a beam without supports along it, released from one rigid or
    !> three-element stop below it, with damping proportional to stiffness, without loads, stresses and statistics? The
    !> contact then needs no histories of its own in the results file, the number of modes can be chosen by comparing
    !> runs, and the stop may have a massless node in front of it.
@@ -162,7 +162,8 @@ contains
       end do
    end function active_contacts
 
-   !> Does one contact precede another in the order? Identical contacts remain in the order of the scene.
+   !> Does one contact precede another in the order of `contacts_of`? Identical contacts remain in the order of the
+   !> scene.
    elemental function precedes(one, other) result(answer)
       type(contact_t), intent(in) :: one
       type(contact_t), intent(in) :: other
@@ -193,8 +194,9 @@ contains
    !> Row of a contact: change of its gap per unit of each shape.
    pure function shape_of_contact(contact, dof, bodies, shapes) result(row)
       type(contact_t), intent(in) :: contact
-      !> Degree of freedom of the beam at the contact, and number of bodies
+      !> Degree of freedom of the beam at the contact
       integer, intent(in) :: dof
+      !> Number of bodies
       integer, intent(in) :: bodies
       !> Shapes over the degrees of freedom of the beam, followed by those of the bodies, [degrees of freedom, shapes]
       real(wp), intent(in) :: shapes(:, :)

@@ -191,7 +191,7 @@ contains
       real(wp), intent(in) :: limit
       !> Receives the searches of blocked contacts, [contacts]
       type(search_t), intent(inout) :: searches(:)
-      !> Contacts that need no search, [contacts]
+      !> Whether a contact needs no search, [contacts]
       logical, intent(inout) :: is_decided(:)
 
       integer :: k

@@ -20,12 +20,13 @@ module contact_impulses
 
    !> Capture at a rigid contact: the stop point is brought to rest without a further rebound.
    type :: capture_t
-      !> There is a capture at this contact
+      !> Whether there is a capture at this contact
       logical :: is_captured = .false.
-      !> The contact force after the capture is known to be positive: the contact stays closed
+      !> Whether the contact force after the capture is known to be positive: the contact stays closed
       logical :: has_reaction = .false.
-      !> Velocity of the stop point before the capture, and impulse on the beam, positive away from the contact
+      !> Velocity of the stop point before the capture, positive away from the contact
       real(wp) :: velocity = 0.0_wp
+      !> Impulse on the beam, positive away from the contact
       real(wp) :: impulse = 0.0_wp
       !> Change of the energy of the beam by the impulse
       real(wp) :: energy_change = 0.0_wp
@@ -100,7 +101,7 @@ contains
    !> Solve one impact problem and apply its impulses to the motion.
    subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> Rigid contacts whose gap is zero, [contacts]
+      !> Whether the gap of each contact is zero and its stop rigid, [contacts]
       logical, intent(in) :: reached(:)
       !> Index of the contact that is hit
       integer, intent(in) :: first
@@ -110,9 +111,11 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      ! contacts in the impact problem, and velocity change of each per unit impulse at each other
+      ! contacts in the impact problem
       type(impact_contact_t) :: struck(size(reached))
-      real(wp) :: mobility(size(struck), size(struck)), velocity
+      ! velocity change at each of these contacts per unit impulse at each other
+      real(wp) :: mobility(size(struck), size(struck))
+      real(wp) :: velocity
       integer :: a, i, k, n
 
       n = 0
@@ -210,9 +213,13 @@ contains
 
       !> Append an event with its impulse, and add the impulse to the measures.
       subroutine record_impulse(kind, before, impulse, energy_change)
+         !> One of the `event_` constants
          integer, intent(in) :: kind
+         !> Velocity of the stop point before the impulse, positive away from the contact
          real(wp), intent(in) :: before
+         !> Impulse on the beam, positive away from the contact
          real(wp), intent(in) :: impulse
+         !> Change of the energy of the beam by the impulse
          real(wp), intent(in) :: energy_change
 
          type(event_t) :: event

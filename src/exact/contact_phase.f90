@@ -47,7 +47,7 @@ module contact_phase
       !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
       integer :: ended_at = 0
       integer :: ended_by = end_gap
-      !> The flight that ends at contact `ended_at` began with zero velocity on that contact
+      !> Whether the flight that ends at contact `ended_at` began with zero velocity on that contact
       logical :: starts_at_rest = .false.
       !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
@@ -453,7 +453,7 @@ contains
    !> Let the observers measure the phase.
    subroutine measure(self, is_last, motion)
       class(contact_phase_t), target, intent(inout) :: self
-      !> The run ends with this phase
+      !> Whether the run ends with this phase
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 

@@ -18,7 +18,8 @@ module contact_reactions
    private
    public :: find_reactions, opening_orders, resolve_touched_contacts
 
-   !> The beam may be at rest only if sum |q'| is at most this fraction of 1 + sum |q|, which exceeds rounding errors.
+   !> The beam may be at rest only if sum |q'| is at most this fraction of 1 + sum |q|. The fraction is larger than
+   !> rounding errors.
    real(wp), parameter :: max_creep = 1.0e-6_wp
 
    !> Rounding error of a sum over the modes, as a fraction of the sum of the magnitudes.

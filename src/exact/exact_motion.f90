@@ -35,7 +35,7 @@ module exact_motion
       integer :: count = 0
       type(free_modes_t) :: modes
       type(response_t) :: response
-      !> The run was made; false if it would cost too much, or failed
+      !> Whether the run was made; false if it would cost too much, or failed
       logical :: is_done = .false.
    end type trial_t
 

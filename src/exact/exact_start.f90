@@ -55,9 +55,10 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
-      ! contact forces P and energy in static equilibrium, in which the motion may come to rest
+      ! contact forces P in static equilibrium, in which the motion may come to rest
       real(wp), allocatable :: static_force(:)
       logical, allocatable :: is_active(:)
+      ! energy in static equilibrium
       real(wp) :: static_energy
       integer :: k
 
@@ -156,7 +157,7 @@ contains
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      !> Contacts that are active (not shadowed by another contact), [contacts]
+      !> Whether each contact is active (not shadowed by another contact), [contacts]
       logical, intent(in) :: is_active(:)
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
@@ -188,7 +189,7 @@ contains
       !> Distance of the modal displacement of the stop point from the stop, negative below it
       real(wp), intent(in) :: gap
       type(contact_state_t), intent(inout) :: state
-      !> Charged with the energy released by the node
+      !> Energy balance of the run, which receives the energy released by the node as dissipated in the beam
       type(energy_balance_t), intent(inout) :: balance
 
       real(wp) :: before
@@ -231,15 +232,16 @@ contains
       call find_load(now, 0.0_wp)
    end subroutine set_up_loads
 
-   !> Report an error if rounding makes slow exponents of overdamped modes equal, which tend to -1/(2 zeta) with growing
-   !> frequency. The equation of contacts has such modes apart from each other only where zeta is not in their rates,
-   !> and bodies bring it there.
+   !> Report an error if rounding makes the slow exponents of two overdamped modes equal; with growing frequency they
+   !> tend to -1/(2 zeta). With damping proportional to stiffness the equation of the contacts (module
+   !> `coupled_equation`) treats such modes without loss of digits, but not if bodies give each mode a damping ratio of
+   !> its own.
    subroutine check_decays(beam, error)
       type(free_beam_t), intent(in) :: beam
       !> Set if two modes of the beam decay alike
       type(failure_t), allocatable, intent(out) :: error
 
-      ! with less of a relative difference energies were wrong by more than 1e-11
+      ! minimum relative difference of two decay rates; with a smaller one, energies were wrong by more than 1e-11
       real(wp), parameter :: min_difference = 4096.0_wp*epsilon(1.0_wp)
       integer :: i, last
 
@@ -301,7 +303,7 @@ contains
    !> (rigid-body modes, bodies without springs) equilibrium exists only if no contact has a static force.
    pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
-      !> Active contacts, [contacts]
+      !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: force(:)

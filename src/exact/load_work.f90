@@ -22,8 +22,9 @@ contains
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
-      !> Homogeneous part (without the load response) of the state of the constrained modes at that time, [modes]
+      !> Displacements of the constrained modes at that time without the load response (homogeneous part), [modes]
       real(wp), contiguous, intent(in) :: z(:)
+      !> Velocities of the constrained modes at that time, likewise, [modes]
       real(wp), contiguous, intent(in) :: v(:)
       !> Values of the terms exp(s t) at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
@@ -54,8 +55,9 @@ contains
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
-      !> Homogeneous part of the state at that time, [modes]
+      !> Displacements of the modes at that time, homogeneous part, [modes]
       real(wp), contiguous, intent(in) :: z(:)
+      !> Velocities of the modes at that time, homogeneous part, [modes]
       real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
@@ -108,16 +110,21 @@ contains
       real(wp), contiguous, intent(in) :: square(:)
       !> `unit_responses_t%adjoint` of the load, zero for modes driven from rest, [modes]
       complex(wp), contiguous, intent(in) :: adjoint(:)
-      !> State at the start of the phase, [modes]
+      !> Displacements at the start of the phase, [modes]
       real(wp), contiguous, intent(in) :: z0(:)
+      !> Velocities at the start of the phase, [modes]
       real(wp), contiguous, intent(in) :: v0(:)
-      !> State at the time, [modes]
+      !> Displacements at the time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
+      !> Velocities at the time, [modes]
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
-      ! change of exp(i w t) (W^2 z + i w z') since the start of the phase, and sums over the modes
-      real(wp) :: cosine, real_change, imaginary_change, real_part, sine, imaginary_part
+      ! change of exp(i w t) (W^2 z + i w z') of a mode since the start of the phase
+      real(wp) :: real_change, imaginary_change
+      ! sums of the work over the modes
+      real(wp) :: real_part, imaginary_part
+      real(wp) :: cosine, sine
       integer :: i
 
       cosine = real(phasor, wp)
@@ -213,12 +220,13 @@ contains
       real(wp), intent(in) :: time
       !> exp(sigma t) at the end
       complex(wp), intent(in) :: rotation
-      !> The terms at the end and at the start, [terms]
+      !> The terms at the end, [terms]
       complex(wp), contiguous, intent(in) :: term(:)
+      !> The terms at the start, [terms]
       complex(wp), contiguous, intent(in) :: amplitude(:)
       complex(wp) :: work
 
-      ! below this product of exponent and time the difference of the two ends would lose digits
+      ! below this product of exponent and time, the difference of the values at the two ends would lose digits
       real(wp), parameter :: cancels = 0.1_wp
       integer :: m
 
@@ -232,8 +240,8 @@ contains
       end do
    end function work_of_rotation
 
-   !> Work of all loads on the load response: on modes driven from rest, and on the rows of the work-conjugate
-   !> displacements (constant + slope t + harmonics).
+   !> Work of all loads on the load response: on modes driven from rest, and on the displacements along the loads
+   !> (work-conjugate displacements), which have the form constant + slope t + harmonics.
    pure function work_on_load_response(self, time, phasor) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -242,8 +250,10 @@ contains
       real(wp) :: work
 
       integer :: g, i, m
-      ! exp(i w t) of a load, and amplitude of its work-conjugate displacement at one of the load frequencies
-      complex(wp) :: load_phasor, row
+      ! exp(i w t) of a load
+      complex(wp) :: load_phasor
+      ! amplitude of the displacement along the load at one of the load frequencies
+      complex(wp) :: row
 
       work = 0.0_wp
       associate (set => self%set%forced, forced => self%forced)
@@ -278,9 +288,11 @@ contains
       type(load_segment_t), intent(in) :: load
       !> exp(i w t) of the harmonic of this load
       complex(wp), intent(in) :: load_phasor
-      !> Complex amplitude and frequency omega of the displacement, and exp(i omega t)
+      !> Complex amplitude of the displacement
       complex(wp), intent(in) :: row
+      !> Frequency omega of the displacement
       real(wp), intent(in) :: omega
+      !> exp(i omega t)
       complex(wp), intent(in) :: phasor
       real(wp), intent(in) :: time
       real(wp) :: work

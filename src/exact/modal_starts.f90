@@ -47,10 +47,11 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> The beam, its contacts and the loads on it
       type(phase_state_t), intent(in) :: phase
-      !> Contacts that are active (not shadowed by another contact), [contacts]
+      !> Whether each contact is active (not shadowed by another contact), [contacts]
       logical, intent(in) :: is_active(:)
-      !> Modal displacements and velocities, [modes]
+      !> Modal displacements, [modes]
       real(wp), allocatable, intent(out) :: q(:)
+      !> Modal velocities, [modes]
       real(wp), allocatable, intent(out) :: v(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
@@ -59,8 +60,10 @@ contains
 
       type(modal_beam_t) :: beam
       real(wp) :: momentum(model%mass%order, 2)
-      ! coordinates and velocities of the bodies
-      real(wp), dimension(size(phase%beam%body_mode)) :: coordinate, velocity
+      ! coordinates of the bodies, from where their springs bear no force
+      real(wp), dimension(size(phase%beam%body_mode)) :: coordinate
+      ! velocities of the bodies
+      real(wp), dimension(size(phase%beam%body_mode)) :: velocity
       ! the motion has fewer modes than the beam, and the start is a release
       logical :: is_truncated
 
@@ -130,10 +133,11 @@ contains
       type(phase_state_t), intent(in) :: phase
       type(modal_beam_t), intent(in) :: beam
       logical, intent(in) :: is_active(:)
-      !> [modes]
+      !> Modal displacements in equilibrium, [modes]
       real(wp), intent(inout) :: q(:)
-      !> [contacts]
+      !> Contact forces P in equilibrium, [contacts]
       real(wp), intent(inout) :: forces(:)
+      !> Set if no contact supports the beam
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: load(size(q))
@@ -184,8 +188,9 @@ contains
       class(modal_beam_t), intent(in) :: self
       !> Stiffness added to each mode by an elastic foundation
       real(wp), intent(in) :: foundation
-      !> Modal loads and displacements, [modes, loads]
+      !> Modal loads, [modes, loads]
       real(wp), intent(in) :: load(:, :)
+      !> Modal displacements, [modes, loads]
       real(wp), intent(out) :: shape(:, :)
       !> Never set
       type(failure_t), allocatable, intent(inout) :: error
@@ -200,28 +205,31 @@ contains
    !> violation is used.
    subroutine find_slow_balance(phase, place, load, q, forces)
       type(phase_state_t), intent(in) :: phase
-      !> Contacts that can support the beam
+      !> Indices of the contacts that can support the beam
       integer, intent(in) :: place(:)
-      !> [modes]
+      !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
-      !> [modes]
+      !> Modal displacements in equilibrium, [modes]
       real(wp), intent(inout) :: q(:)
-      !> [contacts]
+      !> Contact forces P in equilibrium, [contacts]
       real(wp), intent(inout) :: forces(:)
 
-      ! a subset with a larger violation, or with larger displacements in units of displacement, is no equilibrium
-      real(wp), parameter :: max_violation = 1.0e-6_wp, max_displacement = 1.0e15_wp
+      ! a subset with a larger violation is no equilibrium
+      real(wp), parameter :: max_violation = 1.0e-6_wp
+      ! a subset with larger displacements, in units of displacement, is no equilibrium
+      real(wp), parameter :: max_displacement = 1.0e15_wp
       complex(wp), allocatable :: flexibility(:), contact_force(:)
       complex(wp) :: z(size(load))
       real(wp) :: gap(size(place)), min_violation, violation
       integer, allocatable :: subset(:)
-      ! the bits of `choice` tell which contacts the subset holds
-      integer :: k, choice
+      ! number whose bits state which contacts belong to the subset
+      integer :: choice
+      integer :: k
       logical :: is_singular
 
       min_violation = max_violation
       associate (beam => phase%beam)
-         ! if nothing carries the beam or a body, these displacements lead to the message
+         ! if nothing supports the beam or a body, these displacements lead to the message
          q = load/beam%oscillators%square
          forces = 0.0_wp
          do choice = 0, 2**min(size(place), max_supports) - 1
@@ -236,7 +244,7 @@ contains
             ! violation: the maximum of relative tension and relative penetration
             violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
                + tiny(1.0_wp)), -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
-            ! immense displacements come from contacts that carry nothing, or twice the same
+            ! huge displacements mean that contacts of the subset support nothing, or that two contacts support the same
             if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
                min_violation = violation
                q = real(z, wp)

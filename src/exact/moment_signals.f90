@@ -37,6 +37,7 @@ module moment_signals
       real(wp) :: static = 0.0_wp
       !> Moment per unit of z + 2 zeta z' of each constrained mode; of a body, displacement per unit of z, [modes]
       real(wp), allocatable :: weight(:)
+      !> Whether the modes enter by z + 2 zeta z' (a moment) instead of z (a displacement)
       logical :: is_viscous = .true.
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), allocatable :: force_moment(:)
@@ -46,8 +47,9 @@ module moment_signals
 
    !> Bending moments at the requested places.
    type :: moments_t
-      !> Moment at each place per unit of modal displacement, and per unit of modal acceleration, [modes, places]
+      !> Moment at each place per unit of modal displacement, [modes, places]
       real(wp), allocatable, private :: stiffness(:, :)
+      !> Moment at each place per unit of modal acceleration, [modes, places]
       real(wp), allocatable, private :: mass(:, :)
       !> Moment per unit of each load: direct contribution and static response of truncated modes, [loads, places]
       real(wp), allocatable, private :: load(:, :)
@@ -108,7 +110,7 @@ contains
    !> Evaluate the moments of a sample.
    subroutine sample_moments(moments, time, sample)
       type(moments_t), intent(in) :: moments
-      !> Since the start of the phase
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       type(sample_t), intent(inout) :: sample
 
@@ -150,10 +152,10 @@ contains
       call add_terms(terms, now%max_length, signal)
    end subroutine find_signal
 
-   !> Find the coefficients of the moment at a place in the current phase; bodies follow the places.
+   !> Find the coefficients of the moment at a place, or of the displacement of a body, in the current phase.
    pure subroutine find_row(moments, p, now, row)
       type(moments_t), intent(in) :: moments
-      !> Index of the place, or number of places plus that of the body
+      !> Index of the place, or the number of places plus the number of the body
       integer, intent(in) :: p
       type(phase_state_t), intent(in) :: now
       type(moment_row_t), intent(out) :: row

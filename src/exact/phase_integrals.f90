@@ -24,16 +24,19 @@ contains
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
       real(wp), intent(in) :: length
-      !> Contacts with displacements, and contacts with forces
+      !> Indices of the contacts whose displacements are signals
       integer, intent(in) :: places(:)
+      !> Indices of the closed contacts whose forces are signals
       integer, intent(in) :: closed(:)
       type(signals_t), intent(out) :: signals
-      !> Absent: none
+      !> Moments and displacements of bodies that are signals; absent: none
       type(moment_row_t), intent(in), optional :: moments(:)
 
       type(moment_row_t), allocatable :: bending(:)
-      ! number of displacements at contacts, and of all signals
-      integer :: n, rows
+      ! number of displacements at contacts
+      integer :: n
+      ! number of all signals
+      integer :: rows
 
       n = size(places)
       if (present(moments)) then
@@ -109,9 +112,15 @@ contains
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
       ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
       real(wp) :: weight_of_signal(size(signals%offset), 2)
-      ! index of each contact in `constrained%closed`; number of terms so far; number of exponents around 0 that all
-      ! slow modes share; number of signals before the moments
-      integer :: of_constrained(size(closed)), forces, j, last, n, p, shared
+      ! index of each contact in `constrained%closed`
+      integer :: of_constrained(size(closed))
+      ! number of signals before the moments
+      integer :: forces
+      ! number of terms so far
+      integer :: last
+      ! number of exponents around 0 that all slow modes have in common
+      integer :: shared
+      integer :: j, n, p
 
       n = size(places)
       forces = n + 1 + size(closed)
@@ -206,12 +215,14 @@ contains
    !> Integrals of signals without slope, and of their squares, over a part of a phase that the path covers.
    subroutine integrate_on_path(self, from, length, signals, first, second)
       type(phase_state_t), intent(inout) :: self
-      !> Start of the part, since the start of the phase, and its length
+      !> Start of the part, since the start of the phase
       real(wp), intent(in) :: from
+      !> Length of the part
       real(wp), intent(in) :: length
       type(row_signal_t), intent(in) :: signals(:)
-      !> Integrals of each signal and, if requested, of its square, [signals]
+      !> Integral of each signal, [signals]
       real(wp), intent(out) :: first(:)
+      !> Integral of the square of each signal, [signals]; absent: not requested
       real(wp), intent(out), optional :: second(:)
 
       associate (set => self%set)
@@ -229,9 +240,9 @@ contains
       type(phase_state_t), intent(inout) :: self
       !> End of the integrals, since the start of the phase
       real(wp), intent(in) :: length
-      !> The path covers the integrals
+      !> Whether the path covers the integrals
       logical, intent(out) :: has_integrals
-      !> [compliant contacts of the set]
+      !> Integrals of the squared indentation rates, [compliant contacts of the set]
       real(wp), intent(out) :: second(:)
 
       type(row_signal_t) :: signals(size(second))

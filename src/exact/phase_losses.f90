@@ -28,7 +28,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: driven(3)
 
-      ! rate of a row, which is not needed
+      ! rate of the row, an output of `find_rows_at` that is not used here
       real(wp) :: rate(1)
       integer :: i, row(3)
 
@@ -48,8 +48,9 @@ contains
       integer, intent(in) :: k
       !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> Homogeneous part (without the load response) of the state of the constrained modes, [modes]
+      !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
+      !> Velocities of the constrained modes, likewise, [modes]
       real(wp), intent(in) :: v(:)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
@@ -80,8 +81,9 @@ contains
    !> energy balance.
    subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
       type(phase_state_t), intent(inout) :: self
-      !> Contact states, and energy of the constrained modes, at the start of the phase
+      !> Contact states at the start of the phase, [contacts]
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
+      !> Energy of the constrained modes at the start of the phase
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
       !> State z, v of the constrained modes, and homogeneous part of z, v (without the load response), [modes, 4]
@@ -93,8 +95,10 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      ! indentation and branch force of a contact at the end; integrals of the squared indentation rates, [compliant]
-      real(wp) :: branch_force, indentation, squares(size(lost) - 1)
+      ! indentation and branch force of a contact at the end
+      real(wp) :: branch_force, indentation
+      ! integrals of the squared indentation rates, [compliant], and whether they are known
+      real(wp) :: squares(size(lost) - 1)
       logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
@@ -132,7 +136,7 @@ contains
       !> State of the contact at the start of the phase
       type(contact_state_t), intent(in) :: at_start
       real(wp), intent(in) :: time
-      !> The time is before the end of the phase
+      !> Whether the time is before the end of the phase
       logical, intent(in) :: is_inside
       real(wp) :: loss
 
@@ -230,7 +234,7 @@ contains
    !> Prepare the dissipated powers as quadratic forms of the terms.
    pure subroutine prepare_losses(set, with_beam)
       type(contact_set_t), intent(inout) :: set
-      !> Prepare the dissipation in the beam, too
+      !> Whether to prepare the dissipation in the beam, too
       logical, intent(in) :: with_beam
 
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
@@ -277,8 +281,9 @@ contains
       type(contact_set_t), intent(inout) :: set
       !> Values of the terms exp(s t) at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> State at the start of the phase, [modes]
+      !> Displacements of the modes at the start of the phase, [modes]
       real(wp), intent(in) :: z0(:)
+      !> Velocities of the modes at the start of the phase, [modes]
       real(wp), intent(in) :: v0(:)
       real(wp), intent(in) :: time
       !> Energy dissipated in the beam, if prepared, then in each closed compliant contact, [1 + compliant]

@@ -21,8 +21,9 @@ module phase_rows
    !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
    !> the amplitudes of the two terms become too large.
    real(wp), parameter :: min_spread = 0.02_wp
-   !> Range of |s|, per unit of tau, in which the powers of s that bound the derivatives are representable.
+   !> Minimum of |s|, per unit of tau, of which the powers that bound the derivatives are representable.
    real(wp), parameter :: min_frequency = 1.0e-3_wp
+   !> Maximum of |s| for the same reason.
    real(wp), parameter :: max_frequency = 1.0e20_wp
 
 contains
@@ -48,8 +49,11 @@ contains
       type(phase_state_t), intent(inout) :: self
 
       complex(wp), allocatable :: exponent(:)
-      ! number of contacts, and number of rows so far
-      integer :: j, k, n, rows
+      ! number of contacts
+      integer :: n
+      ! number of rows so far
+      integer :: rows
+      integer :: j, k
 
       n = size(self%states)
       associate (set => self%set)
@@ -204,8 +208,11 @@ contains
    subroutine start_path(self)
       type(phase_state_t), intent(inout) :: self
 
-      ! number of load harmonics; index of a mode, and of its second term
-      integer :: harmonics, i, k, m, n
+      ! number of load harmonics
+      integer :: harmonics
+      ! index of a mode, and index of its second term
+      integer :: i, m
+      integer :: k, n
 
       self%span%length = -1.0_wp
       associate (set => self%set, path => self%path, basis => self%set%shared%basis)
@@ -285,8 +292,10 @@ contains
       type(dynamic_stiffness_t) :: spring
       ! row of the load response; 0: no loads
       integer :: load_row
-      ! factors of gap and gap rate in the signal
-      real(wp) :: factor, rate_factor
+      ! factor of the gap in the signal
+      real(wp) :: factor
+      ! factor of the rate of the gap in the signal
+      real(wp) :: rate_factor
 
       associate (set => self%set, constrained => self%set%constrained)
          load_row = 0
@@ -341,19 +350,26 @@ contains
       real(wp), intent(in) :: limit
       !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
-      !> It is certain whether and when the contact ends the phase; on entry: contacts that never do, [contacts]
+      !> Whether it is certain if and when the contact ends the phase; on entry: contacts that never do, [contacts]
       logical, intent(inout) :: is_decided(:)
-      !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
+      !> Index of the contact that ends the phase; 0: there is none
       integer, intent(out) :: ended_at
+      !> How the contact ends the phase: one of the `end_` constants
       integer, intent(out) :: ended_by
       !> Time of the end, or the limit
       real(wp), intent(out) :: time
 
-      ! signals to search, their contacts and their `end_` constants; a deformed open contact has two signals
+      ! signals to search; a deformed open contact has two signals
       type(row_signal_t) :: signals(2*size(searches))
+      ! contact of each signal, and its `end_` constant
       integer, dimension(2*size(searches)) :: contact, kind
-      ! index of the signal with the first zero, 0: none; last node of the path; number of signals
-      integer :: first, k, last, n
+      ! index of the signal with the first zero; 0: there is none
+      integer :: first
+      ! last node of the path
+      integer :: last
+      ! number of signals
+      integer :: n
+      integer :: k
 
       call start_path(self)
       n = 0
@@ -419,8 +435,9 @@ contains
       type(phase_state_t), intent(in) :: self
       !> Index of the signal that vanishes, 0: none
       integer, intent(in) :: first
-      !> Contact of each signal and its `end_` constant, [signals]
+      !> Contact of each signal, [signals]
       integer, intent(in) :: contact(:)
+      !> `end_` constant of each signal, [signals]
       integer, intent(in) :: kind(:)
       type(row_signal_t), intent(in) :: signals(:)
       logical :: passes

@@ -78,8 +78,9 @@ contains
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
 
-      ! force plus `error`, its rounding error; evaluations of the first search
+      ! force plus `error`, its rounding error
       class(transformable_signal_t), allocatable :: raised
+      ! number of evaluations of the first search
       integer(i8) :: before
       real(wp) :: error
 

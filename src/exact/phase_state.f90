@@ -48,7 +48,7 @@ module phase_state
       !> Loads on the beam (none: `count` = 0), and the load response in the present phase
       type(applied_loads_t) :: loads
       type(forced_response_t) :: forced
-      !> The beam does not move until loads change
+      !> Whether the beam does not move until loads change
       logical :: is_at_rest = .false.
       !> Reactions of rigid contacts at the last transition between phases
       type(reactions_t) :: reactions
@@ -113,7 +113,7 @@ contains
       !> State in the free modes, [free modes]
       real(wp), contiguous, intent(in) :: q(:)
       real(wp), contiguous, intent(in) :: v(:)
-      !> The run uses the set for the first time
+      !> Whether the run uses the set for the first time
       logical, intent(out) :: is_new
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -174,7 +174,7 @@ contains
    subroutine start_load_response(self, tau, is_new)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
-      !> The run uses the set for the first time: unit responses of an earlier run are not valid
+      !> Whether the run uses the set for the first time: unit responses of an earlier run are not valid
       logical, intent(in) :: is_new
 
       type(dynamic_stiffness_t) :: spring(size(self%states))

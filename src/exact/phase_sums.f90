@@ -72,7 +72,7 @@ contains
       type(moments_t), intent(in) :: moments
       !> Length of the phase, > 0
       real(wp), intent(in) :: length
-      !> [contacts + 1]
+      !> Accelerations at the contacts and at the tip, [contacts + 1]
       type(exponential_sums_t), intent(out) :: sums
 
       integer :: k
@@ -92,8 +92,9 @@ contains
    subroutine sample_accelerations(now, moments, length, time, place, sums, records, sample)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
-      !> Length of the phase, and time since its start
+      !> Length of the phase
       real(wp), intent(in) :: length
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       !> Index of the sample in the histories of contacts
       integer, intent(in) :: place
@@ -102,7 +103,7 @@ contains
       type(contact_record_t), intent(inout) :: records(:)
       type(sample_t), intent(inout) :: sample
 
-      ! [contacts + 1]
+      ! accelerations at the contacts and at the tip, [contacts + 1]
       real(wp) :: values(size(now%states) + 1)
       integer :: k
 

@@ -24,10 +24,11 @@ contains
    !> Apply the transition at the end of a phase.
    subroutine apply_transition(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> The contact that ended the phase, and how: one of the `end_` constants
+      !> Index of the contact that ended the phase
       integer, intent(in) :: k
+      !> How the contact ended the phase: one of the `end_` constants
       integer, intent(in) :: ended_by
-      !> The flight that ends began with zero velocity on this contact
+      !> Whether the flight that ends began with zero velocity on this contact
       logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
@@ -57,10 +58,11 @@ contains
    !> Apply the transition at a contact that ended a phase.
    subroutine apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> The contact that ended the phase, and how: one of the `end_` constants
+      !> Index of the contact that ended the phase
       integer, intent(in) :: k
+      !> How the contact ended the phase: one of the `end_` constants
       integer, intent(in) :: ended_by
-      !> The flight that ends began with zero velocity on this contact
+      !> Whether the flight that ends began with zero velocity on this contact
       logical, intent(in) :: starts_at_rest
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
@@ -126,8 +128,9 @@ contains
       type(response_t), intent(inout) :: response
 
       type(capture_t) :: captures(size(self%states))
-      ! the last rigid contact that the beam hits, 0: none; `apply_impacts` finds the others
-      integer :: hit, k
+      ! the last rigid contact that the beam hits; 0: there is none. `apply_impacts` finds the others
+      integer :: hit
+      integer :: k
 
       hit = 0
       do k = 1, size(self%states)
@@ -172,8 +175,11 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      ! gap velocity of the recovering surface, and velocity of the stop point relative to the surface
-      real(wp) :: excess_speed, impulse, surface_speed
+      ! gap velocity of the recovering surface
+      real(wp) :: surface_speed
+      ! velocity of the stop point relative to the surface
+      real(wp) :: excess_speed
+      real(wp) :: impulse
       integer :: order
 
       order = 1
@@ -218,8 +224,9 @@ contains
       ! rigid contacts with zero gap
       logical :: reached(size(self%states))
       real(wp) :: velocity
-      ! contact that is hit in the next problem, 0: none
-      integer :: k, next, round
+      ! contact that is hit in the next problem; 0: there is none
+      integer :: next
+      integer :: k, round
 
       do k = 1, size(self%states)
          reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
@@ -257,8 +264,10 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      ! contacts that may stay closed, and order of the first positive derivative of each gap, 0: stays closed
-      integer, dimension(size(self%states)) :: candidates, orders
+      ! contacts that may stay closed
+      integer, dimension(size(self%states)) :: candidates
+      ! order of the first positive derivative of the gap of each of them; 0: the contact stays closed
+      integer, dimension(size(self%states)) :: orders
       type(event_t) :: event
       integer :: a, k, n
 

@@ -20,7 +20,7 @@ contains
       type(phase_state_t), intent(in) :: self
       !> Start of the phase
       real(wp), intent(in) :: tau
-      !> Since the start of the phase
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       type(section_state_t), intent(out) :: state
 
@@ -82,8 +82,9 @@ contains
    !> Displacement z of a body, and velocity.
    pure function motion_of_body(self, z, v, b) result(motion)
       type(phase_state_t), intent(in) :: self
-      !> State of the constrained modes, [modes]
+      !> Displacements of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
+      !> Velocities of the constrained modes, [modes]
       real(wp), intent(in) :: v(:)
       integer, intent(in) :: b
       real(wp) :: motion(2)
@@ -103,8 +104,9 @@ contains
    !> Record the bodies at a sample.
    pure subroutine record_bodies(self, z, v, place, contacts, bodies)
       type(phase_state_t), intent(in) :: self
-      !> State of the constrained modes, [modes]
+      !> Displacements of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
+      !> Velocities of the constrained modes, [modes]
       real(wp), intent(in) :: v(:)
       !> Index of the sample in the histories
       integer, intent(in) :: place
@@ -129,8 +131,9 @@ contains
    !> Record the free modes at the sections in a phase.
    subroutine record_modes(self, tau, length, first, sections)
       type(phase_state_t), intent(in) :: self
-      !> Start of the phase, and its length
+      !> Start of the phase, tau
       real(wp), intent(in) :: tau
+      !> Length of the phase
       real(wp), intent(in) :: length
       !> Index of the first section in the phase
       integer, intent(in) :: first

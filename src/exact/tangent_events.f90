@@ -52,8 +52,9 @@ contains
    !> End of a phase: propagate each column, and shift it to its own instant of the event.
    subroutine end_columns(now, ended_at, ended_by, search, tangent)
       type(phase_state_t), intent(in) :: now
-      !> The contact that ends the phase, 0: none, and how: one of the `end_` constants
+      !> Index of the contact that ends the phase; 0: there is none
       integer, intent(in) :: ended_at
+      !> How the contact ends the phase: one of the `end_` constants
       integer, intent(in) :: ended_by
       type(search_t), intent(in) :: search
       type(tangent_t), intent(inout) :: tangent

@@ -149,7 +149,7 @@ contains
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The column is the derivative by a load parameter, so the change of the loads drives it
+      !> Whether the column is the derivative by a load parameter, so the change of the loads drives it
       logical, intent(in) :: is_driven
       !> One column, [free modes]
       real(wp), intent(inout) :: q(:)
@@ -232,7 +232,7 @@ contains
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The column is the derivative by a load parameter, so the change of the loads drives it
+      !> Whether the column is the derivative by a load parameter, so the change of the loads drives it
       logical, intent(in) :: is_driven
       !> One column, [free modes], [free modes], [contacts]
       real(wp), intent(inout) :: q(:)

@@ -300,7 +300,7 @@ contains
       integer, intent(in) :: n
       !> Argument, > 0
       real(qp), intent(in) :: x
-      !> Compute I and K in quadruple precision
+      !> Whether to compute I and K in quadruple precision
       logical, intent(in) :: in_quad
       real(qp) :: values(4)
 

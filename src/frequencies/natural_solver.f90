@@ -185,7 +185,7 @@ contains
    subroutine right_singular_vectors(matrix, with_vectors, singular, vectors, error)
       !> Matrix, [rows, columns]
       real(wp), intent(in) :: matrix(:, :)
-      !> Compute the singular vectors
+      !> Whether to compute the singular vectors
       logical, intent(in) :: with_vectors
       !> Singular values, [columns]
       real(wp), allocatable, intent(out) :: singular(:)

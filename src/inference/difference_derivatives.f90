@@ -35,7 +35,7 @@ module difference_derivatives
       real(wp) :: above_error = 0.0_wp
       real(wp) :: below = 0.0_wp
       real(wp) :: below_error = 0.0_wp
-      !> The errors from above and from below are relatively small or negligible
+      !> Whether the errors from above and from below are relatively small or negligible
       logical :: above_converges = .false.
       logical :: below_converges = .false.
    end type derivative_t

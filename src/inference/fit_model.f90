@@ -36,7 +36,8 @@ module fit_model
       real(wp), allocatable :: minimum(:)
       real(wp), allocatable :: maximum(:)
       logical, allocatable :: is_logarithmic(:)
-      !> Residuals are integrated over time, because those of a signal with jumps do not depend smoothly on parameters
+      !> Whether residuals are integrated over time, because those of a signal with jumps do not depend smoothly on
+      !> parameters
       logical :: integrates = .false.
       !> Standard deviation of the measured signal
       real(wp) :: spread = 1.0_wp

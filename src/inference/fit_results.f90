@@ -39,7 +39,7 @@ module fit_results
       !> the time at which a change of the size of the noise has grown to the size of the signal, huge: it does not
       real(wp) :: growth_rate = 0.0_wp
       real(wp) :: horizon = huge(1.0_wp)
-      !> The residuals are rounding errors
+      !> Whether the residuals are rounding errors
       logical :: is_exact = .false.
       !> Parameters at the start and at the end of each fit [parameters, starts], sum of squares and number of runs
       !> [starts]; NaN if the start failed

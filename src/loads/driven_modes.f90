@@ -20,7 +20,7 @@ module driven_modes
       complex(wp) :: force = (0.0_wp, 0.0_wp)
       !> Circular frequency of the load: sigma = i frequency; 0: the load is constant or a ramp
       real(wp) :: frequency = 0.0_wp
-      !> The load is the ramp t instead of exp(sigma t), and sigma = 0
+      !> Whether the load is the ramp t instead of exp(sigma t), and sigma = 0
       logical :: is_ramp = .false.
       !> 2 a, W^2 and the exponents of the free motion of the mode
       real(wp) :: damping = 0.0_wp

@@ -99,7 +99,7 @@ contains
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
-      !> The length of a step without a zero is needed
+      !> Whether the length of a step without a zero is needed
       logical, intent(in) :: needs_step
       type(bounds_t), intent(out) :: bounds
 

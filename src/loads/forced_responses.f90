@@ -196,7 +196,7 @@ contains
       !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
       real(wp), intent(in) :: frequency
-      !> Modes without response, because they are driven from rest, [modes]
+      !> Whether a mode has no response, because it is driven from rest, [modes]
       logical, intent(in) :: left_out(:)
       complex(wp) :: response(size(load))
 
@@ -259,7 +259,7 @@ contains
       type(unit_responses_t), intent(in) :: forced
       integer, intent(in) :: load
       complex(wp), intent(in) :: s
-      !> Modes without response, because they are driven from rest, [modes]
+      !> Whether a mode has no response, because it is driven from rest, [modes]
       logical, intent(in) :: left_out(:)
       !> Complex amplitudes of the rows, [rows]
       complex(wp), intent(out) :: response(:)

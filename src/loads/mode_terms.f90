@@ -56,7 +56,7 @@ module mode_terms
    !> A mode. Its exponents are -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread;
    !> W^2, 2 zeta and alpha are `square`, `two_zeta` and `mass_rate`, as in `oscillators_t`.
    type :: single_mode_t
-      !> The mode is below critical damping
+      !> Whether the mode is below critical damping
       logical :: oscillates = .true.
       real(wp) :: decay = 0.0_wp
       real(wp) :: spread = 0.0_wp

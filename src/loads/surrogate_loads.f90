@@ -42,7 +42,7 @@ contains
       integer, intent(in) :: compliant(:)
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
-      !> This is the first phase of the set under these loads
+      !> Whether this is the first phase of the set under these loads
       logical, intent(in) :: is_new
       type(unit_responses_t), intent(inout) :: set
       !> Contains the load response of the set without surrogates

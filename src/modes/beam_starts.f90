@@ -26,8 +26,9 @@ contains
    pure subroutine find_start_momenta(model, start, displacement, velocity)
       type(beam_model_t), intent(in) :: model
       type(start_settings_t), intent(in) :: start
-      !> M y and M y', [degrees of freedom]
+      !> M y, [degrees of freedom]
       real(wp), intent(out) :: displacement(:)
+      !> M y', [degrees of freedom]
       real(wp), intent(out) :: velocity(:)
 
       displacement = 0.0_wp
@@ -52,8 +53,9 @@ contains
    !> contains it.
    pure function curve_of_table(model, position, values) result(curve)
       type(beam_model_t), intent(in) :: model
-      !> x/L, ascending, two or more
+      !> Positions x/L, ascending, two or more
       real(wp), intent(in) :: position(:)
+      !> Values at these positions
       real(wp), intent(in) :: values(:)
       type(piecewise_cubic_t) :: curve
 

@@ -34,9 +34,11 @@ module damped_oscillators
       real(wp), allocatable :: mass_rate(:)
       !> Overdamped: decay rate of the fast exponent less alpha, [as `decay`]
       real(wp), allocatable :: fast_excess(:)
-      !> W^2, 1/W^2, and 1/spread, limited near critical damping so that its powers do not overflow, [as `decay`]
+      !> W^2, [as `decay`]
       real(wp), allocatable :: lane_square(:)
+      !> 1/W^2, [as `decay`]
       real(wp), allocatable :: inverse_square(:)
+      !> 1/spread, limited near critical damping so that its powers do not overflow, [as `decay`]
       real(wp), allocatable :: inverse_spread(:)
    end type oscillators_t
 
@@ -59,11 +61,13 @@ module damped_oscillators
 
    !> Samples the state at equal steps, phase by phase (a phase is the motion between two events).
    type :: sampler_t
-      !> State at the last sample, [count]
-      real(wp), allocatable :: z(:), v(:)
+      !> Displacements at the last sample, [count]
+      real(wp), allocatable :: z(:)
+      !> Velocities at the last sample, [count]
+      real(wp), allocatable :: v(:)
       !> Steps since the last closed form; `renewal_interval` at the start of a phase
       integer :: steps_since_renewal = renewal_interval
-      !> The step matrices, computed at first use
+      !> Whether the step matrices have been computed; that happens at their first use
       logical :: has_matrices = .false.
       type(step_matrices_t) :: matrices
    contains
@@ -159,11 +163,13 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Time, >= 0
       real(wp), intent(in) :: t
-      !> State at time 0, [count]
+      !> Displacements at time 0, [count]
       real(wp), intent(in) :: z0(:)
+      !> Velocities at time 0, [count]
       real(wp), intent(in) :: v0(:)
-      !> State at time t, [count]
+      !> Displacements at time t, [count]
       real(wp), intent(out) :: z(:)
+      !> Velocities at time t, [count]
       real(wp), intent(out) :: v(:)
 
       real(wp), dimension(size(oscillators%decay)) :: lane_z0, lane_v0, lane_z, lane_v, factors
@@ -186,11 +192,13 @@ contains
       integer, intent(in) :: last
       !> Time, >= 0
       real(wp), intent(in) :: t
-      !> State at time 0, [padded]
+      !> Displacements at time 0, [padded]
       real(wp), contiguous, intent(in) :: z0(:)
+      !> Velocities at time 0, [padded]
       real(wp), contiguous, intent(in) :: v0(:)
-      !> State at time t, [padded]
+      !> Displacements at time t, [padded]
       real(wp), contiguous, intent(out) :: z(:)
+      !> Velocities at time t, [padded]
       real(wp), contiguous, intent(out) :: v(:)
       !> exp(-decay t) of all oscillators, [padded]
       real(wp), contiguous, intent(out) :: factors(:)
@@ -263,8 +271,10 @@ contains
       real(wp), intent(in) :: t
       !> exp(-decay t), and the parameters of the oscillators
       real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread, square
-      !> In: state at time 0. Out: state at time t
-      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
+      !> In: displacement at time 0. Out: displacement at time t
+      real(wp), intent(inout), dimension(lanes*blocks) :: z
+      !> In: velocity at time 0. Out: velocity at time t
+      real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
@@ -300,8 +310,10 @@ contains
       real(wp), intent(in) :: t
       !> exp(-decay t), and the parameters of the oscillators
       real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread
-      !> In: state at time 0. Out: state at time t
-      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
+      !> In: displacement at time 0. Out: displacement at time t
+      real(wp), intent(inout), dimension(lanes*blocks) :: z
+      !> In: velocity at time 0. Out: velocity at time t
+      real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
@@ -345,13 +357,15 @@ contains
    !> the fast exponential decays with it.
    pure function elastic_and_viscous(oscillators, z, v, t, z0, v0) result(value)
       type(oscillators_t), intent(in) :: oscillators
-      !> State at the instant, [count]
+      !> Displacements at the instant, [count]
       real(wp), intent(in) :: z(:)
+      !> Velocities at the instant, [count]
       real(wp), intent(in) :: v(:)
       !> Time since an earlier state, >= 0
       real(wp), intent(in) :: t
-      !> The earlier state, [count]
+      !> Displacements of the earlier state, [count]
       real(wp), intent(in) :: z0(:)
+      !> Velocities of the earlier state, [count]
       real(wp), intent(in) :: v0(:)
       real(wp) :: value(oscillators%count)
 
@@ -375,8 +389,9 @@ contains
    !> z'' from the equation of motion.
    pure function acceleration(oscillators, z, v) result(a)
       type(oscillators_t), intent(in) :: oscillators
-      !> State, [count]
+      !> Displacements, [count]
       real(wp), intent(in) :: z(:)
+      !> Velocities, [count]
       real(wp), intent(in) :: v(:)
       real(wp) :: a(oscillators%count)
 
@@ -432,8 +447,9 @@ contains
       type(sampler_t), intent(inout) :: sampler
       !> Oscillators of the phase
       type(oscillators_t), intent(in) :: oscillators
-      !> State at the start of the phase, [count]
+      !> Displacements at the start of the phase, [count]
       real(wp), intent(in) :: z0(:)
+      !> Velocities at the start of the phase, [count]
       real(wp), intent(in) :: v0(:)
       !> Length of a step
       real(wp), intent(in) :: step
@@ -457,8 +473,9 @@ contains
    !> Kinetic energy and strain energy of all modes.
    pure function modal_energy(oscillators, z, v) result(energy)
       type(oscillators_t), intent(in) :: oscillators
-      !> State, [count]
+      !> Displacements, [count]
       real(wp), intent(in) :: z(:)
+      !> Velocities, [count]
       real(wp), intent(in) :: v(:)
       real(wp) :: energy(2)
 

@@ -12,8 +12,10 @@ contains
    pure subroutine exponentials(blocks, decay, omega, t, real_part, imaginary_part)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> -Re s and Im s
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
+      !> -Re s
+      real(wp), intent(in), dimension(lanes*blocks) :: decay
+      !> Im s
+      real(wp), intent(in), dimension(lanes*blocks) :: omega
       !> Time, >= 0
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
@@ -45,8 +47,10 @@ contains
    pure subroutine exponentials_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, modulus_change)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> -Re s and Im s
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
+      !> -Re s
+      real(wp), intent(in), dimension(lanes*blocks) :: decay
+      !> Im s
+      real(wp), intent(in), dimension(lanes*blocks) :: omega
       !> Time, >= 0
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
@@ -95,8 +99,9 @@ contains
    pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, modulus_change)
       !> Amplitudes A, [count]
       complex(wp), intent(in) :: amplitude(:)
-      !> -Re s and Im s, [padded]
+      !> -Re s, [padded]
       real(wp), contiguous, intent(in) :: decay(:)
+      !> Im s, [padded]
       real(wp), contiguous, intent(in) :: omega(:)
       !> Time, >= 0
       real(wp), intent(in) :: t

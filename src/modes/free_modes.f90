@@ -14,8 +14,9 @@ module free_modes
    type :: free_modes_t
       !> Number of elements of the mesh
       integer :: elements = 0
-      !> Degrees of freedom of the stop point and of the tip
+      !> Degree of freedom of the stop point
       integer :: stop_dof = 0
+      !> Degree of freedom of the tip
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
@@ -29,9 +30,10 @@ module free_modes
       !> Number of the body to which each mode belongs; 0: the beam. Unallocated: modes of bodies have not been
       !> appended, [modes]
       integer, allocatable :: body(:)
-      !> Squared frequencies and shapes of the truncated modes, whose static part a run adds to the bending moments;
-      !> unallocated: no mode is truncated
+      !> Squared frequencies of the truncated modes, whose static part a run adds to the bending moments; unallocated:
+      !> no mode is truncated
       real(wp), allocatable :: truncated_square(:)
+      !> Shapes of the truncated modes
       real(wp), allocatable :: truncated_mode(:, :)
       !> Displacement of a massless node at the stop under a unit force if all other degrees of freedom are fixed; 0:
       !> the node has mass

@@ -10,17 +10,21 @@ module pole_offsets
 
    !> Poles of a secular equation.
    type :: secular_t
-      !> Numbers of modes, of roots and of poles
+      !> Number of modes
       integer :: modes = 0
+      !> Number of roots
       integer :: roots = 0
+      !> Number of poles
       integer :: poles = 0
       !> 2 zeta, with zeta of stiffness-proportional damping
       real(wp) :: two_zeta = 0.0_wp
       !> W_i^2, [modes]
       real(wp), allocatable :: square(:)
-      !> Poles, and 1 + 2 zeta pole, [poles]
-      complex(wp), allocatable :: pole(:), relative(:)
-      !> The pole is one of the cluster near -1/(2 zeta), [poles]
+      !> Poles, [poles]
+      complex(wp), allocatable :: pole(:)
+      !> 1 + 2 zeta pole, [poles]
+      complex(wp), allocatable :: relative(:)
+      !> Whether the pole is one of the cluster near -1/(2 zeta), [poles]
       logical, allocatable :: is_clustered(:)
    end type secular_t
 
@@ -32,8 +36,9 @@ contains
       real(wp), intent(in) :: squares(:)
       !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
-      !> Poles s, and 1 + 2 zeta s, [2 modes at least]
+      !> Poles s, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
+      !> 1 + 2 zeta s, [2 modes at least]
       complex(wp), intent(inout) :: relative(:)
       !> alpha of damping proportional to mass, or 2 xi W of a damping ratio xi, [modes]; default 0
       real(wp), intent(in), optional :: mass_rate(:)
@@ -101,8 +106,9 @@ contains
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)
       type(secular_t), intent(in) :: problem
-      !> Indices of the poles
+      !> Index of the first pole
       integer, intent(in) :: a
+      !> Index of the second pole
       integer, intent(in) :: b
       complex(wp) :: difference
 
@@ -139,8 +145,9 @@ contains
    !> Distances of one root from all other roots.
    pure subroutine root_distances(problem, near, offset, root, distance)
       type(secular_t), intent(in) :: problem
-      !> Index of the pole of each root, and its offset
+      !> Index of the pole that is nearest to each root
       integer, intent(in) :: near(:)
+      !> Offset of each root from that pole
       complex(wp), intent(in) :: offset(:)
       !> Index of the root
       integer, intent(in) :: root

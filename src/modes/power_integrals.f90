@@ -13,15 +13,19 @@ module power_integrals
    !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
    !> the direct coefficient p and the conjugate coefficient c of a pair.
    type :: power_form_t
-      !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
+      !> Exponents s, [count]
       complex(wp), allocatable :: exponent(:)
-      real(wp), allocatable :: decay(:), omega(:)
+      !> -Re s, padded with zeros to whole SIMD vectors
+      real(wp), allocatable :: decay(:)
+      !> Im s, padded likewise
+      real(wp), allocatable :: omega(:)
       !> R^T R, with R the real parts, then the imaginary parts of the rates of `make_power_form`, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)
       !> The integral of the power is the change of x^T matrix x, with x the real parts of all A_m, then the imaginary
-      !> parts, [2 count, 2 count]. The matrix omits the products A_m conj(A_m), which may decay slowly; `diagonal` has
-      !> the factors of the integrals of |A_m|^2, [count]
-      real(wp), allocatable :: matrix(:, :), diagonal(:)
+      !> parts, [2 count, 2 count]. The matrix omits the products A_m conj(A_m), which may decay slowly
+      real(wp), allocatable :: matrix(:, :)
+      !> Factors of the integrals of |A_m|^2, [count]
+      real(wp), allocatable :: diagonal(:)
       !> Pairs of terms whose exponents are nearly conjugate; the matrix omits their products, too, [2, pairs]
       integer, allocatable :: pairs(:, :)
    end type power_form_t
@@ -31,12 +35,18 @@ module power_integrals
    type :: interval_terms_t
       !> Length of the interval
       real(wp) :: time = 0.0_wp
-      !> A_m at the start and at the end of the interval, [count]
-      complex(wp), allocatable :: amplitude(:), term(:)
+      !> A_m at the start of the interval, [count]
+      complex(wp), allocatable :: amplitude(:)
+      !> A_m at the end of the interval, [count]
+      complex(wp), allocatable :: term(:)
       !> Change (exp(s t) - 1) A_m over the interval, [count]
       complex(wp), allocatable :: change(:)
-      !> Real and imaginary parts of the change and of the sum of start and end, [2 count]; integral of |A_m|^2, [count]
-      real(wp), allocatable :: changes(:), sums(:), squares(:)
+      !> Real and imaginary parts of the change of A_m, [2 count]
+      real(wp), allocatable :: changes(:)
+      !> Real and imaginary parts of the sum of A_m at start and end, [2 count]
+      real(wp), allocatable :: sums(:)
+      !> Integral of |A_m|^2, [count]
+      real(wp), allocatable :: squares(:)
    end type interval_terms_t
 
    !> If |s_m + conj(s_n)| is below this fraction of |s_m| and |s_n|, the change of the quadratic form loses digits.
@@ -90,14 +100,17 @@ contains
    pure subroutine integrate_pairs(n, decay, omega, product_real, product_imag, integral_real, integral_imag, distance)
       !> Index n of the term
       integer, intent(in) :: n
-      !> -Re s, Im s, [count]
+      !> -Re s, [count]
       real(wp), contiguous, intent(in) :: decay(:)
+      !> Im s, [count]
       real(wp), contiguous, intent(in) :: omega(:)
-      !> Products of all rates with the real and with the imaginary part of rate n, [2 count]
+      !> Products of all rates with the real part of rate n, [2 count]
       real(wp), contiguous, intent(in) :: product_real(:)
+      !> Products of all rates with the imaginary part of rate n, [2 count]
       real(wp), contiguous, intent(in) :: product_imag(:)
-      !> Columns of the matrix, [2 count]
+      !> Column of the matrix that belongs to the real part of term n, [2 count]
       real(wp), contiguous, intent(inout) :: integral_real(:)
+      !> Column that belongs to its imaginary part, [2 count]
       real(wp), contiguous, intent(inout) :: integral_imag(:)
       !> |s_m + conj(s_n)|^2; 0 for m = n and if the two terms nearly are each other's conjugate, [count]
       real(wp), contiguous, intent(out) :: distance(:)

@@ -9,29 +9,39 @@ module tangent_columns
    public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
    public :: no_parameter, load_amplitude, load_frequency
 
-   !> Parameter by which the last column, after those of the initial state, is the derivative: no parameter (there is no
-   !> such column), the amplitude of a load, or the frequency of a load (the frequencies of all other loads change in
-   !> proportion).
+   !> Parameter by which the last column, after those of the initial state, is the derivative: no parameter, so that
+   !> there is no such column.
    integer, parameter :: no_parameter = 0
+   !> The amplitude of a load.
    integer, parameter :: load_amplitude = 1
+   !> The frequency of a load; the frequencies of all other loads change in proportion.
    integer, parameter :: load_frequency = 2
 
    !> Time derivatives of the state.
    type :: state_rates_t
-      !> Of the free modes, [modes], and of the force P2 (Maxwell branch) of each contact, [contacts]
-      real(wp), allocatable :: q(:), v(:), branch_force(:)
+      !> Rates of the displacements of the free modes, [modes]
+      real(wp), allocatable :: q(:)
+      !> Rates of the velocities of the free modes, [modes]
+      real(wp), allocatable :: v(:)
+      !> Rates of the force P2 (Maxwell branch) of each contact, [contacts]
+      real(wp), allocatable :: branch_force(:)
    end type state_rates_t
 
    !> Columns of variations during a motion.
    type :: tangent_t
-      !> Variations of the free modes, [modes, columns], and of the force P2 of each contact, [contacts, columns]
-      real(wp), allocatable :: q(:, :), v(:, :), branch_force(:, :)
+      !> Variations of the displacements of the free modes, [modes, columns]
+      real(wp), allocatable :: q(:, :)
+      !> Variations of the velocities of the free modes, [modes, columns]
+      real(wp), allocatable :: v(:, :)
+      !> Variations of the force P2 of each contact, [contacts, columns]
+      real(wp), allocatable :: branch_force(:, :)
       !> Variation of the instant of the last event in each column, [columns]
       real(wp), allocatable :: delay(:)
       !> Time derivatives of the state at the start of the present phase; after a run, those at its end
       type(state_rates_t) :: boundary_rates
-      !> One of the `by_` constants, and the number of the load
+      !> Parameter of the last column: `no_parameter`, `load_amplitude` or `load_frequency`
       integer :: parameter = no_parameter
+      !> Number of the load
       integer :: load = 0
       !> Minimum so far of the normal speeds at impacts on rigid contacts. If it vanishes (a grazing impact), the
       !> derivative does not exist
@@ -59,7 +69,7 @@ contains
       real(wp), intent(in) :: value(:, :)
       !> Coefficients of restitution eps, [contacts]
       real(wp), intent(in) :: restitution(:)
-      !> The contact has an impulse, [contacts]
+      !> Whether the contact has an impulse, [contacts]
       logical, intent(in) :: is_active(:)
       type(tangent_t), intent(inout) :: tangent
 

@@ -31,7 +31,7 @@ module name_table
       logical, private :: adds_entries = .true.
       logical, private :: copies_from_scene = .true.
       logical, private :: copies_to_scene = .false.
-      !> The scene receives only values that have changed
+      !> Whether the scene receives only values that have changed
       logical, private :: copies_changes_only = .false.
       !> The only name whose value the scene receives, and the number of its group; an empty name: all names
       character(max_name_length), private :: only = ''
@@ -39,7 +39,7 @@ module name_table
       !> Indices of the open group and of the current entry; a listing advances both
       integer, private :: open_group = 0
       integer, private :: current = 0
-      !> The names of the open group must be listed; if not, the listing omits them and the table skips their entries
+      !> Whether the names of the open group must be listed; if not, their entries are skipped
       logical :: lists_names = .true.
       !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
       !> file
@@ -171,7 +171,7 @@ contains
    subroutine open(table, group, is_wanted)
       class(table_t), intent(inout) :: table
       type(group_t), intent(in) :: group
-      !> The scene has the group; absent: every scene has this group
+      !> Whether the scene has the group; absent: every scene has this group
       logical, intent(inout), optional :: is_wanted
 
       type(group_t), allocatable :: more(:)
@@ -213,7 +213,7 @@ contains
       character(*), intent(in) :: group
       !> Number of the group
       integer, intent(in) :: which
-      !> The scene has at least one of these groups
+      !> Whether the scene has at least one of these groups
       logical, intent(inout) :: is_wanted
 
       type(group_t) :: opened
@@ -232,7 +232,7 @@ contains
       type(name_t), intent(in) :: name
       !> One of the `kind_` constants; absent: a number
       integer, intent(in), optional :: kind
-      !> Absent: the value is not a list
+      !> Whether the value is a list; absent: it is not
       logical, intent(in), optional :: is_list
 
       integer :: chosen_kind

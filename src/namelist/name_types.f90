@@ -43,12 +43,12 @@ module name_types
       !> Unique number of the parameter; 0: the name cannot be swept. In a grid, parameters that change the beam vary
       !> slowest, and among parameters of one kind those with smaller numbers
       integer :: order = 0
-      !> A change of the value changes the beam or the mesh
+      !> Whether a change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
-      !> &cases may vary the parameter too
+      !> Whether &cases may vary the parameter too
       logical :: is_in_cases = .false.
-      !> The value may change during a motion, because neither the modes nor the positions of stops nor the phases of
-      !> loads depend on it
+      !> Whether the value may change during a motion, because neither the modes nor the positions of stops nor the
+      !> phases of loads depend on it
       logical :: may_change_in_motion = .false.
       !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
       !> the name
@@ -74,11 +74,11 @@ module name_types
       character(max_name_length) :: quantity = ''
       !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
       character(max_name_length) :: relative_to = ''
-      !> The value determines the unit of displacement D and is not converted to a ratio
+      !> Whether the value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.
       !> Default value in words, if the default is not a constant
       character(max_phrase_length) :: default = ''
-      !> The name has no effect unless the file gives it
+      !> Whether the name has no effect unless the file gives it
       logical :: is_optional = .false.
       !> Two words of a list that must each be its only word, such as 'all' and 'none'
       character(max_name_length) :: alone(2) = ''
@@ -93,18 +93,18 @@ module name_types
       character(max_name_length) :: name = ''
       !> Programs that accept the group, a sum of `program_` constants
       integer :: programs = program_motion
-      !> A file may have several groups of this name
+      !> Whether a file may have several groups of this name
       logical :: repeats = .false.
       !> Number among the groups of this name, and label with the number
       integer :: occurrence = 1
       character(max_name_length) :: label = ''
-      !> The scene has the group
+      !> Whether the scene has the group
       logical :: is_wanted = .true.
       !> Indices of its first and last entry in the table
       integer :: first_entry = 1
       integer :: last_entry = 0
-      !> Values of the group have changed and are not yet in the scene; the flag of the first of several groups of one
-      !> name counts for all
+      !> Whether values of the group have changed and are not yet in the scene; the flag of the first of several groups
+      !> of one name counts for all
       logical :: is_changed = .false.
    end type group_t
 
@@ -120,7 +120,7 @@ module name_types
       character(name_length), allocatable :: words(:)
       !> The file gives the name; in `make_echo`: the name has a value
       logical :: is_given = .false.
-      !> The value has changed and is not yet in the scene
+      !> Whether the value has changed and is not yet in the scene
       logical :: is_changed = .false.
       !> Value: a number, the index of a word, or 1 for .true.; a list of such values, unallocated if there is none; or
       !> a text

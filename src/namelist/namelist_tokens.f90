@@ -33,7 +33,7 @@ module namelist_tokens
       integer :: finish = 0
       !> r of r*value
       integer :: repeat = 1
-      !> The value is in quotes
+      !> Whether the value is in quotes
       logical :: is_quoted = .false.
    end type value_t
 
@@ -46,7 +46,7 @@ module namelist_tokens
       integer :: kind = token_end
       integer :: first = 1
       integer :: token_line = 1
-      !> The token is the first in its line
+      !> Whether the token is the first in its line
       logical :: starts_line = .true.
       !> The name of a group, a word, or a text in quotes
       type(value_t) :: value
@@ -187,7 +187,7 @@ contains
       !> Position of the next character, and its line
       integer, intent(inout) :: next
       integer, intent(inout) :: line
-      !> Set if a line begins among the skipped characters
+      !> Whether a line begins among the skipped characters; unchanged if none does
       logical, intent(inout) :: starts_line
 
       do while (next <= len(text))

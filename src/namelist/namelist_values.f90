@@ -19,7 +19,7 @@ contains
    pure subroutine read_integer(text, value, is_legal)
       character(*), intent(in) :: text
       integer, intent(out) :: value
-      !> The text is a whole number within the range of default integers
+      !> Whether the text is a whole number within the range of default integers
       logical, intent(out) :: is_legal
 
       integer, parameter :: max_digits = 18
@@ -45,7 +45,7 @@ contains
    pure subroutine read_real(text, value, is_legal, reason)
       character(*), intent(in) :: text
       real(wp), intent(out) :: value
-      !> The text is a number, 0 or with a magnitude from 1e-300 to 1e300
+      !> Whether the text is a number, 0 or with a magnitude from 1e-300 to 1e300
       logical, intent(out) :: is_legal
       !> Requirement that the text violates, if the text is a number that is too near to 0 or has too many characters.
       !> Unallocated otherwise: the allowed range of the name, which the message then prints, explains the rest
@@ -104,7 +104,7 @@ contains
       !> Text after the letter_position e or d
       character(*), intent(in) :: text
       integer, intent(out) :: exponent
-      !> The text is an exponent
+      !> Whether the text is an exponent
       logical, intent(out) :: is_legal
 
       integer, parameter :: exponent_limit = 10**8
@@ -121,7 +121,7 @@ contains
    pure subroutine read_logical(text, value, is_legal)
       character(*), intent(in) :: text
       logical, intent(out) :: value
-      !> The text is a logical value
+      !> Whether the text is a logical value
       logical, intent(out) :: is_legal
 
       value = .false.

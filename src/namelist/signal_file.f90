@@ -257,7 +257,7 @@ contains
    pure subroutine take_unit(cell, unit, is_bare)
       character(*), intent(in) :: cell
       character(max_unit_length), intent(inout) :: unit
-      !> The cell has a known unit without brackets
+      !> Whether the cell has a known unit without brackets
       logical, intent(out) :: is_bare
 
       character(:), allocatable :: base

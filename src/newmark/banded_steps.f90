@@ -18,9 +18,11 @@ contains
       real(wp), intent(in) :: h
       !> C* as a multiple of K
       real(wp), intent(in) :: stiffness_damping
-      !> State at the beginning
+      !> Displacements at the beginning of the step
       real(wp), intent(in) :: y(1 - band:order + band)
+      !> Velocities at the beginning of the step
       real(wp), intent(in) :: v(1 - band:order + band)
+      !> Accelerations at the beginning of the step
       real(wp), intent(in) :: a(1 - band:order + band)
       !> Predictors
       real(wp), intent(inout) :: y_new(1 - band:order + band)
@@ -94,8 +96,9 @@ contains
       !> Number of entries of a vector without its padding
       integer, intent(in) :: length
       real(wp), intent(in) :: force
-      !> A^-1 w or M*^-1 w
+      !> A^-1 w or M*^-1 w, padded
       real(wp), intent(in) :: column(1 - band:length + band)
+      !> Accelerations, which are changed
       real(wp), intent(inout) :: acceleration(1 - band:length + band)
 
       integer :: i
@@ -118,9 +121,11 @@ contains
       real(wp), intent(in) :: factor_y
       !> h/2
       real(wp), intent(in) :: factor_v
-      !> Predictors; the state on return
+      !> Predictors of the displacements; on return the displacements
       real(wp), intent(inout) :: y(1 - band:length + band)
+      !> Predictors of the velocities; on return the velocities
       real(wp), intent(inout) :: v(1 - band:length + band)
+      !> On return the accelerations
       real(wp), intent(inout) :: a(1 - band:length + band)
 
       integer :: i
@@ -140,9 +145,11 @@ contains
       real(wp), intent(in) :: factor_y
       !> h/2
       real(wp), intent(in) :: factor_v
-      !> Predictors; the state on return
+      !> Predictors of the displacements; on return the displacements
       real(wp), intent(inout) :: y(1 - band:length + band)
+      !> Predictors of the velocities; on return the velocities
       real(wp), intent(inout) :: v(1 - band:length + band)
+      !> On return the accelerations
       real(wp), intent(in) :: a(1 - band:length + band)
 
       integer :: i

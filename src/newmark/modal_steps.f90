@@ -21,12 +21,15 @@ contains
       real(wp), intent(in) :: h
       !> Diagonals of K and of C*, and reciprocals of the diagonal of A, the matrix of the step
       real(wp), intent(in) :: diagonals(modes, 3)
-      !> z, z' and z'' at the beginning of the step
+      !> z at the beginning of the step
       real(wp), intent(in) :: z(modes)
+      !> z' at the beginning of the step
       real(wp), intent(in) :: rate(modes)
+      !> z'' at the beginning of the step
       real(wp), intent(in) :: acceleration(modes)
-      !> Predictors of displacement and velocity
+      !> Predictors of the displacements
       real(wp), intent(inout) :: new_z(modes)
+      !> Predictors of the velocities
       real(wp), intent(inout) :: new_rate(modes)
       !> Modal loads; the acceleration on return
       real(wp), intent(inout) :: new_acceleration(modes)
@@ -47,14 +50,17 @@ contains
    !> Displacements of the points, their velocities and accelerations, behind those of the modes. The three sums of a
    !> point do not wait for one another.
    pure subroutine place_points(modes, points, shape, y, v, a)
-      !> Number of modes and of points
+      !> Number of modes
       integer, intent(in) :: modes
+      !> Number of points
       integer, intent(in) :: points
       !> Displacement of each point per unit of each mode
       real(wp), intent(in) :: shape(modes, points)
-      !> Displacements, velocities and accelerations of the modes, then of the points, which are set
+      !> Displacements of the modes, then of the points, which are set
       real(wp), intent(inout) :: y(modes + points)
+      !> Velocities, likewise
       real(wp), intent(inout) :: v(modes + points)
+      !> Accelerations, likewise
       real(wp), intent(inout) :: a(modes + points)
 
       real(wp) :: sum_y, sum_v, sum_a
@@ -83,8 +89,9 @@ contains
       integer, intent(in) :: modes
       !> c_i, the diagonal of C*
       real(wp), intent(in) :: damping(modes)
-      !> Velocities of the modes at the beginning and at the end of the step
+      !> Velocities of the modes at the beginning of the step
       real(wp), intent(in) :: old(modes)
+      !> Velocities of the modes at the end of the step
       real(wp), intent(in) :: new(modes)
       real(wp) :: loss
 

@@ -82,8 +82,9 @@ contains
    pure subroutine find_mean_velocity(order, x, y, mean)
       !> Number of degrees of freedom
       integer, intent(in) :: order
-      !> Vector padded with zeros
+      !> First vector, padded with zeros
       real(wp), intent(in) :: x(1 - band:order + band)
+      !> Second vector, padded with zeros
       real(wp), intent(in) :: y(1 - band:order + band)
       !> Mean; its padding is not changed
       real(wp), intent(inout) :: mean(1 - band:order + band)
@@ -125,7 +126,9 @@ contains
       type(newmark_state_t), intent(in) :: state
       !> Row vector w, which gives the normal displacement at a contact
       type(contact_row_t), intent(in) :: row
+      !> Momentum of the node along w
       real(wp), intent(out) :: momentum
+      !> Mass of the node along w
       real(wp), intent(out) :: mass
       !> Velocities of the modes if only the node moves, with the velocity 1, [modes]; absent: the degrees of freedom
       !> are those of the nodes

@@ -85,7 +85,7 @@ contains
       real(wp), intent(in) :: step
       !> Receives the event
       type(response_t), intent(inout) :: response
-      !> A contact has closed
+      !> Whether a contact has closed
       logical, intent(out) :: has_closed
 
       ! a penetration is a rounding error up to the first value, or up to the second as a fraction of the maximum

@@ -37,7 +37,7 @@ contains
          if (allocated(run%observers%moments)) then
             do k = 1, size(run%observers%moments)
                associate (moment => run%observers%moments(k))
-                  start%moments(:, k) = [moment%least, moment%least_tau, moment%greatest, moment%greatest_tau]
+                  start%moments(:, k) = [moment%minimum, moment%minimum_tau, moment%maximum, moment%maximum_tau]
                end associate
             end do
          end if
@@ -70,10 +70,10 @@ contains
          if (allocated(run%observers%moments)) then
             do k = 1, size(run%observers%moments)
                associate (moment => run%observers%moments(k), stored => start%moments(:, k))
-                  moment%least = stored(1)
-                  moment%least_tau = stored(2)
-                  moment%greatest = stored(3)
-                  moment%greatest_tau = stored(4)
+                  moment%minimum = stored(1)
+                  moment%minimum_tau = stored(2)
+                  moment%maximum = stored(3)
+                  moment%maximum_tau = stored(4)
                end associate
             end do
          end if

@@ -62,13 +62,13 @@ contains
    !> node alone (`impulse_nodal`), only contacts that do so; otherwise all.
    pure subroutine find_struck(run, is_last, struck, n, is_nodal)
       type(newmark_run_t), intent(in) :: run
-      !> Last round of impact problems, in which restitution is zero at every contact
+      !> Whether this is the last round of impact problems, in which restitution is zero at every contact
       logical, intent(in) :: is_last
       !> The contacts of the problem, with their velocities before the impact
       type(impact_contact_t), intent(inout) :: struck(:)
       !> Number of these contacts
       integer, intent(out) :: n
-      !> The contacts replace nodal velocities
+      !> Whether the contacts replace nodal velocities
       logical, intent(out) :: is_nodal
 
       integer :: k, role
@@ -145,8 +145,10 @@ contains
 
       ! indices of the n contacts with an impulse, and position in this list of the last one that captures the beam
       integer :: members(size(run%contacts)), k, last, n
-      ! impulses, and normal velocities before, of these contacts
-      real(wp), dimension(size(run%contacts)) :: impulse, rate
+      ! impulses of these contacts
+      real(wp), dimension(size(run%contacts)) :: impulse
+      ! normal velocities of the beam at these contacts before the impulses
+      real(wp), dimension(size(run%contacts)) :: rate
       type(event_t) :: event
 
       associate (state => run%states(run%now))
@@ -285,7 +287,7 @@ contains
       type(newmark_run_t), intent(inout) :: run
       !> The contact, with its velocities and impulse
       type(impact_contact_t), intent(in) :: struck
-      !> Every contact that was hit captured the beam
+      !> Whether every contact that was hit captured the beam
       logical, intent(in) :: only_captures
       !> Receives the events
       type(response_t), intent(inout) :: response

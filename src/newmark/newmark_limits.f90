@@ -38,8 +38,10 @@ contains
       ! length of a divided step over the longest stable step: close to the stability limit the mass matrix M* of the
       ! scheme (`newmark_stepper`) has almost no mass in the highest modes, and their velocities become large
       real(wp), parameter :: fraction_of_limit = 0.5_wp
-      ! highest frequency of the mesh, and longest stable step
-      real(wp) :: frequency, limit
+      ! highest frequency of the mesh
+      real(wp) :: frequency
+      ! longest stable step
+      real(wp) :: limit
       ! a step that needs more parts than this is taken for an error of the user
       real(wp), parameter :: max_parts = 1.0e6_wp
       character(24) :: gamma_text

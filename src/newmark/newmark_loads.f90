@@ -133,7 +133,7 @@ contains
    !> If the present state is at a jump, set its load to the load after the jump.
    pure subroutine pass_jump(run, has_passed)
       type(newmark_run_t), intent(inout) :: run
-      !> The state is at a jump
+      !> Whether the state is at a jump
       logical, intent(out) :: has_passed
 
       ! instant of the last jump passed

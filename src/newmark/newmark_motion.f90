@@ -159,7 +159,7 @@ contains
 
    !> Close the contacts of the first instant, and pass its events to the observers.
    subroutine begin(is_continued, run, response)
-      !> The run continues from the final state of another
+      !> Whether the run continues from the final state of another
       logical, intent(in) :: is_continued
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
@@ -362,12 +362,16 @@ contains
       !> Receives events and counters
       type(response_t), intent(inout) :: response
 
-      ! number of halvings of the step, and its length in units of the shortest step
+      ! number of halvings of the step
       integer :: level
+      ! length of the step in units of the shortest step
       integer(i8) :: span
-      ! a contact has closed at the beginning of the step; a jump of a load lies at the end of the step; the step
-      ! violates no contact condition
-      logical :: has_closed, has_passed, is_accepted
+      ! a contact has closed at the beginning of the step
+      logical :: has_closed
+      ! a jump of a load lies at the end of the step
+      logical :: has_passed
+      ! the step violates no contact condition
+      logical :: is_accepted
       ! energy and instant at the beginning of the step, moments at both ends, length of the step
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
@@ -460,8 +464,10 @@ contains
       !> Set if the static equilibrium is not found
       type(failure_t), allocatable, intent(out) :: error
 
-      ! contact forces and energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
-      real(wp) :: forces(size(run%contacts)), energy
+      ! contact forces at static equilibrium
+      real(wp) :: forces(size(run%contacts))
+      ! energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
+      real(wp) :: energy
       ! a body without spring is at rest only if no contact presses
       logical :: has_free_body
       integer :: k

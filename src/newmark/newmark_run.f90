@@ -70,21 +70,22 @@ module newmark_run
    type :: contact_progress_t
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
-      !> A flight is in progress that has stayed below the hop height: if it ends so, it is replaced by a capture
+      !> Whether a flight is in progress that has stayed below the hop height: if it ends so, it is replaced by a
+      !> capture
       logical :: may_be_captured = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
-      !> The contact may close; false after it opened, until the gap grows
+      !> Whether the contact may close; false after it opened, until the gap grows
       logical :: may_close = .true.
-      !> The beam penetrates the surface of the open contact by more than the contact tolerance, due to relaxation of
-      !> the stop or rounding; steps in which it does so are accepted
+      !> Whether the beam penetrates the surface of the open contact by more than the contact tolerance, due to
+      !> relaxation of the stop or rounding; steps in which it does so are accepted
       logical :: is_penetrating = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `no_stored_start`
       integer :: flight_events = no_stored_start
-      !> Rigid contact: an impact brought the beam to rest on it, and `resolve_contacts` has yet to decide by the
-      !> reaction whether it closes
+      !> Whether an impact brought the beam to rest on this rigid contact, and `resolve_contacts` has yet to decide by
+      !> the reaction whether the contact closes
       logical :: is_stopped = .false.
-      !> That impact has been recorded as a capture, so that closing the contact is not recorded again
+      !> Whether that impact has been recorded as a capture, so that closing the contact is not recorded again
       logical :: is_captured = .false.
       !> Number of captures since the gap last exceeded the hop height, or an impact with restitution opened the contact
       integer :: captures = 0
@@ -94,10 +95,11 @@ module newmark_run
       !> beginning of the whole step (as `offset`): an event of the contact lies before. `no_rejection`: that instant
       !> has passed
       integer(i8) :: rejected_end = no_rejection
-      !> Energy dissipated at the contact, including losses at impacts; these losses; and the energy dissipated without
-      !> them at the end of the last step that was passed to observers
+      !> Energy dissipated at the contact, including losses at impacts
       real(wp) :: dissipated = 0.0_wp
+      !> Losses at impacts
       real(wp) :: lost_at_impacts = 0.0_wp
+      !> Energy dissipated without losses at impacts, at the end of the last step that was passed to observers
       real(wp) :: observed = 0.0_wp
       !> Number of flights since the start of the run
       integer :: flights = 0
@@ -111,7 +113,8 @@ module newmark_run
       type(contact_row_t) :: row
       !> Unallocated: the contact is rigid
       class(compliant_stop_t), allocatable :: stop
-      !> The stop is a spring and damper; its surface stays on the beam until the beam reaches the undeformed position
+      !> Whether the stop is a spring and damper; its surface stays on the beam until the beam reaches the undeformed
+      !> position
       logical :: is_viscous = .false.
       !> Compliant contact: minimum number of halvings of the first step after it closed
       integer :: contact_level = 0
@@ -121,7 +124,7 @@ module newmark_run
 
    !> Coefficients of a step of given length, besides the factors of the stepper; A is the matrix of the step.
    type :: contact_factors_t
-      !> The coefficients have been computed
+      !> Whether the coefficients have been computed
       logical :: made = .false.
       !> A^-1 w_j of each contact row, padded with zeros, [-2 : length + 3, contacts]
       real(wp), allocatable :: columns(:, :)
@@ -170,7 +173,7 @@ module newmark_run
       real(wp), allocatable :: sums(:, :)
       !> Last impact at each contact
       type(impact_t), allocatable :: impacts(:)
-      !> The gap exceeded the hop tolerance since the last impact
+      !> Whether the gap of each contact exceeded the hop tolerance since the last impact, [contacts]
       logical, allocatable :: has_separated(:)
       !> Integrals of spectra up to the beginning of the flight, if spectra are requested
       type(spectrum_sums_t) :: spectrum
@@ -209,11 +212,11 @@ module newmark_run
       integer :: event_limit = 0
       !> hbar/L, which is Pbar per unit of contact force
       real(wp) :: height_ratio = 0.0_wp
-      !> Each step adds to the energy balance
+      !> Whether each step adds to the energy balance
       logical :: records_energy_balance = .false.
-      !> Shapes are recorded
+      !> Whether shapes are recorded
       logical :: records_shapes = .false.
-      !> An observer reads every step
+      !> Whether an observer reads every step
       logical :: observes = .false.
       type(observers_t) :: observers
       !> The last step in the form that observers read
@@ -223,30 +226,36 @@ module newmark_run
       !> The present state at index `now`; at the other index the state before the last step, or the state at the end of
       !> the trial step
       type(run_state_t) :: states(2)
+      !> Index of the present state in `states`
       integer :: now = 1
-      !> A flight begins that may count as a capture, so the present state has to be stored in `flight_start`
+      !> Whether a flight begins that may count as a capture, so the present state has to be stored in `flight_start`
       logical :: begins_flight = .false.
       !> State at the beginning of the last such flight
       type(flight_start_t) :: flight_start
       !> Number of halvings of the first step after an impulse; negative: not known yet
       integer :: impulse_level = -1
-      !> Applied loads, and the instants at which they may jump
+      !> Applied loads
       type(applied_loads_t) :: loads
+      !> Instants at which the loads may jump, tau
       real(wp), allocatable :: jumps(:)
       !> Weights of the bending moments at the requested positions; unallocated: no moments are requested
       type(place_weights_t), allocatable :: place_weights
       !> Moment at each place per unit of contact force by the static response of truncated modes, [contacts, places];
       !> unallocated: no mode is truncated
       real(wp), allocatable :: contact_moment(:, :)
-      !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
+      !> M* - M is this multiple of K plus `damping_acceleration_factor` times the damping matrix without its part in
+      !> proportion to K
       real(wp) :: stiffness_acceleration_factor = 0.0_wp
+      !> Factor of that damping matrix in M* - M
       real(wp) :: damping_acceleration_factor = 0.0_wp
       !> Damping proportional to M, as a multiple of M
       real(wp) :: mass_damping = 0.0_wp
-      !> Damping is given for each mode
+      !> Whether damping is given for each mode
       logical :: has_modal_damping = .false.
-      !> The matrix of modal damping, C* less its multiple of K, and the factors of M
-      type(skyline_t) :: mode_damping, bare_mass
+      !> Matrix of modal damping, C* less its multiple of K
+      type(skyline_t) :: mode_damping
+      !> The factors of M
+      type(skyline_t) :: bare_mass
       !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
       !> Indices of the closed contacts in the equations for their forces, rigid ones first, [contacts]; only as many
@@ -256,17 +265,17 @@ module newmark_run
       real(wp), allocatable :: rows(:, :)
       !> Right side of these equations, and their solution, [contacts]
       real(wp), allocatable :: right(:)
-      !> For each contact, [contacts]: the trial step violates its condition
+      !> Whether the trial step violates the condition of each contact, [contacts]
       logical, allocatable :: violates(:)
-      !> An event lies ahead, because the contact rejected a longer step
+      !> Whether an event of each contact lies ahead, because the contact rejected a longer step, [contacts]
       logical, allocatable :: event_ahead(:)
-      !> The contact closes at the end of the step
+      !> Whether each contact closes at the end of the step, [contacts]
       logical, allocatable :: arrives(:)
-      !> The contact opens at the end of the step
+      !> Whether each contact opens at the end of the step, [contacts]
       logical, allocatable :: leaves(:)
-      !> At least one contact may have an event ahead
+      !> Whether at least one contact may have an event ahead
       logical :: has_event_ahead = .false.
-      !> At least one stop is compliant
+      !> Whether at least one stop is compliant
       logical :: has_compliant_stop = .false.
       !> Set if the run cannot continue
       type(failure_t), allocatable :: error

@@ -119,8 +119,9 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
       type(free_modes_t), allocatable, intent(in) :: modes
-      !> Displacements and velocities of the degrees of freedom, of which those of the bodies are set, [order]
+      !> Displacements of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
       real(wp), intent(inout) :: displacement(:)
+      !> Velocities, likewise
       real(wp), intent(inout) :: velocity(:)
 
       real(wp), dimension(size(settings%bodies)) :: coordinate, rate, unit
@@ -180,8 +181,9 @@ contains
       class(finite_beam_t), intent(in) :: self
       !> Stiffness of the foundation as a multiple of the mass
       real(wp), intent(in) :: foundation
-      !> Loads and displacements, one load case in each column, [order, cases]
+      !> Loads, one load case in each column, [degrees of freedom, cases]
       real(wp), intent(in) :: load(:, :)
+      !> Displacements, likewise
       real(wp), intent(out) :: shape(:, :)
       !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(inout) :: error
@@ -207,8 +209,9 @@ contains
       !> The beam with its rigid supports fixed, and bodies
       type(beam_model_t), intent(in) :: supported
       type(start_settings_t), intent(in) :: start
-      !> Displacements and velocities of the degrees of freedom, [order]
+      !> Displacements of the degrees of freedom, [degrees of freedom]
       real(wp), intent(inout) :: displacement(:)
+      !> Velocities of the degrees of freedom, [degrees of freedom]
       real(wp), intent(inout) :: velocity(:)
       !> Set if the mode does not exist
       type(failure_t), allocatable, intent(inout) :: error
@@ -247,8 +250,9 @@ contains
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
-      !> Displacements and velocities of the modes, [modes]
+      !> Displacements of the modes, [modes]
       real(wp), intent(inout) :: displacement(:)
+      !> Velocities of the modes, [modes]
       real(wp), intent(inout) :: velocity(:)
 
       ! momenta of the degrees of freedom of the nodes

@@ -47,9 +47,12 @@ module newmark_stepper
 
    !> Displacement, velocity and acceleration of all degrees of freedom.
    type :: newmark_state_t
-      !> y, y', y'' of the degrees of freedom, and of points if these are modes, padded with zeros, [-2 : length + 3]
+      !> Displacements y of the degrees of freedom, and of points if these are modes, padded with zeros, [-2 : length +
+      !> 3]
       real(wp), allocatable :: displacement(:)
+      !> Velocities y', likewise
       real(wp), allocatable :: velocity(:)
+      !> Accelerations y'', likewise
       real(wp), allocatable :: acceleration(:)
       !> Applied loads on the degrees of freedom, padded with zeros; unallocated: there are none
       real(wp), allocatable :: load(:)
@@ -57,12 +60,13 @@ module newmark_stepper
 
    !> Factors and coefficients of a step of given length.
    type :: newmark_factors_t
-      !> The factors have been made
+      !> Whether the factors have been made
       logical :: made = .false.
       !> Length of the step, h
       real(wp) :: step = 0.0_wp
-      !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), and 1/D, [order + 3, 3] and [order]
+      !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), [n + 3, 3] with n degrees of freedom
       real(wp), allocatable :: lower(:, :)
+      !> 1/D, [n]
       real(wp), allocatable :: reciprocal_pivot(:)
       !> If inertia was redistributed, the slope at the tip is coupled to the last node but two as well: L(order, order
       !> - 5) and L(order, order - 4)
@@ -81,29 +85,34 @@ module newmark_stepper
       !> Displacement of each point per unit of each mode, [order, points]; unallocated: the degrees of freedom are
       !> displacements and slopes of nodes, and coordinates of bodies
       real(wp), allocatable :: point_shape(:, :)
-      !> Entries of the stop point and of the tip in a state vector
+      !> Entry of the stop point in a state vector
       integer :: stop_dof = 0
+      !> Entry of the tip in a state vector
       integer :: tip_dof = 0
       !> 2 zeta + (gamma - 1/2) step, so that C* = `stiffness_damping` K if C = 2 zeta K
       real(wp) :: stiffness_damping = 0.0_wp
-      !> C* is not a multiple of K, or the root is not fixed, or the degrees of freedom are modes: products and
-      !> solutions use skyline matrices instead of bands, and `damping` is C*
+      !> Whether products and solutions use skyline matrices instead of bands, because C* is not a multiple of K, or the
+      !> root is not fixed, or the degrees of freedom are modes
       logical :: uses_skyline = .false.
+      !> C*, if skyline matrices are used
       type(skyline_t) :: damping
       !> Length of the undivided step
       real(wp) :: step = 0.0_wp
       !> K by diagonals, K(i, i + k) at (i, k), [order, -3:3]
       real(wp), allocatable :: stiffness_diagonals(:, :)
-      !> K, M* and the factors of M*
+      !> K
       type(skyline_t) :: stiffness
+      !> M*
       type(skyline_t) :: mass
+      !> Factors of M*
       type(skyline_t) :: mass_factors
       !> Factors of the step h = step/2^level, made when first needed, [0:deepest_level]
       type(newmark_factors_t), allocatable :: factors(:)
       !> Number of factorisations so far
       integer :: factorisations = 0
-      !> Work arrays for the argument and the result of a matrix product, padded with zeros, [-2 : length + 3]
+      !> Work array for the argument of a matrix product, padded with zeros, [-2 : length + 3]
       real(wp), allocatable :: work(:)
+      !> Work array for the result of a matrix product, padded likewise
       real(wp), allocatable :: result(:)
    end type newmark_stepper_t
 
@@ -114,8 +123,9 @@ contains
       type(beam_model_t), intent(in) :: model
       !> Damping C = 2 zeta K
       real(wp), intent(in) :: zeta
-      !> Newmark's beta and gamma; the step is stable with these
+      !> Newmark's beta, with which the step is stable
       real(wp), intent(in) :: beta
+      !> Newmark's gamma, with which the step is stable
       real(wp), intent(in) :: gamma
       !> Length of the undivided step, tau
       real(wp), intent(in) :: step

@@ -60,8 +60,12 @@ contains
       !> Number of halvings of the step
       integer, intent(in) :: level
 
-      ! numbers of all closed contacts, and of the rigid ones among them, which come first in the list `closed`
-      integer :: count_closed, count_constrained, j, k
+      ! number of all closed contacts
+      integer :: count_closed
+      ! number of the closed rigid contacts, which come first in the list `closed`
+      integer :: count_constrained
+      integer :: j
+      integer :: k
 
       ! the load at the end of the step, and the instant at which it is evaluated: shortly before, if the load jumps
       ! there
@@ -157,8 +161,12 @@ contains
       !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      ! normal components of acceleration, displacement and velocity at the end of the step without contact forces
-      real(wp) :: acceleration, y, v
+      ! normal acceleration at the end of the step without contact forces
+      real(wp) :: acceleration
+      ! normal displacement, likewise
+      real(wp) :: y
+      ! normal velocity, likewise
+      real(wp) :: v
       ! derivatives by the acceleration at the end of the step: of displacement (h^2/4, h: step) and velocity (h/2), for
       ! any beta and gamma, because the stepper has turned the scheme into average acceleration (`newmark_stepper`); and
       ! of the contact force with reversed sign, > 0 because the force falls as the beam moves away
@@ -312,11 +320,13 @@ contains
       type(newmark_run_t), intent(inout) :: run
       !> Number of halvings of the step
       integer, intent(in) :: level
-      !> The step violates no contact condition
+      !> Whether the step violates no contact condition
       logical, intent(out) :: is_accepted
 
-      ! the gap of a contact, and the minimum that is permitted, below zero by the tolerance
-      real(wp) :: gap, min_gap
+      ! gap of a contact
+      real(wp) :: gap
+      ! minimum gap that is permitted, below zero by the tolerance
+      real(wp) :: min_gap
       integer :: k
 
       ! the shortest step cannot be halved, so more rounding of the gap is permitted

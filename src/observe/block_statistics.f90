@@ -65,7 +65,7 @@ contains
 
    !> Allocate the sums of a contact.
    subroutine open_contact(has_finite_force, edge, contact)
-      !> The force of the contact is finite
+      !> Whether the force of the contact is finite
       logical, intent(in) :: has_finite_force
       !> Instants between the blocks, tau, [0:blocks]
       real(wp), intent(in) :: edge(0:)
@@ -175,7 +175,7 @@ contains
       real(wp), intent(in) :: tau
       !> Velocity towards the stop
       real(wp), intent(in) :: velocity
-      !> The instant lies within the blocks
+      !> Whether the instant lies within the blocks
       logical, intent(in) :: is_within
 
       logical :: has_separated
@@ -195,7 +195,7 @@ contains
       real(wp), intent(in) :: tau
       !> Velocity towards the stop
       real(wp), intent(in) :: velocity
-      !> The impact counts in the statistics
+      !> Whether the impact counts in the statistics
       logical, intent(in) :: counts
 
       type(impact_t), allocatable :: larger(:)
@@ -222,8 +222,9 @@ contains
    !> Add a closed contact, or the part of a closed contact within a block.
    pure subroutine add_contact(contact, from, to, block, integrals, max_force)
       type(contact_sums_t), intent(inout) :: contact
-      !> Beginning and end, tau
+      !> Beginning of the contact or of its part, tau
       real(wp), intent(in) :: from
+      !> End of the contact or of its part, tau
       real(wp), intent(in) :: to
       !> Index of the block; 0: the contact lies outside the blocks, or its integrals are added separately
       integer, intent(in) :: block
@@ -346,8 +347,9 @@ contains
       integer, intent(in) :: displaced
       !> Quantile of Student's distribution for the number of blocks
       real(wp), intent(in) :: quantile
-      !> Statistics of the run, and half widths of their confidence intervals, [statistic_count]
+      !> Statistics of the run, [statistic_count]
       real(wp), intent(out) :: value(:)
+      !> Half widths of their confidence intervals, [statistic_count]
       real(wp), intent(out) :: half_width(:)
       !> Values in each block, [statistic_count, blocks]
       real(wp), intent(out) :: in_block(:, :)
@@ -433,8 +435,9 @@ contains
       real(wp), intent(in) :: sizes(:)
       !> Maximum of all contacts of the same kind
       real(wp), intent(in) :: max_size
-      !> Upper edges of the classes, of equal width from 0 to the maximum, and numbers of impacts in them
+      !> Upper edges of the classes, which have equal widths from 0 to the maximum
       real(wp), intent(out) :: edge(:)
+      !> Number of impacts in each class
       integer, intent(out) :: number(:)
 
       integer :: i, place

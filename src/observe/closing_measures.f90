@@ -20,17 +20,22 @@ module closing_measures
    !> Force of a contact since its last closing. The type has no allocatable components, so that a copy restores it when
    !> a run returns to an earlier state.
    type :: closing_t
-      !> The contact is closed; number of flights before this closing
+      !> Whether the contact is closed
       logical :: is_closed = .false.
+      !> Number of flights before this closing
       integer :: flights = 0
-      !> The force has a finite maximum: the maximum since the closing, and the minimum since that maximum
+      !> Whether the force has a finite maximum
       logical :: has_finite_force = .false.
+      !> Maximum of the force since the closing
       real(wp) :: maximum = -huge(1.0_wp)
+      !> Minimum of the force since that maximum
       real(wp) :: minimum = huge(1.0_wp)
-      !> The force has been at least the `lasting_force` of &relay since `lasts_from`, tau
+      !> Whether the force is at least the `lasting_force` of &relay
       logical :: lasts = .false.
+      !> Instant since which the force has been at least as large, tau
       real(wp) :: lasts_from = 0.0_wp
-      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
+      !> Tolerances of the searches for the minimum (1) and for the maximum (2), and number of evaluations that remain
+      !> for them
       type(extreme_search_t) :: search_state(2)
    end type closing_t
 
@@ -187,16 +192,19 @@ contains
       type(response_t), intent(in) :: response
       !> Number of the contact
       integer, intent(in) :: number
-      !> Duration of the run, and of the shortest opening that counts, tau
+      !> Duration of the run, tau
       real(wp), intent(in) :: duration
+      !> Duration of the shortest opening that counts, tau
       real(wp), intent(in) :: shortest
       type(closing_measures_t), intent(inout) :: measures
-      !> The contact has opened since the final closing, for less than the shortest duration
+      !> Whether the contact has opened since the final closing, for less than the shortest duration
       logical, intent(out) :: has_short_opening
 
       real(wp) :: first_closing, opened
-      ! the contact has closed; is closed; has been closed since the start but for openings that are too short
-      logical :: has_closed, is_closed, is_initial
+      ! the contact has closed at least once; it is closed now
+      logical :: has_closed, is_closed
+      ! the contact has been closed since the start, except for openings that are too short
+      logical :: is_initial
       integer :: i
 
       measures%last_opening = ieee_value(1.0_wp, ieee_quiet_nan)

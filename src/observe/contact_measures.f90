@@ -25,7 +25,7 @@ module contact_measures
       type(run_measures_t) :: measures
       !> Number of the flight in progress, counted from the start of the run
       integer :: flight = 0
-      !> The flight in progress has risen above the settling level
+      !> Whether the flight in progress has risen above the settling level
       logical :: has_risen = .false.
       !> The last interval in which |eta_c| exceeds the settling level; unallocated: there is none
       class(curve_t), allocatable :: exceeded
@@ -35,7 +35,7 @@ module contact_measures
 
    !> Measures of all contacts of a run.
    type :: measures_t
-      !> Measures are requested
+      !> Whether measures are requested
       logical :: is_wanted = .false.
       !> Maximum number of rebounds whose peaks are recorded
       integer :: max_peaks = 0
@@ -55,7 +55,7 @@ contains
       integer, intent(in) :: contacts
       !> Index of the contact from which the beam is released; 0: there is none
       integer, intent(in) :: release_contact
-      !> Measures are requested
+      !> Whether measures are requested
       logical, intent(in) :: is_wanted
       !> Maximum number of rebounds whose peaks are recorded
       integer, intent(in) :: max_peaks
@@ -190,7 +190,7 @@ contains
    subroutine record_exceedance(interval, k, had_risen, measurer)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
-      !> The flight rose above the level before the interval
+      !> Whether the flight rose above the level before the interval
       logical, intent(in) :: had_risen
       type(measurer_t), intent(inout) :: measurer
 

@@ -87,7 +87,7 @@ contains
 
       type(observed_contact_t) :: contact
       ! opposite contact at the same place, whose displacement is the same
-      type(observed_contact_t) :: twin
+      type(observed_contact_t) :: opposite
       ! integrals of the rows and of their squares over the span
       real(wp), dimension(2*interval%contacts + 1) :: integrals, square_integrals
       ! minimum force of the block, and maximum force of the span
@@ -113,9 +113,9 @@ contains
                   sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%signed_height)
                   sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%signed_height)
                else if (contact%first_at_place < k) then
-                  twin = interval%contact(contact%first_at_place)
-                  associate (range => blocks%contact(twin%number)%sums([minimum_displacement, maximum_displacement], &
-                     block))
+                  opposite = interval%contact(contact%first_at_place)
+                  associate (range => blocks%contact(opposite%number)%sums([minimum_displacement, &
+                     maximum_displacement], block))
                      sums(minimum_displacement) = min(sums(minimum_displacement), range(1))
                      sums(maximum_displacement) = max(sums(maximum_displacement), range(2))
                   end associate

@@ -22,50 +22,64 @@ module mode_trials
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge the
    !> error.
    real(wp), parameter :: agreement = 0.05_wp
-   !> A comparison makes no progress if its difference is at least this fraction of the previous difference. After
-   !> `max_stalled` such comparisons in succession no further set is tried.
+   !> A comparison makes no progress if its difference is at least this fraction of the previous difference.
    real(wp), parameter :: progress = 0.5_wp
+   !> After this number of successive comparisons without progress no further set is tried.
    integer, parameter :: max_stalled = 2
-   !> All trials together may take these fractions of the work (evaluations times modes) of the run in all modes, as
-   !> estimated from the first trial; the second fraction holds if the evaluations are extrapolated to a longer run. The
-   !> documentation promises at most one half; the remainder allows for the error of the estimate.
-   real(wp), parameter :: fraction_of_run = 0.4_wp, fraction_of_longer_run = 0.3_wp
+   !> All trials together may take this fraction of the work (evaluations times modes) of the run in all modes, as
+   !> estimated from the first trial. The documentation promises at most one half; the remainder allows for the error of
+   !> the estimate.
+   real(wp), parameter :: fraction_of_run = 0.4_wp
+   !> The same fraction if the evaluations are extrapolated from the trial to a longer run.
+   real(wp), parameter :: fraction_of_longer_run = 0.3_wp
    !> Trials with more than this fraction of all modes save hardly any work.
    real(wp), parameter :: max_fraction = 0.6_wp
-   !> A first trial with at most `max_first_fraction` of all modes may be repeated with a longer duration, if it then
-   !> takes at most `fraction_of_first` of the work of the run in all modes, assumed to be uniform in time.
-   real(wp), parameter :: max_first_fraction = 0.2_wp, fraction_of_first = 0.12_wp
+   !> A first trial with at most this fraction of all modes may be repeated with a longer duration.
+   real(wp), parameter :: max_first_fraction = 0.2_wp
+   !> The repeated first trial may take this fraction of the work of the run in all modes, assumed to be uniform in
+   !> time.
+   real(wp), parameter :: fraction_of_first = 0.12_wp
    !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
    !> this fraction of their length.
    real(wp), parameter :: min_early_fraction = 0.25_wp
-   !> A motion is compared up to the peak of rebound number `last_rebound`, and over at most `max_periods` periods of
-   !> the lowest mode; under harmonic loads, over `load_periods` periods of the slowest load.
-   integer, parameter :: last_rebound = 3, max_periods = 4, load_periods = 2
-   !> Minimum number of contacts for a trial to be meaningful, and a number that is sufficient.
-   integer, parameter :: min_contacts = 3, enough_contacts = 64
-   !> Maximum number of events in a trial, and minimum number of samples.
-   integer, parameter :: max_events = 256, min_samples = 8
-   !> Samples in a period of the lowest mode, and maximum number of samples in a trial.
-   integer, parameter :: samples = 256, max_samples = 4096
+   !> A motion is compared up to the peak of this rebound.
+   integer, parameter :: last_rebound = 3
+   !> A motion is compared over at most this number of periods of the lowest mode.
+   integer, parameter :: max_periods = 4
+   !> Under harmonic loads a motion is compared over this number of periods of the slowest load instead.
+   integer, parameter :: load_periods = 2
+   !> Minimum number of contacts of a meaningful trial.
+   integer, parameter :: min_contacts = 3
+   !> Number of contacts that is sufficient for a trial.
+   integer, parameter :: enough_contacts = 64
+   !> Maximum number of events in a trial.
+   integer, parameter :: max_events = 256
+   !> Minimum number of samples in a trial.
+   integer, parameter :: min_samples = 8
+   !> Number of samples in a period of the lowest mode.
+   integer, parameter :: samples = 256
+   !> Maximum number of samples in a trial.
+   integer, parameter :: max_samples = 4096
 
    !> State of the trials of a run.
    type :: trials_t
       !> Settings of the next trial
       type(run_settings_t) :: settings
-      !> Length of the run, and maximum length of the comparison, tau
+      !> Length of the run, tau
       real(wp) :: run_length = 0.0_wp
+      !> Maximum length of the comparison, tau
       real(wp) :: window = 0.0_wp
       !> Period of the lowest mode that is not a rigid-body motion, tau
       real(wp) :: period = 0.0_wp
-      !> The only loads that vary in time are harmonic
+      !> Whether the only loads that vary in time are harmonic
       logical :: is_driven = .false.
-      !> A driven run from rest, whose rate of contacts does not decrease in time
+      !> Whether this is a driven run from rest, whose rate of contacts does not decrease in time
       logical :: builds_up = .false.
       !> Number of modes of the mesh
       integer :: all_modes = 0
-      !> The length of the first trial has been revised once
+      !> Whether the length of the first trial has been revised once
       logical :: is_lengthened = .false.
-      !> The length of the remaining trials has been chosen
+      !> Whether the length of the remaining trials has been chosen
       logical :: is_settled = .false.
       !> Work of the trials so far (evaluations times modes)
       real(wp) :: work = 0.0_wp
@@ -73,11 +87,13 @@ module mode_trials
       real(wp) :: max_work = huge(1.0_wp)
       !> Expected number of evaluations of the next trial
       real(wp) :: expected = 0.0_wp
-      !> Values of `max_work` and `expected` after the first trial
+      !> Value of `max_work` after the first trial
       real(wp) :: first_max_work = 0.0_wp
+      !> Value of `expected` after the first trial
       real(wp) :: first_expected = 0.0_wp
-      !> Comparisons without progress in succession, and the last difference
+      !> Number of successive comparisons without progress
       integer :: stalled = 0
+      !> Difference of the last comparison
       real(wp) :: difference = huge(1.0_wp)
       !> Displacement of the tip from the undeformed beam at which `eta_tip` is zero
       real(wp) :: tip_offset = 0.0_wp
@@ -204,7 +220,7 @@ contains
       !> Result of the trial
       type(response_t), intent(in) :: response
 
-      ! length of the trial, and of the next one
+      ! length of the trial, and length of the next trial
       real(wp) :: length, new_length
 
       associate (settings => trials%settings, contacts => contact_times(response))

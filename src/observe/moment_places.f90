@@ -22,8 +22,9 @@ module moment_places
    !> with y the displacements of the degrees of freedom, a prime for d/dtau, alpha the coefficient of mass-proportional
    !> damping, and F the values of the time courses of the loads.
    type :: place_weights_t
-      !> Weights of the terms in y + 2 zeta y' and in y'' + alpha y', [order, places]
+      !> Weights of the degrees of freedom in the term with y + 2 zeta y', [degrees of freedom, places]
       real(wp), allocatable :: stiffness(:, :)
+      !> Weights in the term with y'' + alpha y', [degrees of freedom, places]
       real(wp), allocatable :: mass(:, :)
       !> Moment per unit of the time course of a load, [loads, places]
       real(wp), allocatable :: load(:, :)
@@ -121,8 +122,8 @@ contains
             call update_extremes(moment, state(1), interval%start)
             state = interval%evaluate(output_row_t(interval%moment_row(p)), interval%length)
             call update_extremes(moment, state(1), interval%start + interval%length)
-            call seek_extreme(1.0_wp, moment%greatest, moment%maximum_search)
-            call seek_extreme(-1.0_wp, -moment%least, moment%minimum_search)
+            call seek_extreme(1.0_wp, moment%maximum, moment%maximum_search)
+            call seek_extreme(-1.0_wp, -moment%minimum, moment%minimum_search)
          end associate
       end do
 
@@ -138,8 +139,8 @@ contains
 
          peak%search_state = search_state
          ! the row is sign times the moment plus 0; the tolerance refers to the maximum magnitude so far
-         call interval%seek_peak(output_row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
-            -moments(p)%least)), [0.0_wp, interval%length], threshold, peak)
+         call interval%seek_peak(output_row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%maximum, &
+            -moments(p)%minimum)), [0.0_wp, interval%length], threshold, peak)
          search_state = peak%search_state
          if (peak%is_found) call update_extremes(moments(p), sign*peak%value, interval%start + peak%time)
       end subroutine seek_extreme
@@ -151,18 +152,18 @@ contains
       real(wp), intent(in) :: value
       real(wp), intent(in) :: tau
 
-      if (value > moment%greatest) then
-         moment%greatest = value
-         moment%greatest_tau = tau
+      if (value > moment%maximum) then
+         moment%maximum = value
+         moment%maximum_tau = tau
       end if
-      if (value < moment%least) then
-         moment%least = value
-         moment%least_tau = tau
+      if (value < moment%minimum) then
+         moment%minimum = value
+         moment%minimum_tau = tau
       end if
    end subroutine update_extremes
 
    !> Store the extremes over all places among the measures at the end of the run. Measures named `greatest` are maxima
-   !> of the magnitude; `greatest` and `least` of a place are its signed maximum and minimum.
+   !> of the magnitude; `maximum` and `minimum` of a place are signed.
    pure subroutine finish_moments(response)
       type(response_t), intent(inout) :: response
 
@@ -174,17 +175,17 @@ contains
          measures%has_moment = .true.
          measures%extremes_tolerance = max(measures%extremes_tolerance, &
             maxval(moments%minimum_search%tolerance), maxval(moments%maximum_search%tolerance))
-         measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
+         measures%greatest_moment = max(maxval(moments%maximum), maxval(-moments%minimum))
          measures%has_stress = all(moments%has_stress)
          call finish_window_measures(response)
          if (.not. measures%has_stress) return
-         measures%stress_range = maxval(moments%stress_per_moment*(moments%greatest - moments%least))
+         measures%stress_range = maxval(moments%stress_per_moment*(moments%maximum - moments%minimum))
          ! the place of the maximum stress
-         p = maxloc(moments%stress_per_moment*max(moments%greatest, -moments%least), dim=1)
+         p = maxloc(moments%stress_per_moment*max(moments%maximum, -moments%minimum), dim=1)
          associate (moment => moments(p))
-            measures%greatest_stress = moment%stress_per_moment*max(moment%greatest, -moment%least)
-            measures%greatest_stress_tau = merge(moment%greatest_tau, moment%least_tau, &
-               moment%greatest >= -moment%least)
+            measures%greatest_stress = moment%stress_per_moment*max(moment%maximum, -moment%minimum)
+            measures%greatest_stress_tau = merge(moment%maximum_tau, moment%minimum_tau, &
+               moment%maximum >= -moment%minimum)
             measures%greatest_stress_position = moment%position
          end associate
       end associate

@@ -21,16 +21,16 @@ module motion_intervals
       real(wp) :: sign = 1.0_wp
       !> s d, the height d of the contact times its sign; the gap plus s d is s times the displacement of the beam
       real(wp) :: signed_height = 0.0_wp
-      !> The contact is closed
+      !> Whether the contact is closed
       logical :: is_closed = .false.
-      !> The contact is compliant, so that its force converges with the mesh
+      !> Whether the contact is compliant, so that its force converges with the mesh
       logical :: is_compliant = .false.
-      !> The force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node of the
-      !> beam in front of it
+      !> Whether the force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node
+      !> of the beam in front of it
       logical :: has_finite_force = .false.
-      !> The contact is active: no other contact lies in front of it
+      !> Whether the contact is active: no other contact lies in front of it
       logical :: is_active = .true.
-      !> The contact is closed and its gap is exactly zero
+      !> Whether the contact is closed and its gap is exactly zero
       logical :: has_zero_gap = .false.
       !> Number of flights since the start of the run
       integer :: flights = 0
@@ -41,32 +41,37 @@ module motion_intervals
 
    !> The quantity offset + factor times a row.
    type :: output_row_t
+      !> Number of the row
       integer :: number = 1
+      !> Factor of the row
       real(wp) :: factor = 1.0_wp
+      !> Constant that is added
       real(wp) :: offset = 0.0_wp
       !> Minimum magnitude to which the relative tolerance of a peak refers; negative: it refers to the peak itself
       real(wp) :: scale = -1.0_wp
-      !> The instant of a peak is needed, not only its value
+      !> Whether the instant of a peak is needed, not only its value
       logical :: needs_time = .false.
    end type output_row_t
 
    !> Maximum of a row on a span of an interval.
    type :: peak_t
-      !> The maximum exceeds the given threshold
+      !> Whether the maximum exceeds the given threshold
       logical :: is_found = .false.
-      !> The maximum is at the end of the span, where the row still rises
+      !> Whether the maximum is at the end of the span, where the row still rises
       logical :: still_rises = .false.
+      !> The maximum
       real(wp) :: value = 0.0_wp
-      !> Time since the start of the interval
+      !> Time of the maximum since the start of the interval
       real(wp) :: time = 0.0_wp
-      !> Tolerance of the searches for this extreme, and effort that remains for them
+      !> Tolerance of the searches for this extreme, and number of evaluations that remain for them
       type(extreme_search_t) :: search_state
    end type peak_t
 
    !> A row over an interval, stored for a later search.
    type, abstract :: curve_t
-      !> Start of the interval, tau, and length of the interval
+      !> Start of the interval, tau
       real(wp) :: start = 0.0_wp
+      !> Length of the interval, tau
       real(wp) :: length = 0.0_wp
    contains
       procedure(last_exceedance_interface), deferred :: last_exceedance
@@ -74,17 +79,19 @@ module motion_intervals
 
    !> A phase or a step.
    type, abstract :: interval_t
-      !> Start of the interval, tau, and length of the interval
+      !> Start of the interval, tau
       real(wp) :: start = 0.0_wp
+      !> Length of the interval, tau
       real(wp) :: length = 0.0_wp
-      !> Number of contacts, and number of places at which moments are requested
+      !> Number of contacts
       integer :: contacts = 0
+      !> Number of places at which moments are requested
       integer :: places = 0
       !> Number of bodies
       integer :: bodies = 0
-      !> The run ends with the interval
+      !> Whether the run ends with the interval
       logical :: is_last = .false.
-      !> The energy of beam and stops may grow during the interval
+      !> Whether the energy of beam and stops may grow during the interval
       logical :: may_gain = .false.
       !> A maximum is searched only if it may exceed the known maximum by more than this fraction of it, because a
       !> search takes time
@@ -119,7 +126,7 @@ module motion_intervals
          real(wp), intent(in) :: level
          !> Time since the start of the interval; 0: the row never exceeds the level
          real(wp), intent(out) :: time
-         !> The magnitude exceeds the level at the end of the interval
+         !> Whether the magnitude exceeds the level at the end of the interval
          logical, intent(out) :: is_at_end
       end subroutine last_exceedance_interface
 
@@ -290,7 +297,7 @@ contains
       moment_row = 2*self%contacts + 1 + p
    end function moment_row
 
-   !> Row of the displacement of a body, of which observers ask values and sums alone.
+   !> Row of the displacement of a body, of which observers request only values and expansions.
    pure integer function body_row(self, b)
       class(interval_t), intent(in) :: self
       integer, intent(in) :: b

@@ -18,8 +18,9 @@ module rainflow_counting
       integer :: direction = 0
       !> Extreme value since the last reversal; without a direction the first value
       real(wp) :: extreme = 0.0_wp
-      !> Minimum and maximum before the signal has a direction
+      !> Minimum of the signal before it has a direction
       real(wp) :: minimum = huge(1.0_wp)
+      !> Maximum of the signal before it has a direction
       real(wp) :: maximum = -huge(1.0_wp)
    end type reversal_search_t
 
@@ -93,8 +94,9 @@ contains
    subroutine count_cycles(reversals, range, cycles, number)
       !> Values at the reversals, alternately minima and maxima
       real(wp), intent(in) :: reversals(:)
-      !> Range of each count, and 1 for a cycle or 0.5 for half a cycle, [size(reversals)]
+      !> Range of each count, [size(reversals)]
       real(wp), intent(out) :: range(:)
+      !> Number of cycles of each count: 1, or 0.5 for half a cycle, [size(reversals)]
       real(wp), intent(out) :: cycles(:)
       !> Number of counts
       integer, intent(out) :: number
@@ -147,8 +149,9 @@ contains
    !> damage of a cycle is proportional to the power m of its range, (sum n_i range_i^m / sum n_i)^(1/m). 0: there are
    !> no cycles.
    pure function equivalent_range(range, cycles, slope) result(equivalent)
-      !> Range and number of cycles of each count
+      !> Range of each count
       real(wp), intent(in) :: range(:)
+      !> Number of cycles of each count
       real(wp), intent(in) :: cycles(:)
       !> Exponent m, the slope of the S-N curve in logarithms
       real(wp), intent(in) :: slope

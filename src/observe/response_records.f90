@@ -25,7 +25,7 @@ contains
       real(wp), intent(in) :: step
       !> The response; receives arrays for histories, [samples + 1], and shapes
       type(response_t), intent(inout) :: response
-      !> Loads act on the beam, so that their work is recorded; default false
+      !> Whether loads act on the beam, so that their work is recorded; default false
       logical, intent(in), optional :: is_driven
 
       integer :: i, shapes

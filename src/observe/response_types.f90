@@ -52,8 +52,9 @@ module response_types
       integer :: kind = 0
       !> Displacement eta of the beam at the contact
       real(wp) :: eta = 0.0_wp
-      !> Velocity d eta/d tau there, before and after the event
+      !> Velocity d eta/d tau there before the event
       real(wp) :: velocity_before = 0.0_wp
+      !> Velocity there after the event
       real(wp) :: velocity_after = 0.0_wp
       !> Impulse on the beam, positive away from the stop
       real(wp) :: impulse = 0.0_wp
@@ -71,10 +72,11 @@ module response_types
       real(wp), allocatable :: strain(:)
       !> Strain energy of the springs of the stops
       real(wp), allocatable :: stop(:)
-      !> Energy dissipated since the start: inside the beam (including numerical dissipation if gamma > 1/2), in the
-      !> stops, at impacts
+      !> Energy dissipated inside the beam since the start, including the numerical dissipation if gamma > 1/2
       real(wp), allocatable :: dissipated_beam(:)
+      !> Energy dissipated in the stops since the start
       real(wp), allocatable :: dissipated_stop(:)
+      !> Energy dissipated at impacts since the start
       real(wp), allocatable :: dissipated_impact(:)
       !> Energy created since the start where an impact replaces the velocity of a node alone (`impulse = 'nodal'`)
       real(wp), allocatable :: created(:)
@@ -86,16 +88,19 @@ module response_types
    type :: closing_measures_t
       !> Number of openings after the first closing
       integer :: bounces = 0
-      !> Time from the first closing to the final one, instant of the last opening, and instant of the final closing,
-      !> after which the contact is closed to the end of the run
+      !> Time from the first closing to the final one, tau
       real(wp) :: bounce_time = 0.0_wp
+      !> Instant of the last opening, tau
       real(wp) :: last_opening = 0.0_wp
+      !> Instant of the final closing, after which the contact is closed to the end of the run, tau
       real(wp) :: final_closing = 0.0_wp
-      !> Minimum of the contact force, as Pbar, after the maximum that follows the final closing, and static force
+      !> Minimum of the contact force, as Pbar, after the maximum that follows the final closing
       real(wp) :: minimum_force = 0.0_wp
+      !> Static contact force at the end of the run, as Pbar
       real(wp) :: static_force = 0.0_wp
-      !> A `lasting_force` is given in &relay, and the instant from which the contact force stays at least as large
+      !> Whether a `lasting_force` is given in &relay
       logical :: has_lasting_force = .false.
+      !> Instant from which the contact force stays at least as large, tau
       real(wp) :: force_lasts = 0.0_wp
    end type closing_measures_t
 
@@ -107,16 +112,19 @@ module response_types
       real(wp) :: duration = 0.0_wp
       !> Number of impacts on rigid stops, or of contacts with compliant stops
       integer :: impacts = 0
-      !> Beginning and end of each closed contact: capture to release, contact to separation, or to the end of the run
+      !> Beginning of each time in contact, a capture or the beginning of a contact, tau
       real(wp), allocatable :: contact_start(:)
+      !> End of each time in contact: a release, a separation, or the end of the run, tau
       real(wp), allocatable :: contact_end(:)
-      !> The beam has hit a stop
+      !> Whether the beam has hit a stop
       logical :: has_hit_stop = .false.
-      !> Instant of the first impact, and d eta/d tau before it; not set if there is none
+      !> Instant of the first impact, tau; not set if there is none
       real(wp) :: first_impact_tau = 0.0_wp
+      !> d eta/d tau before the first impact
       real(wp) :: first_impact_velocity = 0.0_wp
-      !> Longest and total time in contact
+      !> Longest time in contact, tau
       real(wp) :: longest_contact = 0.0_wp
+      !> Total time in contact, tau
       real(wp) :: total_contact = 0.0_wp
       !> Tolerance of peaks and of extremes of moments and statistics, as a fraction of the value
       real(wp) :: extremes_tolerance = peak_tolerance
@@ -129,37 +137,45 @@ module response_types
       real(wp) :: greatest_impulse = 0.0_wp
       !> Number of rebounds
       integer :: rebounds = 0
-      !> Peak of each rebound, or of the first rebounds, and its instant
+      !> Peak eta of each rebound; if there are many, only of the first
       real(wp), allocatable :: peak_eta(:)
+      !> Instant of each peak, tau
       real(wp), allocatable :: peak_tau(:)
-      !> |eta_c| does not exceed `settling_level` at the end of the run
+      !> Whether |eta_c| does not exceed `settling_level` at the end of the run
       logical :: has_settled = .false.
       !> Instant at which |eta_c| last exceeded that level
       real(wp) :: settling_tau = 0.0_wp
-      !> The energy has decayed to the fraction `settled_energy` at the end of the run
+      !> Whether the energy has decayed to the fraction `settled_energy` at the end of the run
       logical :: has_decayed = .false.
       !> Instant at which the energy last exceeded that fraction
       real(wp) :: decay_tau = 0.0_wp
-      !> Energy at the start, of the beam at rest, and at the end
+      !> Energy at the start
       real(wp) :: start_energy = 0.0_wp
+      !> Energy of the beam at rest
       real(wp) :: rest_energy = 0.0_wp
+      !> Energy at the end
       real(wp) :: final_energy = 0.0_wp
-      !> Fractions of the initial energy above that at rest: dissipated in the beam, in the stops, at impacts; created
-      !> by impacts that replace the velocity of one node; left at the end
+      !> Energy dissipated in the beam, as a fraction of the initial energy above that at rest, like the next four
       real(wp) :: lost_beam = 0.0_wp
+      !> Energy dissipated in the stops
       real(wp) :: lost_stop = 0.0_wp
+      !> Energy dissipated at impacts
       real(wp) :: lost_impact = 0.0_wp
+      !> Energy created by impacts that replace the velocity of one node
       real(wp) :: created = 0.0_wp
+      !> Energy left at the end
       real(wp) :: left = 0.0_wp
-      !> Bending moments are requested
+      !> Whether bending moments are requested
       logical :: has_moment = .false.
       !> Maximum magnitude of the moment over all places of &stress
       real(wp) :: greatest_moment = 0.0_wp
-      !> Stresses are defined at all places
+      !> Whether stresses are defined at all places
       logical :: has_stress = .false.
-      !> Maximum magnitude of the stress over all places, its instant and its position x/L
+      !> Maximum magnitude of the stress over all places, in E D/L
       real(wp) :: greatest_stress = 0.0_wp
+      !> Instant of that stress, tau
       real(wp) :: greatest_stress_tau = 0.0_wp
+      !> Position x/L of that stress
       real(wp) :: greatest_stress_position = 0.0_wp
       !> Maximum range of the stress at one place
       real(wp) :: stress_range = 0.0_wp
@@ -179,34 +195,38 @@ module response_types
       real(wp), allocatable :: of_stops(:, :)
       !> Measures by analyses of the finished run, [measure_count], NaN for the others; unallocated: no analyses
       real(wp), allocatable :: of_analyses(:)
-      !> Poincare sections are requested
+      !> Whether Poincare sections are requested
       logical :: has_sections = .false.
-      !> Period of the motion in periods of the load (0: none was found), impacts per period of the load, and Lyapunov
-      !> exponent
+      !> Period of the motion in periods of the load; 0: none was found
       integer :: motion_period = 0
+      !> Impacts per period of the load
       real(wp) :: impacts_per_period = 0.0_wp
+      !> Lyapunov exponent, per tau
       real(wp) :: lyapunov_exponent = 0.0_wp
    end type run_measures_t
 
    !> Number of modes of a run, and the trials by which this number was chosen.
    type :: mode_check_t
-      !> Number of modes retained, and number of modes of the mesh
+      !> Number of modes retained
       integer :: retained = 0
+      !> Number of modes of the mesh
       integer :: all_modes = 0
       !> Number of modes of the trial compared with the trial in the retained modes; 0: there was no comparison
       integer :: compared_modes = 0
-      !> End of the comparison, tau, and maximum difference in eta of stops and tip up to there
+      !> End of the comparison, tau
       real(wp) :: horizon = 0.0_wp
+      !> Maximum difference in eta of stops and tip up to the end of the comparison
       real(wp) :: difference = 0.0_wp
       !> Requested tolerance of eta
       real(wp) :: tolerance = 0.0_wp
-      !> The difference is so small that the retained modes are accepted
+      !> Whether the difference is so small that the retained modes are accepted
       logical :: agrees = .false.
-      !> Loads and stops act after the horizon, too: small differences of motions can then grow without limit, and only
-      !> statistics remain comparable
+      !> Whether loads and stops act after the horizon, too: small differences of motions can then grow without limit,
+      !> and only statistics remain comparable
       logical :: persists = .false.
-      !> Evaluations in trials, and sum over the trials of evaluations times modes
+      !> Evaluations in trials
       integer(i8) :: evaluations = 0_i8
+      !> Sum over the trials of evaluations times modes
       real(wp) :: work = 0.0_wp
    end type mode_check_t
 
@@ -217,23 +237,29 @@ module response_types
 
    !> Histories and measures of one of several contacts.
    type :: contact_record_t
-      !> Number of its &stop (0: the contact belongs to a &body), number of its &body (0: none), whether it is the
-      !> contact of the body with floor or ceiling instead of the beam, and side: 1 below the beam or the body, -1 above
+      !> Number of its &stop; 0: the contact belongs to a &body
       integer :: stop = 1
+      !> Number of its &body; 0: the contact belongs to a &stop
       integer :: body = 0
+      !> Whether it is the contact of the body with its floor or ceiling instead of the beam
       logical :: is_of_base = .false.
+      !> Side: 1 below the beam or the body, -1 above it
       integer :: sign = 1
-      !> Position Lc/L, and height d in the unit of displacement
+      !> Position Lc/L
       real(wp) :: position = 1.0_wp
+      !> Height d of the contact surface in the unit of displacement
       real(wp) :: height = 0.0_wp
-      !> Gap y - d, velocity y', and contact force Pbar >= 0 at the sample times; unallocated: not requested
+      !> y - d at the sample times, with y the displacement of the beam; unallocated: not requested
       real(wp), allocatable :: eta(:)
+      !> Velocity y' at the sample times; unallocated: not requested
       real(wp), allocatable :: velocity(:)
+      !> Contact force Pbar >= 0 at the sample times; unallocated: not requested
       real(wp), allocatable :: force(:)
       !> Acceleration y'' of the beam at the sample times; unallocated: not requested
       real(wp), allocatable :: acceleration(:)
-      !> Strain energy of the stop, and energy dissipated at the contact, at the sample times
+      !> Strain energy of the stop at the sample times
       real(wp), allocatable :: energy(:)
+      !> Energy dissipated at the contact since the start, at the sample times
       real(wp), allocatable :: dissipated(:)
       !> Measures of the contact; those that describe the whole run (rebounds, settling time, energies) are not valid
       type(run_measures_t), allocatable :: measures
@@ -246,17 +272,21 @@ module response_types
       real(wp) :: position = 0.0_wp
       !> Stress at the outer fibre below the axis, positive in tension, per moment
       real(wp) :: stress_per_moment = 0.0_wp
-      !> The stress is defined at this place
+      !> Whether the stress is defined at this place
       logical :: has_stress = .false.
       !> Moment at the sample times; unallocated: not requested
       real(wp), allocatable :: moment(:)
-      !> Minimum and maximum moment, signed, and their instants; the initial values mean that nothing has been measured
-      real(wp) :: least = huge(1.0_wp)
-      real(wp) :: least_tau = 0.0_wp
-      real(wp) :: greatest = -huge(1.0_wp)
-      real(wp) :: greatest_tau = 0.0_wp
-      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
+      !> Minimum of the moment, signed; the initial value means that nothing has been measured
+      real(wp) :: minimum = huge(1.0_wp)
+      !> Instant of the minimum, tau
+      real(wp) :: minimum_tau = 0.0_wp
+      !> Maximum of the moment, signed; the initial value means that nothing has been measured
+      real(wp) :: maximum = -huge(1.0_wp)
+      !> Instant of the maximum, tau
+      real(wp) :: maximum_tau = 0.0_wp
+      !> Tolerance of the searches for the minimum, and number of evaluations that remain for them
       type(extreme_search_t) :: minimum_search
+      !> The same for the maximum
       type(extreme_search_t) :: maximum_search
    end type moment_record_t
 
@@ -264,18 +294,21 @@ module response_types
    type :: moment_window_t
       !> Beginning and end of the window, tau
       real(wp) :: window(2) = 0.0_wp
-      !> Minimum and maximum moment, signed, and tolerance of both as a fraction of the maximum
+      !> Minimum and maximum of the moment, signed
       real(wp) :: extremes(2) = 0.0_wp
+      !> Tolerance of both as a fraction of the maximum
       real(wp) :: tolerance = peak_tolerance
       !> Exponent m of the S-N curve; 0: cycles are not counted
       real(wp) :: slope = 0.0_wp
-      !> Number of cycles, and the range of as many equal cycles that do the same damage
+      !> Number of stress cycles
       real(wp) :: cycles = 0.0_wp
+      !> Range at which the same number of equal cycles would do the same fatigue damage
       real(wp) :: equivalent_range = 0.0_wp
       !> Instant up to which cycles are counted, tau: the end of the window, unless there are too many turning points
       real(wp) :: counted_until = 0.0_wp
-      !> Histogram: upper edges of the classes of ranges, and numbers of cycles, [classes]; unallocated: not counted
+      !> Upper edges of the classes of ranges in the histogram, [classes]; unallocated: not counted
       real(wp), allocatable :: class_edge(:)
+      !> Number of cycles in each class, [classes]
       real(wp), allocatable :: class_cycles(:)
    end type moment_window_t
 
@@ -283,10 +316,12 @@ module response_types
    type :: body_record_t
       !> Position x/L
       real(wp) :: position = 0.0_wp
-      !> z, z', and the sum of all contact forces on the body as Pbar, positive upwards, at the sample times;
-      !> unallocated: not requested
+      !> Displacement z at the sample times; unallocated: not requested
       real(wp), allocatable :: displacement(:)
+      !> Velocity z' at the sample times; unallocated: not requested
       real(wp), allocatable :: velocity(:)
+      !> Sum of all contact forces on the body, as Pbar, positive upwards, at the sample times; unallocated: not
+      !> requested
       real(wp), allocatable :: force(:)
       !> z at which the spring of the body has no force
       real(wp) :: rest = 0.0_wp
@@ -296,6 +331,7 @@ module response_types
    type :: response_t
       !> Events in order; only the first `event_count` are valid
       type(event_t), allocatable :: events(:)
+      !> Number of events
       integer :: event_count = 0
       !> Sample times
       real(wp), allocatable :: tau(:)
@@ -307,7 +343,7 @@ module response_types
       type(body_record_t), allocatable :: bodies(:)
       !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
-      !> The same within the window of &statistics; unallocated: not requested
+      !> Moments at the requested places within the window of &statistics; unallocated: not requested
       type(moment_window_t), allocatable :: moment_windows(:)
       !> Energies; unallocated: not requested
       type(energy_t), allocatable :: energy
@@ -331,7 +367,7 @@ module response_types
       real(wp), allocatable :: shape_slope_velocity(:, :)
       !> Energy at the start
       real(wp) :: initial_energy = 0.0_wp
-      !> A contact is closed at the end of the run
+      !> Whether a contact is closed at the end of the run
       logical :: ends_in_contact = .false.
       !> Numbers of steps taken (newmark) or of modal sums evaluated (exact), of rejected steps, and of factorisations
       !> or eigenvalue problems

@@ -28,18 +28,21 @@ module run_measures
    type :: accumulator_t
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
-      !> The stop is compliant, so that the maximum of the force itself is measured
+      !> Whether the stop is compliant, so that the maximum of the force itself is measured
       logical :: is_compliant = .false.
-      !> Contact force and energy at static equilibrium, and energy at the start
+      !> Contact force at static equilibrium
       real(wp) :: rest_force = 0.0_wp
+      !> Energy of beam and stops at static equilibrium; `no_rest`: there is no static equilibrium
       real(wp) :: rest_energy = 0.0_wp
+      !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
       !> Maximum tolerance of the searches for peaks of rebounds and of the force, as a fraction of the peak
       real(wp) :: tolerance = 0.0_wp
-      !> Maxima since the start of the run
+      !> Maximum force since the start of the run
       real(wp) :: greatest_force = 0.0_wp
+      !> Maximum impulse of an episode since the start of the run
       real(wp) :: greatest_impulse = 0.0_wp
-      !> An episode is in progress
+      !> Whether an episode is in progress
       logical :: in_episode = .false.
       !> Beginning of the episode, tau
       real(wp) :: begin = 0.0_wp
@@ -47,7 +50,7 @@ module run_measures
       real(wp) :: impulse = 0.0_wp
       !> Impulse of the episode within `force_window` of its beginning
       real(wp) :: early_impulse = 0.0_wp
-      !> The energy has decayed
+      !> Whether the energy has decayed
       logical :: has_decayed = .false.
       !> Instant at which the energy decayed
       real(wp) :: decay_tau = 0.0_wp
@@ -57,12 +60,13 @@ contains
 
    !> Initialise the accumulator of a contact.
    pure subroutine open_accumulator(is_compliant, start_energy, rest_force, rest_energy, force_scale, accumulator)
-      !> The contact is compliant
+      !> Whether the contact is compliant
       logical, intent(in) :: is_compliant
       !> Energy at the start
       real(wp), intent(in) :: start_energy
-      !> Contact force, and energy of beam and stops, at static equilibrium
+      !> Contact force at static equilibrium
       real(wp), intent(in) :: rest_force
+      !> Energy of beam and stops at static equilibrium
       real(wp), intent(in) :: rest_energy
       !> Pbar per unit of force
       real(wp), intent(in) :: force_scale
@@ -90,11 +94,13 @@ contains
    !> Add a closed contact, or one step of it.
    elemental subroutine add_contact(accumulator, from, length, impulse, early_impulse)
       type(accumulator_t), intent(inout) :: accumulator
-      !> Beginning and length of the contact, tau
+      !> Beginning of the contact, tau
       real(wp), intent(in) :: from
+      !> Length of the contact, tau
       real(wp), intent(in) :: length
-      !> Integral of the force over the contact, and over its `early_part`
+      !> Integral of the force over the contact
       real(wp), intent(in) :: impulse
+      !> Integral of the force over its `early_part`
       real(wp), intent(in) :: early_impulse
 
       call begin_episode(accumulator, from)
@@ -105,8 +111,9 @@ contains
    !> Length of the part of a contact that lies within `force_window` of the beginning of its episode.
    elemental function early_part(accumulator, from, length) result(part)
       type(accumulator_t), intent(in) :: accumulator
-      !> Beginning and length of the contact, tau
+      !> Beginning of the contact, tau
       real(wp), intent(in) :: from
+      !> Length of the contact, tau
       real(wp), intent(in) :: length
       real(wp) :: part
 
@@ -178,8 +185,9 @@ contains
    pure subroutine record_peak(measures, tau, eta)
       !> Measures, in which the rebound is already counted
       type(run_measures_t), intent(inout) :: measures
-      !> Instant and displacement of the peak
+      !> Instant of the peak, tau
       real(wp), intent(in) :: tau
+      !> Displacement eta of the peak
       real(wp), intent(in) :: eta
 
       real(wp), allocatable :: larger(:)

@@ -23,11 +23,15 @@ module run_observers
    !> State of all observers of a run.
    type :: observers_t
       type(measures_t) :: measures
-      !> States of the observers that &statistics, &poincare, &stress and &spectrum request; unallocated: not requested
+      !> Sums for &statistics; unallocated, like each of the next four components: not requested
       type(block_sums_t), allocatable :: blocks
+      !> Sections for &poincare
       type(run_sections_t), allocatable :: sections
+      !> Extremes of moments for &stress
       type(moment_record_t), allocatable :: moments(:)
+      !> Extremes within the window of &statistics, and cycles, for &stress
       type(stress_windows_t), allocatable :: stress_windows
+      !> Integrals for &spectrum
       type(spectrum_sums_t), allocatable :: spectrum
    end type observers_t
 

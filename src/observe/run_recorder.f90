@@ -153,7 +153,7 @@ contains
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
-      !> The run ends with the phase
+      !> Whether the run ends with the phase
       logical, intent(in) :: to_the_end
       logical :: due
 
@@ -166,7 +166,7 @@ contains
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
-      !> The run ends with the phase
+      !> Whether the run ends with the phase
       logical, intent(in) :: to_the_end
       logical :: due
 

@@ -23,40 +23,47 @@ module run_spectra
    private
    public :: spectrum_sums_t, open_spectrum, add_interval, take_impulses, finish_spectrum
 
-   !> Samples in a period of the highest frequency, and minimum number of samples in a half segment.
+   !> Number of samples in a period of the highest frequency.
    real(wp), parameter :: samples_per_period = 16.0_wp
+   !> Minimum number of samples in a half segment.
    integer, parameter :: min_samples = 64
 
    !> Accumulated integrals of a run. Instants are tau if their names or comments do not say otherwise.
    type :: spectrum_sums_t
       type(run_spectrum_t) :: result
       type(windows_t) :: windows
-      !> Number of the contact of displacements (0: none), index of the place of the moment, and number of the body
+      !> Number of the contact whose displacements are signals; 0: there is none
       integer :: contact = 0
+      !> Index of the place of the moment
       integer :: place = 1
+      !> Number of the body
       integer :: body = 1
       !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
       real(wp), allocatable :: force_weight(:, :)
-      !> Start of the first segment, and index of the present half segment, from 0
+      !> Start of the first segment, tau
       real(wp) :: start = 0.0_wp
+      !> Index of the present half segment, from 0
       integer :: half_index = 0
-      !> Integrals over the present (1) and the previous (2) half segment, and their changes if every second sample is
-      !> left out, [frequencies, signals, 2]
-      complex(wp), allocatable :: transform(:, :, :), change(:, :, :)
+      !> Integrals over the present (1) and the previous (2) half segment, [frequencies, signals, 2]
+      complex(wp), allocatable :: transform(:, :, :)
+      !> Changes of these integrals if every second sample is left out, [frequencies, signals, 2]
+      complex(wp), allocatable :: change(:, :, :)
       !> Undifferentiated signals at the end of the last interval, [signals]; unallocated: there was no interval
       real(wp), allocatable :: last_values(:)
       !> Signals, differentiated at most once, at the start of the present half segment (1) and at the end of the last
-      !> interval (2), [signals, 2]; `has_start`: the former has been stored
+      !> interval (2), [signals, 2]
       real(wp), allocatable :: edge_values(:, :)
+      !> Whether the signals at the start of the present half segment have been stored
       logical :: has_start = .false.
       !> Number of events whose impulses have been added
       integer :: events = 0
-      !> Cost of the closed forms so far and its limit, as a number of terms times frequencies times signals
+      !> Cost of the closed forms so far, the number of terms times frequencies times signals
       real(wp) :: cost = 0.0_wp
+      !> Limit of this cost
       real(wp) :: cost_limit = huge(1.0_wp)
-      !> Time from the start of the first segment after which signals are sampled, and samples of the present half
-      !> segment, [0:samples, signals]; unallocated: signals are not sampled yet
+      !> Time from the start of the first segment after which signals are sampled, tau
       real(wp) :: sampled_from = huge(1.0_wp)
+      !> Samples of the present half segment, [0:samples, signals]; unallocated: signals are not sampled yet
       real(wp), allocatable :: samples(:, :)
       !> Differences between exact integrals and sums of samples, summed in magnitude over the intervals of the present
       !> (1) and the previous (2) half segment, [signals, 2]
@@ -96,10 +103,11 @@ contains
       if (sums%cost_limit <= 0.0_wp) call start_samples(0.0_wp, sums)
    end subroutine open_spectrum
 
-   !> Shares of contact forces in the signals: the force of one contact, the sum over all contacts, or the force
-   !> upwards on a body.
+   !> Find the weights of the contact forces in each signal: a signal is the force of one contact, the sum over all
+   !> contacts, or the force upwards on a body.
    pure subroutine find_force_weights(settings, force_weight)
       type(run_settings_t), intent(in) :: settings
+      !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
       real(wp), allocatable, intent(out) :: force_weight(:, :)
 
       type(contact_t), allocatable :: contacts(:)
@@ -212,7 +220,7 @@ contains
    subroutine add_jumps(time, is_within, length, signals, sums)
       !> Time from the start of the first segment to the start of the interval
       real(wp), intent(in) :: time
-      !> The interval starts within the segments
+      !> Whether the interval starts within the segments
       logical, intent(in) :: is_within
       !> Length of the interval
       real(wp), intent(in) :: length
@@ -239,8 +247,9 @@ contains
       type(exponential_sums_t), intent(in) :: signals
       !> Ends of the span, since the start of the interval
       real(wp), intent(in) :: span(2)
-      !> Start of the interval, and ends of the half segment, since the start of the first segment
+      !> Start of the interval, since the start of the first segment
       real(wp), intent(in) :: start
+      !> Ends of the half segment, since the start of the first segment
       real(wp), intent(in) :: edges(2)
       type(spectrum_sums_t), intent(inout) :: sums
 
@@ -298,7 +307,7 @@ contains
          sampled = 0.0_wp
          do n = first, last
             time = real(n, wp)*step - start
-            ! a sample at an instant that two intervals force_weight belongs to the later one; the last sample of the
+            ! a sample at an instant that two intervals have in common belongs to the later one; the last sample of the
             ! half segment belongs to the interval that ends there
             if (time >= span(2) - same*step .and. .not. (n == last .and. time <= span(2) + same*step)) exit
             values = value_of(signals, min(max(time, span(1)), span(2)))

@@ -12,22 +12,28 @@ module spectrum_types
       integer, allocatable :: of(:)
       !> Frequencies omega over omega1, [frequencies]
       real(wp), allocatable :: frequency(:)
-      !> Power: squared magnitude of the transform of the signal minus its mean, averaged over the segments; and sum of
-      !> the squared deviations of the segments from this average; NaN: the run has no segment; [frequencies, signals]
-      real(wp), allocatable :: power(:, :), scatter(:, :)
+      !> Power: squared magnitude of the transform of the signal minus its mean, averaged over the segments,
+      !> [frequencies, signals]; NaN: the run has no segment
+      real(wp), allocatable :: power(:, :)
+      !> Sum of the squared deviations of the segments' powers from this average, [frequencies, signals]
+      real(wp), allocatable :: scatter(:, :)
       !> Mean of each signal over all segments, [signals]
       real(wp), allocatable :: mean(:)
-      !> Number of transformed segments; start of the first segment, and length of a segment, tau
+      !> Number of transformed segments
       integer :: segments = 0
+      !> Start of the first segment, tau
       real(wp) :: start = 0.0_wp
+      !> Length of a segment, tau
       real(wp) :: length = 0.0_wp
-      !> Integrals of the window and of its square over a segment
+      !> Integral of the window over a segment
       real(wp) :: window = 1.0_wp
+      !> Integral of the squared window over a segment
       real(wp) :: window_square = 1.0_wp
       !> Correlation of the powers of neighbouring segments by their overlap, from 0 to 1
       real(wp) :: overlap = 0.0_wp
-      !> Instant after which signals were sampled, tau (huge: no samples), and sampling interval
+      !> Instant after which signals were sampled, tau; `huge`: no signal was sampled
       real(wp) :: sampled_from = huge(1.0_wp)
+      !> Sampling interval, tau
       real(wp) :: step = 0.0_wp
       !> Maximum change of a transform if every second sample is left out, [signals]
       real(wp), allocatable :: sampling_error(:)

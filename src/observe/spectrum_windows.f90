@@ -13,17 +13,19 @@ module spectrum_windows
    type :: windows_t
       !> One of the `window_` constants
       integer :: kind = window_hann
-      !> Length and number of the spans that are integrated (number 0: the run has no segment). Hann windows: half
-      !> segments; all but the first and the last belong to two segments. Rectangular windows: whole segments
+      !> Length of the spans that are integrated. With Hann windows these are half segments, of which all but the first
+      !> and the last belong to two segments; with rectangular windows they are whole segments
       real(wp) :: half = 1.0_wp
+      !> Number of these spans; 0: the run has no segment
       integer :: halves = 0
-      !> Frequencies of the integrals, and first and last index of each block in which they ascend at equal distances,
-      !> [2, blocks]
+      !> Frequencies of the integrals
       real(wp), allocatable :: omega(:)
+      !> First and last index of each block of these frequencies in which they ascend at equal distances, [2, blocks]
       integer, allocatable :: blocks(:, :)
-      !> Indices in `omega` of the first frequency of the spectrum and of the frequency 0, each minus (-1), without (0)
-      !> and plus (1) the frequency of the window
+      !> Index in `omega` of the first frequency of the spectrum, minus (-1), without (0) and plus (1) the frequency of
+      !> the window
       integer :: first(-1:1) = 1
+      !> Index in `omega` of the frequency 0, minus, without and plus the frequency of the window
       integer :: zero(-1:1) = 1
       !> Frequencies of the spectrum
       real(wp), allocatable :: frequency(:)
@@ -40,9 +42,11 @@ contains
       !> Out: frequencies, lengths and integrals of the window are set, powers are zero
       type(run_spectrum_t), intent(inout) :: result
 
-      ! frequency of the window; distance of the frequencies; number of distances in the frequency of the window
+      ! distance of the frequencies of the spectrum; frequency of the window
       real(wp) :: distance, window_frequency
-      integer :: aligned, i, points
+      ! number of distances in the frequency of the window
+      integer :: aligned
+      integer :: i, points
 
       windows%kind = settings%window
       distance = 1.0_wp
@@ -103,7 +107,7 @@ contains
       complex(wp), intent(in) :: halves(:, :)
       !> Number of the segment, from 0
       integer, intent(in) :: number
-      !> Subtract the mean of the windowed signal
+      !> Whether to subtract the mean of the windowed signal
       logical, intent(in) :: without_mean
       complex(wp) :: segment(size(windows%frequency))
 
@@ -128,8 +132,9 @@ contains
 
       !> Integrals over the segment.
       pure function whole(first, count) result(values)
-         !> Index of the first frequency, and number of frequencies
+         !> Index of the first frequency
          integer, intent(in) :: first
+         !> Number of frequencies
          integer, intent(in) :: count
          complex(wp) :: values(count)
 
@@ -166,9 +171,12 @@ contains
       end if
    end function of_window
 
-   !> Integral of exp(-i omega u) over a time span.
+   !> Integral of exp(-i omega u) over a time span: length sinc(omega length/2) exp(-i omega (from + length/2)), with
+   !> sinc a = sin(a)/a.
    elemental function of_rectangle(length, from, omega) result(value)
+      !> Length of the time span, tau
       real(wp), intent(in) :: length
+      !> Start of the time span, tau
       real(wp), intent(in) :: from
       real(wp), intent(in) :: omega
       complex(wp) :: value

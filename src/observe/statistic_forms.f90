@@ -17,13 +17,13 @@ module statistic_forms
    !> Formula by which a statistic follows from the sums of a contact.
    type :: form_t
       character(24) :: name
-      !> Index of the sum, or of the numerator of a quotient, and index of the denominator; 0: the statistic is not a
-      !> quotient
+      !> Index of the sum, or of the numerator of a quotient
       integer :: numerator
+      !> Index of the denominator; 0: the statistic is not a quotient
       integer :: denominator = 0
-      !> The statistic is the square root of the quotient
+      !> Whether the statistic is the square root of the quotient
       logical :: is_root = .false.
-      !> The statistic is a maximum less a minimum, not a quotient
+      !> Whether the statistic is a maximum less a minimum, not a quotient
       logical :: is_range = .false.
    end type form_t
 
@@ -61,9 +61,10 @@ module statistic_forms
       form_t('maximum_tip_acceleration', maximum_tip_acceleration), &
       form_t('tip_range', maximum_tip, minimum_tip, is_range=.true.)]
 
-   !> Sums that are extremes
+   !> Sums that are maxima
    integer, parameter :: maxima(*) = [maximum_force, maximum_velocity, maximum_impulse, &
       maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration]
+   !> Sums that are minima
    integer, parameter :: minima(*) = [minimum_force, minimum_displacement, minimum_tip, minimum_acceleration, &
       minimum_tip_acceleration]
 
@@ -74,7 +75,7 @@ contains
    pure subroutine find_statistics(sums, is_missing, quantile, value, half_width, in_block)
       !> Sums, [blocks]
       real(wp), intent(in) :: sums(:, :)
-      !> Sums that are not available, [sum_count]
+      !> Whether each sum is not available, [sum_count]
       logical, intent(in) :: is_missing(:)
       !> Quantile of Student's distribution for the number of blocks
       real(wp), intent(in) :: quantile
@@ -124,8 +125,9 @@ contains
    !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; a single
    !> block with a nonzero denominator gives no interval.
    pure subroutine find_quotient(numerator, denominator, is_root, quantile, value, half_width, in_block)
-      !> Sums of each block, [blocks]
+      !> Numerator in each block, [blocks]
       real(wp), intent(in) :: numerator(:)
+      !> Denominator in each block, [blocks]
       real(wp), intent(in) :: denominator(:)
       logical, intent(in) :: is_root
       real(wp), intent(in) :: quantile

@@ -17,7 +17,7 @@ module statistic_types
    !> Number of statistics of a run; they are the last entries of the list of measures
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
-   ! indices of the sums of a contact
+   ! The following constants are the indices of the sums of a contact.
 
    !> Length of the block
    integer, parameter :: sum_time = 1
@@ -43,14 +43,21 @@ module statistic_types
    integer, parameter :: sum_tip = 11
    !> Integral of the square of the displacement of the tip over time
    integer, parameter :: sum_square_tip = 12
-   !> Minima and maxima, stored among the sums, of force, velocity and impulse of impacts, and displacements
+   !> Minimum of the force, stored among the sums like the other extremes
    integer, parameter :: minimum_force = 13
+   !> Maximum of the force
    integer, parameter :: maximum_force = 14
+   !> Maximum of the velocities of impacts
    integer, parameter :: maximum_velocity = 15
+   !> Maximum of the impulses of impacts
    integer, parameter :: maximum_impulse = 16
+   !> Minimum of the displacement at the contact
    integer, parameter :: minimum_displacement = 17
+   !> Maximum of the displacement at the contact
    integer, parameter :: maximum_displacement = 18
+   !> Minimum of the displacement of the tip
    integer, parameter :: minimum_tip = 19
+   !> Maximum of the displacement of the tip
    integer, parameter :: maximum_tip = 20
    !> Energy dissipated at the contact, by dampers and at impacts
    integer, parameter :: sum_work = 21
@@ -58,10 +65,13 @@ module statistic_types
    integer, parameter :: sum_square_acceleration = 22
    !> Integral of the square of the acceleration of the tip over time
    integer, parameter :: sum_square_tip_acceleration = 23
-   !> Minima and maxima, stored among the sums, of accelerations at the contact and of the tip
+   !> Minimum of the acceleration at the contact
    integer, parameter :: minimum_acceleration = 24
+   !> Maximum of the acceleration at the contact
    integer, parameter :: maximum_acceleration = 25
+   !> Minimum of the acceleration of the tip
    integer, parameter :: minimum_tip_acceleration = 26
+   !> Maximum of the acceleration of the tip
    integer, parameter :: maximum_tip_acceleration = 27
    !> Number of sums
    integer, parameter :: sum_count = 27
@@ -69,8 +79,9 @@ module statistic_types
    !> An impact: a contact, together with further contacts that follow after too short a pause or too low a flight to
    !> count as separate impacts.
    type :: impact_t
-      !> Beginning and end, tau
+      !> Beginning of the impact, tau
       real(wp) :: tau = 0.0_wp
+      !> End of the impact, tau
       real(wp) :: until = 0.0_wp
       !> Velocity towards the stop at the beginning
       real(wp) :: velocity = 0.0_wp
@@ -78,21 +89,22 @@ module statistic_types
       real(wp) :: impulse = 0.0_wp
       !> Maximum force
       real(wp) :: force = 0.0_wp
-      !> The impact counts in the statistics: it begins within the blocks, with a known velocity
+      !> Whether the impact counts in the statistics: it begins within the blocks, with a known velocity
       logical :: counts = .false.
    end type impact_t
 
    !> Sums and impacts of one contact.
    type :: contact_sums_t
-      !> The force of the contact is finite (the stop is compliant, or a massless node of the beam is in front of it),
-      !> so that the integral of the squared force exists
+      !> Whether the force of the contact is finite (the stop is compliant, or a massless node of the beam is in front
+      !> of it), so that the integral of the squared force exists
       logical :: has_finite_force = .false.
       !> Sums, [sum_count, blocks]
       real(wp), allocatable :: sums(:, :)
       !> Impacts in order; only the first `count` are valid
       type(impact_t), allocatable :: impacts(:)
+      !> Number of impacts
       integer :: count = 0
-      !> The beam has risen above the hop tolerance since the last contact, or since the start
+      !> Whether the beam has risen above the hop tolerance since the last contact, or since the start
       logical :: has_separated = .false.
    end type contact_sums_t
 
@@ -110,7 +122,7 @@ module statistic_types
       real(wp) :: force_scale = 1.0_wp
       !> Number of classes of the histograms
       integer :: classes = 1
-      !> Accelerations are evaluated
+      !> Whether accelerations are evaluated
       logical :: has_acceleration = .false.
       !> Sums of each contact in the scene's order
       type(contact_sums_t), allocatable :: contact(:)
@@ -120,8 +132,8 @@ module statistic_types
       integer :: release_contact = 0
       !> Number of events already processed
       integer :: seen = 0
-      !> Tolerances of the searches for extremes, and effort that remains for them, by the index of the extreme; the
-      !> searches at all contacts use them in common
+      !> Tolerances of the searches for extremes, and number of evaluations that remain for them, by the index of the
+      !> extreme; the searches at all contacts use them in common
       type(extreme_search_t) :: search_state(sum_count)
    end type block_sums_t
 
@@ -129,16 +141,20 @@ module statistic_types
    type :: run_statistics_t
       !> Edges of the blocks, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
-      !> Statistics of all contacts together, 0, and of each contact; half widths of their 95 % confidence intervals;
-      !> and their values in each block. NaN: not defined. [statistic_count, 0:contacts], [statistic_count, blocks,
-      !> 0:contacts]
-      real(wp), allocatable :: value(:, :), half_width(:, :), in_block(:, :, :)
+      !> Statistics of all contacts together, index 0, and of each contact, [statistic_count, 0:contacts]; NaN: not
+      !> defined
+      real(wp), allocatable :: value(:, :)
+      !> Half widths of their 95 % confidence intervals, [statistic_count, 0:contacts]
+      real(wp), allocatable :: half_width(:, :)
+      !> Their values in each block, [statistic_count, blocks, 0:contacts]
+      real(wp), allocatable :: in_block(:, :, :)
       !> Statistics of each stop and body, both sides together, NaN: there is none, [statistic_count, groups in the
       !> order of `measured_groups`]; unallocated: there is one
       real(wp), allocatable :: of_stop(:, :)
-      !> Histogram of the maximum force of impacts, for a rigid contact of their impulse: upper edges of the classes, of
-      !> equal width, and numbers of impacts, [classes, contacts]
+      !> Upper edges of the classes, of equal width, in the histogram of the maximum force of impacts, for a rigid
+      !> contact of their impulse, [classes, contacts]
       real(wp), allocatable :: class_edge(:, :)
+      !> Number of impacts in each class, [classes, contacts]
       integer, allocatable :: class_count(:, :)
       !> Tolerance of extremes, as a fraction of the value, [statistic_count]
       real(wp) :: tolerance(statistic_count) = peak_tolerance

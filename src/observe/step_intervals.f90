@@ -109,7 +109,7 @@ contains
       end associate
    end function gap_bound
 
-   !> Zero, because a step is accurate to its discretisation error only, not to rounding.
+   !> Rounding error of a gap: zero, because a step is accurate to its discretisation error only, not to rounding.
    pure function rounding(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -162,7 +162,8 @@ contains
 
       type(cubic_t) :: cubic
       ! both ends of the span and up to two turning points between them, as fractions of the span
-      real(wp) :: bounds(2), s(4), value
+      real(wp) :: s(4)
+      real(wp) :: bounds(2), value
       integer :: k, turn_count
 
       peak%is_found = .false.
@@ -251,6 +252,7 @@ contains
       real(wp), intent(out) :: integrals(:)
       real(wp), intent(out) :: square_integrals(:)
 
+      ! consistent mass matrix of a beam element of unit length and unit mass, for value and slope at both ends
       real(wp), parameter :: mass(4, 4) = reshape([156.0_wp, 22.0_wp, 54.0_wp, -13.0_wp, 22.0_wp, 4.0_wp, 13.0_wp, &
          -3.0_wp, 54.0_wp, 13.0_wp, 156.0_wp, -22.0_wp, -13.0_wp, -3.0_wp, -22.0_wp, 4.0_wp], [4, 4])/420.0_wp
       type(cubic_t) :: cubic
@@ -267,7 +269,7 @@ contains
 
    contains
 
-      !> Converts a gap into the displacement from the unstressed beam.
+      !> Constant that converts the gap into the displacement from the undeformed beam; 0 for other rows.
       pure function offset_of(row) result(offset)
          integer, intent(in) :: row
          real(wp) :: offset
@@ -398,14 +400,16 @@ contains
    pure function crossing(cubic, level, above, below) result(point)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: level
-      !> Point above the level, and point not above it
+      !> Point above the level
       real(wp), intent(in) :: above
+      !> Point not above the level
       real(wp), intent(in) :: below
       real(wp) :: point
 
       type(bracket_t) :: bracket
 
-      ! the negative tolerance of the value is never met, and the search ends when the bracket cannot be divided
+      ! the negative tolerance of the value switches off its test, so that the search ends when the bracket cannot be
+      ! divided
       bracket = bracket_t(low=above, high=below, point=above, value_tolerance=-1.0_wp)
       call choose_point(bracket)
       do while (.not. bracket%is_found)
@@ -466,8 +470,9 @@ contains
 
    !> Is 0 < numerator/denominator < 1?
    elemental function is_fraction(numerator, denominator) result(answer)
-      !> Terms of the quotient
+      !> Numerator of the quotient
       real(wp), intent(in) :: numerator
+      !> Denominator of the quotient
       real(wp), intent(in) :: denominator
       logical :: answer
 

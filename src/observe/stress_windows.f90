@@ -16,20 +16,22 @@ module stress_windows
    !> Record of the moment at a place. The type has no allocatable components, so that a copy restores it when a run
    !> returns to an earlier state.
    type :: place_window_t
-      !> Minimum and maximum
+      !> Minimum and maximum of the moment so far
       real(wp) :: extremes(2) = [huge(1.0_wp), -huge(1.0_wp)]
-      !> Tolerances of the searches for the minimum and for the maximum, and effort that remains for them
+      !> Tolerances of the searches for the minimum (1) and for the maximum (2), and number of evaluations that remain
+      !> for them
       type(extreme_search_t) :: search_state(2)
       !> Search for reversals
       type(reversal_search_t) :: reversals
-      !> Number of turning points so far, and instant from which they are not searched because there are too many, tau
+      !> Number of turning points so far
       integer :: turns = 0
+      !> Instant from which turning points are not searched because there are too many, tau
       real(wp) :: counted_until = huge(1.0_wp)
    end type place_window_t
 
    !> Windows of all places.
    type :: stress_windows_t
-      !> Beginning and end, tau
+      !> Beginning and end of the window, tau
       real(wp) :: window(2) = 0.0_wp
       !> Slope of the S-N curve; 0: cycles are not counted
       real(wp) :: slope = 0.0_wp
@@ -39,8 +41,9 @@ module stress_windows
       integer :: limit = huge(1)
       !> Moment by which the signal must reverse for a turning point to count, [places]
       real(wp), allocatable :: threshold(:)
-      !> Records up to the present instant, and values at turning points, [places]
+      !> Records up to the present instant, [places]
       type(place_window_t), allocatable :: now(:)
+      !> Moments at the turning points, [places]
       type(turning_points_t), allocatable :: points(:)
    end type stress_windows_t
 
@@ -154,8 +157,8 @@ contains
    subroutine summarise(reversals, has_default, classes, found)
       !> Stresses at the reversals
       real(wp), intent(in) :: reversals(:)
-      !> The settings give no threshold: reversals by less than `default_fraction` of the range of the stress do not
-      !> count
+      !> Whether the settings give no threshold: reversals by less than `default_fraction` of the range of the stress do
+      !> not count
       logical, intent(in) :: has_default
       !> Number of classes
       integer, intent(in) :: classes

@@ -17,7 +17,7 @@ module quantity_groups
       !> True: dimensionless values are given and the group scales them; false: values are given in the units of the
       !> file
       logical :: scales_values = .true.
-      !> The unit of a dimensionless dataset is the symbol of its quantity instead of 1
+      !> Whether the unit of a dimensionless dataset is the symbol of its quantity instead of 1
       logical :: symbols_as_units = .false.
    contains
       !> Make a subgroup

@@ -126,9 +126,10 @@ contains
       integer, intent(in), optional :: released
       !> Errors of the mesh; absent: they are not printed
       type(mesh_errors_t), intent(in), optional :: errors
-      !> Harmonic loads act throughout the run, so that neither settling nor rebounds from the start are of interest
+      !> Whether harmonic loads act throughout the run, so that neither settling nor rebounds from the start are of
+      !> interest
       logical, intent(in), optional :: is_driven
-      !> The scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
+      !> Whether the scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
       logical, intent(in), optional :: has_window
 
       character(:), allocatable :: heading
@@ -252,7 +253,7 @@ contains
       real(wp), intent(in) :: duration
       !> Units of the results
       type(units_t), intent(in) :: units
-      !> The contact is rigid at a node with mass
+      !> Whether the contact is rigid at a node with mass
       logical, intent(in) :: has_rigid_force
       character(:), allocatable :: words
 
@@ -376,7 +377,7 @@ contains
       type(moment_record_t), intent(in) :: moments(:)
       !> Units of the results
       type(units_t), intent(in) :: units
-      !> The scene has &statistics, so that the extremes of its window are not those of the run
+      !> Whether the scene has &statistics, so that the extremes of its window are not those of the run
       logical, intent(in) :: has_window
       !> Moments within the window of &statistics; absent: not requested
       type(moment_window_t), intent(in), optional :: windows(:)
@@ -384,11 +385,11 @@ contains
       type(table_t) :: table
       integer :: k
 
-      if (.not. all(moments%has_stress .and. moments%greatest >= moments%least)) return
+      if (.not. all(moments%has_stress .and. moments%maximum >= moments%minimum)) return
       call add('stress at {x/L~x}', 'length', moments%position)
-      call add('minimum', 'stress', moments%stress_per_moment*moments%least)
-      call add('maximum', 'stress', moments%stress_per_moment*moments%greatest)
-      call add('range', 'stress', moments%stress_per_moment*(moments%greatest - moments%least))
+      call add('minimum', 'stress', moments%stress_per_moment*moments%minimum)
+      call add('maximum', 'stress', moments%stress_per_moment*moments%maximum)
+      call add('range', 'stress', moments%stress_per_moment*(moments%maximum - moments%minimum))
       if (present(windows)) then
          if (has_window) then
             call add('steady minimum', 'stress', moments%stress_per_moment*[(windows(k)%extremes(1), k=1, &

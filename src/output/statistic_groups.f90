@@ -58,7 +58,7 @@ contains
    !> Write the histogram of one contact.
    subroutine write_classes(group, has_finite_force, edge, number)
       type(quantity_group_t), intent(in) :: group
-      !> The force of the contact is finite: the classes are of forces, else of impulses
+      !> Whether the force of the contact is finite: the classes are of forces, else of impulses
       logical, intent(in) :: has_finite_force
       !> Upper ends of the classes
       real(wp), contiguous, intent(in) :: edge(:)

@@ -34,12 +34,12 @@ contains
          //'tension; above the axis it is the opposite')
       call group%attribute('damping', 'moments and stresses include the part of damping in proportion to stiffness')
       call group%put(place_scale, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
-      ! extremes are searched only if measures are requested; without a search `least` and `greatest` keep their initial
-      ! values, with least > greatest
-      if (all(moments%greatest >= moments%least)) then
-         call add_extreme('greatest', [moments%greatest], [moments%greatest_tau], &
+      ! extremes are searched only if measures are requested; without a search `minimum` and `maximum` keep their
+      ! initial values, with minimum > maximum
+      if (all(moments%maximum >= moments%minimum)) then
+         call add_extreme('greatest', [moments%maximum], [moments%maximum_tau], &
             maxval(moments%maximum_search%tolerance))
-         call add_extreme('least', [moments%least], [moments%least_tau], &
+         call add_extreme('least', [moments%minimum], [moments%minimum_tau], &
             maxval(moments%minimum_search%tolerance))
       end if
       if (present(windows)) call write_windows(group, moments, windows, place_scale)

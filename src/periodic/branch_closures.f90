@@ -66,9 +66,9 @@ contains
       type(orbit_point_t), intent(in) :: next
       !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)
-      !> The point `next` is farther from the start than four times the distance of the two points
+      !> Whether the point `next` is farther from the start than four times the distance of the two points
       logical, intent(out) :: is_away
-      !> The start lies between the two points
+      !> Whether the start lies between the two points
       logical, intent(out) :: has_returned
 
       ! section values at the start, at `last` and `next`, and their initial change (`second` less start)

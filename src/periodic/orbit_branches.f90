@@ -37,7 +37,7 @@ module orbit_branches
       integer, allocatable :: doubling_index(:)
       !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: parent_doublings(:)
-      !> The branch has ended
+      !> Whether the branch has ended
       logical :: is_over = .false.
       !> First and second point, whether the branch has moved away from its start, and whether it has closed in itself
       type(orbit_point_t) :: start, second
@@ -449,7 +449,7 @@ contains
       type(trace_t), intent(inout) :: trace
       !> Solution of the last step, which was not accepted, or whose number of impacts differs
       type(solution_t), intent(in) :: next
-      !> The branch continues with other impacts
+      !> Whether the branch continues with other impacts
       logical, intent(in) :: continues
 
       ! numbers of restarts and of bisections in each: the distance from which Newton's method converges shrinks towards

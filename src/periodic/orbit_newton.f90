@@ -28,7 +28,7 @@ module orbit_newton
       type(map_result_t) :: map
       !> Minimum normal speed of an impact with restitution in all trial motions
       real(wp) :: min_speed = huge(1.0_wp)
-      !> The residual is within the tolerance, and the same contacts are closed at both ends
+      !> Whether the residual is within the tolerance, and the same contacts are closed at both ends
       logical :: converged = .false.
    end type solution_t
 

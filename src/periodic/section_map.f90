@@ -64,7 +64,7 @@ module section_map
       integer :: impacts = 0
       !> Minimum normal speed of an impact at a rigid contact; huge: there is none
       real(wp) :: min_speed = huge(1.0_wp)
-      !> The run failed, or the closed contacts at its end differ from those at its start
+      !> Whether the run failed, or the closed contacts at its end differ from those at its start
       logical :: failed = .false.
    end type map_result_t
 
@@ -338,7 +338,7 @@ contains
       !> Unknowns, as `unknowns_of` gives them
       real(wp), intent(in) :: x(:)
       type(section_state_t), intent(inout) :: state
-      !> The state penetrates no contact
+      !> Whether the state penetrates no contact
       logical, intent(out) :: is_admissible
 
       ! permitted penetration, eta
@@ -398,7 +398,7 @@ contains
       type(section_state_t), intent(inout) :: state
       !> Run over the periods of the motion
       type(response_t), intent(in) :: response
-      !> The section has been shifted; false: no event lies near it
+      !> Whether the section has been shifted; false: no event lies near it
       logical, intent(out) :: is_shifted
       !> Set if the run to the shifted section fails
       type(failure_t), allocatable, intent(out) :: error

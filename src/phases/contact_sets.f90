@@ -110,7 +110,7 @@ contains
    !> damping changes, the modes of the constrained beam are reused.
    subroutine start_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
-      !> Of each contact, [contacts]
+      !> Whether the stop of each contact is rigid, [contacts]
       logical, intent(in) :: is_rigid(:)
       !> Dynamic stiffnesses of compliant contacts, [contacts]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
@@ -237,7 +237,7 @@ contains
       !> Prepared for the run by `start_sets`
       type(set_store_t), intent(inout) :: store
       type(contact_set_t), pointer, intent(out) :: set
-      !> The present run uses the set for the first time
+      !> Whether the present run uses the set for the first time
       logical, intent(out) :: is_new
       !> Set if the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error

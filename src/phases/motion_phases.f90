@@ -115,7 +115,7 @@ module motion_phases
          import :: motion_t, phase_t
          implicit none (type, external)
          class(phase_t), target, intent(inout) :: self
-         !> The run ends with this phase, and `finish` was not called
+         !> Whether the run ends with this phase, and `finish` was not called
          logical, intent(in) :: is_last
          !> `tau` is the start of the phase
          type(motion_t), intent(inout) :: motion
@@ -144,7 +144,7 @@ contains
       !> Component `error` is set if the run cannot continue
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> The run ends with this phase
+      !> Whether the run ends with this phase
       logical, intent(out) :: is_last
 
       is_last = .false.
@@ -195,7 +195,7 @@ contains
    !> Record the samples of a phase, and the shapes of the whole beam that are due in the phase.
    subroutine record_phase(phase, is_last, motion, response)
       class(phase_t), intent(inout) :: phase
-      !> The run ends with this phase
+      !> Whether the run ends with this phase
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
       !> Receives the histories

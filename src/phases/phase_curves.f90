@@ -13,7 +13,7 @@ module phase_curves
    !> The gap of a contact during a phase.
    type, extends(curve_t) :: signal_curve_t
       class(transformable_signal_t), allocatable :: signal
-      !> The gap is always above minus the settling level (`settling_level`): only positive gaps need a search
+      !> Whether the gap is always above minus the settling level (`settling_level`): only positive gaps need a search
       logical :: is_above = .false.
       !> Latest known time at which the gap exceeds the settling level; 0: none known
       real(wp) :: known_above = 0.0_wp

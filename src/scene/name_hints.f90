@@ -222,7 +222,7 @@ contains
       type(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      !> The phrase is for a message about another group, so it names the entry's group
+      !> Whether the phrase is for a message about another group, so it names the entry's group
       logical, intent(in), optional :: from_elsewhere
       character(:), allocatable :: phrase
 

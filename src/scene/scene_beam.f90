@@ -192,7 +192,7 @@ contains
       real(wp), intent(in) :: column(:)
       !> Minimum of values that are not 0
       real(wp), intent(in) :: min_value
-      !> The last value may be 0
+      !> Whether the last value may be 0
       logical, intent(in) :: may_vanish
 
       character(:), allocatable :: place

@@ -32,7 +32,7 @@ module scene_reader
       !> For several cases: index of the entry of each parameter in the table, 0 for a parameter that `set_parameter`
       !> sets; and indices of the entries in units whose ratios depend on the parameters
       integer, allocatable :: places(:), affected(:)
-      !> The unit of displacement D depends on the parameters
+      !> Whether the unit of displacement D depends on the parameters
       logical :: changes_displacement_unit = .false.
    end type draft_t
 

@@ -29,7 +29,7 @@ module scene_reference
       !> Allowed values, in words
       character(:), allocatable :: allowed
       character(:), allocatable :: default
-      !> The name is one of the many names in &sweep that give the values of a parameter
+      !> Whether the name is one of the many names in &sweep that give the values of a parameter
       logical :: is_swept = .false.
    end type reference_t
 

@@ -20,7 +20,7 @@ module scene_rules
       character(max_list_length) :: excluded = ''
       !> Text that is appended to 'does not go with &group'
       character(max_problem_length) :: reason = ''
-      !> The groups in `request_names` are excluded too
+      !> Whether the groups in `request_names` are excluded too
       logical :: excludes_requests = .false.
    end type exclusion_t
 

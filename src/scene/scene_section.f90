@@ -207,7 +207,7 @@ contains
          character(*), intent(in) :: name
          !> Unallocated: not given
          real(wp), allocatable, intent(in) :: values(:)
-         !> All values may be 0; absent: .false.
+         !> Whether all values may be 0; absent: .false.
          logical, intent(in), optional :: may_be_zero
 
          real(wp) :: minimum

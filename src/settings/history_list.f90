@@ -14,7 +14,7 @@ module history_list
       character(80) :: meaning
       !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
-      !> The history is recorded if the scene names no histories
+      !> Whether the history is recorded if the scene names no histories
       logical :: is_default = .true.
    end type history_t
 

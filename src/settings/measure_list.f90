@@ -288,7 +288,7 @@ contains
       integer, intent(in) :: stop
       !> Number of the body; 0: the contact belongs to a stop
       integer, intent(in) :: body
-      !> The contact is that of the body with its floor or ceiling
+      !> Whether the contact is that of the body with its floor or ceiling
       logical, intent(in) :: is_of_base
       integer :: owner
 

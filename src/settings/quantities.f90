@@ -96,7 +96,7 @@ module quantities
 
    !> Units of results.
    type :: units_t
-      !> Results are in the units of the scene, otherwise dimensionless
+      !> Whether results are in the units of the scene, otherwise dimensionless
       logical :: are_physical = .false.
       !> Units of the scene: index in `system_names`
       integer :: system = system_none
@@ -118,7 +118,7 @@ contains
       type(scales_t), intent(in) :: scales
       !> Index in `system_names`; 0: not given
       integer, intent(in) :: system
-      !> Results are in the units of the scene, otherwise dimensionless
+      !> Whether results are in the units of the scene, otherwise dimensionless
       logical, intent(in) :: are_physical
       type(units_t) :: units
 

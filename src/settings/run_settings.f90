@@ -80,7 +80,7 @@ module run_settings
       real(wp) :: damper_ratio = 0.3_wp
       !> Number of the &body to which the contact belongs; 0: the stop is fixed to the base
       integer :: body = 0
-      !> The contact is between the body and its fixed floor or ceiling, instead of between body and beam
+      !> Whether the contact is between the body and its fixed floor or ceiling, instead of between body and beam
       logical :: is_of_base = .false.
       !> z / D at which the spring of the body has no force, from where the coordinate of the body counts
       real(wp) :: rest = 0.0_wp
@@ -133,7 +133,7 @@ module run_settings
       real(wp) :: newmark_beta = 0.25_wp
       !> Newmark's gamma
       real(wp) :: newmark_gamma = 0.5_wp
-      !> Newmark: divide a step that is too long for the scheme instead of refusing it
+      !> Whether Newmark's method divides a step that is too long for the scheme instead of refusing it
       logical :: substep = .false.
       !> Newmark: gap |eta_c| below which an approaching beam is in contact
       real(wp) :: contact_tolerance = 1.0e-4_wp
@@ -150,11 +150,11 @@ module run_settings
       !> `exact`: maximum change of the displacements of stops and tip due to modal truncation, in eta; huge: not given,
       !> only `accuracy` limits the change
       real(wp) :: mode_tolerance = huge(1.0_wp)
-      !> `exact`: use all modes of the mesh
+      !> Whether the exact method uses all modes of the mesh
       logical :: keep_all_modes = .false.
       !> `exact`: number of the lowest modes that are used; 0: as many as `accuracy` requires
       integer :: mode_count = 0
-      !> Newmark: integrate in modes, chosen as for `exact`, even if `mode_count` is 0
+      !> Whether Newmark's method integrates in modes, chosen as for `exact`, even if `mode_count` is 0
       logical :: steps_in_modes = .false.
    end type response_settings_t
 
@@ -168,10 +168,10 @@ module run_settings
       real(wp) :: shape_step = 0.0_wp
       !> Number of mode shapes to store
       integer :: mode_shapes = 0
-      !> Store the energy balance: energies and energy losses
+      !> Whether to store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Compute the measures (scalar results of the run), among them the peaks of at most `max_peaks` rebounds; the
-      !> program sets both components, scene files cannot
+      !> Whether to compute the measures (scalar results of the run), among them the peaks of at most `max_peaks`
+      !> rebounds; the program sets both components, scene files cannot
       logical :: measures = .false.
       integer :: max_peaks = huge(1)
    end type output_settings_t
@@ -180,7 +180,7 @@ module run_settings
    type :: stress_settings_t
       !> x/L of the points
       real(wp), allocatable :: position(:)
-      !> Record the histories of moments and stresses, besides their extremes
+      !> Whether to record the histories of moments and stresses, besides their extremes
       logical :: history = .true.
       !> Exponent m of the S-N curve, number of cycles times range**m = constant; 0: cycles are not counted
       real(wp) :: fatigue_slope = 0.0_wp
@@ -209,7 +209,7 @@ module run_settings
       real(wp) :: threshold = 0.0_wp
       !> Number of classes of the histogram of impacts
       integer :: classes = 20
-      !> Compute statistics of accelerations too
+      !> Whether to compute statistics of accelerations too
       logical :: acceleration = .false.
    end type statistics_settings_t
 
@@ -235,11 +235,11 @@ module run_settings
       !> its return after this period, relative to the maximum of the recorded states
       integer :: max_periods = 16
       real(wp) :: tolerance = 1.0e-6_wp
-      !> Record the states of all modes too
+      !> Whether to record the states of all modes too
       logical :: records_modes = .false.
-      !> Compute the largest Lyapunov exponent
+      !> Whether to compute the largest Lyapunov exponent
       logical :: wants_exponent = .true.
-      !> The scene gives no duration, so that the run lasts skip + keep periods of the load
+      !> Whether the scene gives no duration, so that the run lasts skip + keep periods of the load
       logical :: sets_duration = .false.
       !> Period of the load, tau, from `period_of`
       real(wp) :: period = 0.0_wp
@@ -260,7 +260,7 @@ module run_settings
       type(body_settings_t), allocatable :: bodies(:)
       !> Number of the stop from which the beam is released; `stop` is number 1
       integer :: release_stop = 1
-      !> The run has stops; if not, `stop%position` is the point whose histories are recorded
+      !> Whether the run has stops; if not, `stop%position` is the point whose histories are recorded
       logical :: has_stop = .true.
       !> Loads on the beam and motions of its base; unallocated: none
       type(force_settings_t), allocatable :: forces(:)

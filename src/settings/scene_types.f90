@@ -130,15 +130,15 @@ module scene_types
       !> Tolerance of the motion, in eta and tau; the coarsest mesh within this tolerance is then chosen instead of
       !> `elements`. 0: not used
       real(wp) :: tolerance = 0.0_wp
-      !> The scene gives no mesh, so that the mesh is found before the runs
+      !> Whether the scene gives no mesh, so that the mesh is found before the runs
       logical :: is_sought = .false.
       !> Result of the search for the mesh, if the scene gives none; `found%finer_elements` = 0: the mesh is given
       type(mesh_check_t) :: found
       !> The runs for which the mesh was found, in words; empty: the run of the scene
       character(80) :: found_for = ''
-      !> Estimate the errors of measures from two finer meshes
+      !> Whether to estimate the errors of measures from two finer meshes
       logical :: estimate = .false.
-      !> The scene does not set `estimate`: a single run then makes the estimate if its cost is small
+      !> Whether the scene does not set `estimate`: a single run then makes the estimate if its cost is small
       logical :: estimates_if_cheap = .false.
    end type mesh_settings_t
 
@@ -205,14 +205,15 @@ module scene_types
       real(wp), allocatable :: hop_tolerances(:)
       real(wp), allocatable :: mode_tolerances(:)
       integer, allocatable :: mesh_elements(:)
-      !> Compare all methods on the meshes of `mesh_elements` with the limit of infinitely fine meshes
+      !> Whether to compare all methods on the meshes of `mesh_elements` with the limit of infinitely fine meshes
       logical :: against_beam = .false.
       !> Numbers of elements, and durations of runs in tau, over which the growth of run time and memory is measured
       integer, allocatable :: scaling_elements(:)
       real(wp), allocatable :: scaling_durations(:)
       !> Number of modes that are computed on large meshes
       integer :: scaling_modes = 6
-      !> Measure the time that is saved by omitting unnecessary computations, and compare the results with and without
+      !> Whether to measure the time that is saved by omitting unnecessary computations, and to compare the results with
+      !> and without
       logical :: skips = .false.
       !> Number of timings of each entry, and minimum duration of one timing in seconds
       integer :: repetitions = 7
@@ -257,7 +258,7 @@ module scene_types
       character(:), allocatable :: text
       !> Numeric value: one element, or a list
       real(wp), allocatable :: number(:)
-      !> The value is a list, even if of one element
+      !> Whether the value is a list, even if of one element
       logical :: is_list = .false.
    end type echo_t
 
@@ -287,23 +288,23 @@ module scene_types
       real(wp), allocatable :: mode_ratios(:)
       !> Tip mass over mass of the beam: mu = m / (rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> The file has &stop
+      !> Whether the file has &stop
       logical :: has_stop = .false.
       type(stop_settings_t) :: stop
       !> Further &stop groups; unallocated: there are none
       type(stop_settings_t), allocatable :: more_stops(:)
       !> Number of the stop from which the beam is released; 0: `stop_released_from` chooses it
       integer :: release_stop = 0
-      !> The file has &root
+      !> Whether the file has &root
       logical :: has_root_group = .false.
       type(root_settings_t) :: root
-      !> The file has &mass; without this group `masses` is unallocated
+      !> Whether the file has &mass; without this group `masses` is unallocated
       logical :: has_masses = .false.
       type(mass_settings_t), allocatable :: masses(:)
-      !> The file has &body; without this group `bodies` is unallocated
+      !> Whether the file has &body; without this group `bodies` is unallocated
       logical :: has_bodies = .false.
       type(body_settings_t), allocatable :: bodies(:)
-      !> The file has &support; without this group `supports` is unallocated
+      !> Whether the file has &support; without this group `supports` is unallocated
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)
       !> The file has &force, and &base; without the group its list is unallocated
@@ -311,37 +312,37 @@ module scene_types
       type(force_settings_t), allocatable :: forces(:)
       logical :: has_bases = .false.
       type(base_group_t), allocatable :: bases(:)
-      !> The file has &start
+      !> Whether the file has &start
       logical :: has_start = .false.
       type(start_group_t) :: start
-      !> The file has &stress
+      !> Whether the file has &stress
       logical :: wants_stress = .false.
       type(stress_settings_t) :: stress
-      !> The file has &response
+      !> Whether the file has &response
       logical :: wants_response = .false.
       type(response_settings_t) :: response
-      !> The file has &statistics
+      !> Whether the file has &statistics
       logical :: wants_statistics = .false.
       type(statistics_settings_t) :: statistics
-      !> The file has &relay
+      !> Whether the file has &relay
       logical :: wants_relay = .false.
       type(relay_settings_t) :: relay
-      !> The file has &poincare
+      !> Whether the file has &poincare
       logical :: wants_poincare = .false.
       type(poincare_settings_t) :: poincare
-      !> The file has &orbit
+      !> Whether the file has &orbit
       logical :: wants_orbit = .false.
       type(orbit_settings_t) :: orbit
-      !> The file has &frequency_response
+      !> Whether the file has &frequency_response
       logical :: wants_frequency_response = .false.
       type(frequency_response_settings_t) :: frequency_response
-      !> The file has &spectrum
+      !> Whether the file has &spectrum
       logical :: wants_spectrum = .false.
       type(spectrum_settings_t) :: spectrum
-      !> The file has &frequencies
+      !> Whether the file has &frequencies
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies
-      !> The file has &precision
+      !> Whether the file has &precision
       logical :: wants_precision = .false.
       type(precision_settings_t) :: precision
       !> The file has &sweep, and &best
@@ -349,22 +350,22 @@ module scene_types
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
-      !> Some cases of the sweep may have inconsistent values, so that each case is read and checked as a file of its
-      !> own
+      !> Whether some cases of the sweep may have inconsistent values, so that each case is read and checked as a file
+      !> of its own
       logical :: has_inconsistent_cases = .false.
-      !> The file has &cases
+      !> Whether the file has &cases
       logical :: wants_cases = .false.
       type(cases_settings_t) :: cases
-      !> The file has &sensitivity
+      !> Whether the file has &sensitivity
       logical :: wants_sensitivity = .false.
       type(sensitivity_settings_t) :: sensitivity
-      !> The file has &fit
+      !> Whether the file has &fit
       logical :: wants_fit = .false.
       type(fit_settings_t) :: fit
-      !> The file has &uncertainty
+      !> Whether the file has &uncertainty
       logical :: wants_uncertainty = .false.
       type(uncertainty_settings_t) :: uncertainty
-      !> The file has &statements
+      !> Whether the file has &statements
       logical :: wants_statements = .false.
       type(statements_settings_t) :: statements
       type(output_settings_t) :: output

@@ -24,11 +24,11 @@ module spectrum_settings
       !> derivative
       integer :: base = quantity_displacement
       integer :: derivatives = 0
-      !> The signal belongs to a contact instead of the tip
+      !> Whether the signal belongs to a contact instead of the tip
       logical :: is_of_contact = .false.
       !> Name of the measure with the amplitude of its strongest line
       character(24) :: measure = ''
-      !> The signal belongs to a body instead of the tip
+      !> Whether the signal belongs to a body instead of the tip
       logical :: is_of_body = .false.
    end type signal_t
 

@@ -27,11 +27,11 @@ module sweep_settings
       !> Number of the parameter among all that may be swept (`sweep_t` of its entry), which selects its own sequence of
       !> random numbers
       integer :: order = 0
-      !> A change of the value changes the beam or the mesh
+      !> Whether a change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
-      !> The value may change during a motion, so that a case can start from the final state of another case
+      !> Whether the value may change during a motion, so that a case can start from the final state of another case
       logical :: may_change_in_motion = .false.
-      !> The values are whole numbers
+      !> Whether the values are whole numbers
       logical :: is_whole = .false.
       !> Quantity of values in the units of the scene, a name in `quantity_table`; empty: a dimensionless value
       character(max_name_length) :: quantity = ''
@@ -79,7 +79,7 @@ module sweep_settings
       !> Index of the parameter along whose values each case starts from the final state of the preceding case; 0: each
       !> case has its own start
       integer :: carry = 0
-      !> The cases run through the values of the parameter `carry` in the given order, and then in reverse order
+      !> Whether the cases run through the values of the parameter `carry` in the given order, and then in reverse order
       logical :: carries_back = .false.
       !> Indices of parameters of a grid that vary together, value by value, as one axis; unallocated: none
       integer, allocatable :: tied(:)
@@ -93,8 +93,8 @@ module sweep_settings
       integer :: goal = goal_minimum
       !> Number of cases in the table
       integer :: count = 10
-      !> Search for better cases between the minimum and the maximum of the swept values of each parameter, starting
-      !> from the best case
+      !> Whether to search for better cases between the minimum and the maximum of the swept values of each parameter,
+      !> starting from the best case
       logical :: refine = .false.
       !> Refinement: maximum number of cases that are computed
       integer :: evaluations = 2000

@@ -332,7 +332,7 @@ contains
       !> Values and bounds of that derivative at t
       type(bounds_t), intent(inout) :: bounds
       type(search_t), intent(inout) :: search
-      !> The signal has a zero before t
+      !> Whether the signal has a zero before t
       logical, intent(out) :: is_found
 
       type(bounds_t) :: lower

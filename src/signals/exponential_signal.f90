@@ -48,8 +48,9 @@ contains
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Value and slope of the signal
+      !> Value of the signal
       real(wp), intent(out) :: value
+      !> Slope of the signal
       real(wp), intent(out) :: slope
 
       real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
@@ -72,11 +73,13 @@ contains
    !> Copy exponents and amplitudes into real vectors.
    pure subroutine copy_to_vectors(self, decay, omega, c_real, c_imag)
       type(exponential_signal_t), intent(in) :: self
-      !> -Re s and Im s, padded with zeros to whole vectors
+      !> -Re s, padded with zeros to whole SIMD vectors
       real(wp), intent(out) :: decay(:)
+      !> Im s, padded likewise
       real(wp), intent(out) :: omega(:)
-      !> Real and imaginary part of the amplitude, [count at least]
+      !> Real part of each amplitude, [count at least]
       real(wp), intent(inout) :: c_real(:)
+      !> Imaginary part of each amplitude, [count at least]
       real(wp), intent(inout) :: c_imag(:)
 
       integer :: k
@@ -173,7 +176,9 @@ contains
       class(exponential_signal_t), intent(in) :: self
       !> Instant that becomes t = 0
       real(wp), intent(in) :: from
+      !> Factor of the transformed signal
       real(wp), intent(in) :: factor
+      !> Constant that is added to the signal
       real(wp), intent(in) :: offset
       !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order

@@ -21,8 +21,9 @@ contains
 
    !> Allocate sums that are zero.
    pure subroutine open_sums(signals, terms, sums)
-      !> Number of signals, and of exponentials
+      !> Number of signals
       integer, intent(in) :: signals
+      !> Number of exponentials
       integer, intent(in) :: terms
       type(exponential_sums_t), intent(out) :: sums
 
@@ -57,8 +58,9 @@ contains
    pure function square_integral(sums, signal, from, to) result(square)
       type(exponential_sums_t), intent(in) :: sums
       integer, intent(in) :: signal
-      !> Times since the start of the interval
+      !> Beginning of the span, since the start of the interval
       real(wp), intent(in) :: from
+      !> End of the span, since the start of the interval
       real(wp), intent(in) :: to
       real(wp) :: square
 

@@ -18,8 +18,9 @@ contains
       type(search_history_t), intent(inout) :: history
       !> False: there may be a higher maximum
       logical, intent(out) :: is_certain
-      !> The maximum and its instant
+      !> The maximum
       real(wp), intent(out) :: peak
+      !> Instant of the maximum
       real(wp), intent(out) :: time
 
       integer, parameter :: max_evaluations = 8
@@ -160,8 +161,9 @@ contains
    pure function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
-      !> The earlier and the later evaluation
+      !> The earlier evaluation
       type(bounds_t), intent(in) :: earlier
+      !> The later evaluation
       type(bounds_t), intent(in) :: later
       logical :: is
 

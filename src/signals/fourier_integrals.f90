@@ -23,12 +23,13 @@ module fourier_integrals
 
    !> A band of frequencies, and their phasors over a span of the length h.
    type :: band_t
-      !> Frequencies, of which the first `count` are used
+      !> Frequencies; only the first `count` are used
       real(wp) :: omega(band_size) = 0.0_wp
+      !> Number of frequencies
       integer :: count = 0
       !> Length h of the span
       real(wp) :: length = 0.0_wp
-      !> Real and imaginary parts of exp(-i omega h) and of exp(-i omega h/2)
+      !> Real and imaginary parts of exp(-i omega h), then those of exp(-i omega h/2)
       real(wp), dimension(band_size) :: phasor_re = 1.0_wp, phasor_im = 0.0_wp, half_re = 1.0_wp, half_im = 0.0_wp
    end type band_t
 
@@ -44,8 +45,9 @@ contains
    pure subroutine add_fourier_integrals(sums, from, to, start, omega, transform)
       !> Signals x
       type(exponential_sums_t), intent(in) :: sums
-      !> Start and end of the span, measured from the start of the interval
+      !> Start of the span, since the start of the interval
       real(wp), intent(in) :: from
+      !> End of the span, since the start of the interval
       real(wp), intent(in) :: to
       !> Instant of the start of the interval
       real(wp), intent(in) :: start
@@ -102,8 +104,9 @@ contains
    pure subroutine add_impulse(omega, time, value, transform)
       !> Frequencies
       real(wp), intent(in) :: omega(:)
-      !> Instant and magnitude of the impulse
+      !> Instant of the impulse
       real(wp), intent(in) :: time
+      !> Magnitude of the impulse
       real(wp), intent(in) :: value
       !> Sum of the integrals, [frequencies]
       complex(wp), intent(inout) :: transform(:)
@@ -115,6 +118,7 @@ contains
    pure function shifted(power, shift) result(now)
       !> Coefficients of the powers of t + shift
       real(wp), intent(in) :: power(0:3)
+      !> Shift of the time
       real(wp), intent(in) :: shift
       real(wp) :: now(0:3)
 
@@ -246,8 +250,9 @@ contains
    !> Indices of the first and last frequency within a distance of another frequency; last < first: there is none.
    pure function near_ends(band, center, reach) result(ends)
       type(band_t), intent(in) :: band
-      !> The other frequency, and the distance
+      !> The other frequency
       real(wp), intent(in) :: center
+      !> The distance
       real(wp), intent(in) :: reach
       integer :: ends(2)
 
@@ -371,8 +376,9 @@ contains
       !> Indices of the first and last frequency
       integer, intent(in) :: first
       integer, intent(in) :: last
-      !> Real and imaginary parts of the kernel
+      !> Real part of the kernel
       real(wp), intent(inout) :: re(band_size)
+      !> Imaginary part of the kernel
       real(wp), intent(inout) :: im(band_size)
 
       ! ratios of neighbouring coefficients of the series of sinh(z/2)/(z/2) in z^2/4, 1/((2 k)(2 k + 1))

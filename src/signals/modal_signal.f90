@@ -21,8 +21,10 @@ module modal_signal
    type :: modal_state_t
       !> Instant; negative: there is none
       real(wp) :: time = -1.0_wp
-      !> Displacements and velocities of the modes, [count]
-      real(wp), allocatable :: z(:), v(:)
+      !> Displacements of the modes, [count]
+      real(wp), allocatable :: z(:)
+      !> Velocities of the modes, [count]
+      real(wp), allocatable :: v(:)
    end type modal_state_t
 
    !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is the remaining deformation of an unloaded
@@ -35,13 +37,16 @@ module modal_signal
       real(wp), allocatable :: weight(:)
       !> c_i padded with zeros to whole SIMD vectors
       real(wp), allocatable, private :: lane_weight(:)
-      !> z_i and z_i' at t = 0, [count]
-      real(wp), allocatable :: z(:), v(:)
-      !> The signal is a force: modes far beyond critical damping enter the sum by z_i + 2 zeta z_i' instead of z_i (the
-      !> state of all other modes has been replaced by `set_reaction_state`)
+      !> z_i at t = 0, [count]
+      real(wp), allocatable :: z(:)
+      !> z_i' at t = 0, [count]
+      real(wp), allocatable :: v(:)
+      !> Whether the signal is a force: modes far beyond critical damping then enter the sum by z_i + 2 zeta z_i'
+      !> instead of z_i (the state of all other modes has been replaced by `set_reaction_state`)
       logical :: is_viscous = .false.
-      !> Relaxing deformation at t = 0, and its decay rate
+      !> Relaxing deformation at t = 0
       real(wp) :: relaxation = 0.0_wp
+      !> Decay rate of the relaxing deformation
       real(wp) :: rate = 0.0_wp
       !> Receives the state at the last instant of `evaluate`, in arrays that are already allocated; null: not requested
       type(modal_state_t), pointer :: last => null()
@@ -79,8 +84,9 @@ contains
    !> equation of p, so it is the state of the first `unseparated` modes. Modes far beyond critical damping have the
    !> state p, p'; the signal forms p + 2 zeta p' from their two exponentials (`is_viscous`), without cancellation.
    subroutine set_reaction_state(z, v, reaction)
-      !> Homogeneous part of the state of the constrained modes, [modes]
+      !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
+      !> Velocities of the constrained modes, likewise, [modes]
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 
@@ -102,8 +108,9 @@ contains
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Value and slope of the signal
+      !> Value of the signal
       real(wp), intent(out) :: value
+      !> Slope of the signal
       real(wp), intent(out) :: slope
 
       real(wp), dimension(self%oscillators%count) :: z, v
@@ -133,7 +140,9 @@ contains
       class(modal_signal_t), intent(in) :: self
       !> Instant that becomes t = 0
       real(wp), intent(in) :: from
+      !> Factor of the transformed signal
       real(wp), intent(in) :: factor
+      !> Constant that is added to the signal
       real(wp), intent(in) :: offset
       !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
@@ -193,9 +202,11 @@ contains
       real(wp), intent(in) :: limit
       !> Outcome, as `find_short_flight` returns it
       type(search_t), intent(inout) :: search
-      !> Terms besides the modes, as in `find_short_flight`
+      !> Slope of the terms besides the modes, as in `find_short_flight`
       real(wp), intent(in), optional :: slope
+      !> Harmonics of these terms, [harmonics]
       complex(wp), intent(inout), optional :: harmonics(:)
+      !> Frequencies of the harmonics, [harmonics]
       real(wp), intent(in), optional :: frequency(:)
 
       search%outcome = found_none
@@ -240,8 +251,9 @@ contains
       integer, intent(in) :: order
       !> Values and bounds of the sum at the instant
       type(bounds_t), intent(out) :: bounds
-      !> The other signal: columns as in `certified_search`, and its lower bound
+      !> The other signal: columns as in `certified_search`
       real(wp), intent(in), optional :: added(term_columns)
+      !> Lower bound of the other signal
       real(wp), intent(in), optional :: added_floor
       !> False: the length of a step without a zero is not needed
       logical, intent(in), optional :: needs_step
@@ -351,8 +363,9 @@ contains
       type(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> State at the instant, [count]
+      !> Displacements of the modes at the instant, [count]
       real(wp), intent(out) :: z(:)
+      !> Velocities of the modes at the instant, [count]
       real(wp), intent(out) :: v(:)
 
       real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
@@ -367,11 +380,13 @@ contains
       type(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> State at the instant, [padded]
+      !> Displacements of the modes at the instant, [padded]
       real(wp), contiguous, intent(out) :: z(:)
+      !> Velocities of the modes at the instant, [padded]
       real(wp), contiguous, intent(out) :: v(:)
-      !> The two exponentials, as in `split_exponentials`
+      !> The slow exponentials, as in `split_exponentials`
       real(wp), contiguous, intent(out) :: slow(:)
+      !> The fast exponentials
       real(wp), contiguous, intent(out) :: fast(:)
 
       real(wp), dimension(size(self%lane_weight)) :: z0, v0
@@ -414,11 +429,13 @@ contains
       real(wp), intent(in) :: weight(lanes, blocks)
       !> Time since the start, with which the rounding error of the phase W t grows
       real(wp), intent(in) :: t
-      !> State at the instant
+      !> Displacements of the modes at the instant
       real(wp), intent(in) :: z(lanes, blocks)
+      !> Velocities of the modes at the instant
       real(wp), intent(in) :: v(lanes, blocks)
-      !> sum weight z and sum weight v
+      !> Sum of weight z over the modes
       real(wp), intent(out) :: value
+      !> Sum of weight v over the modes
       real(wp), intent(out) :: slope
       !> sum |weight| (4 |z| + t |v|)
       real(wp), intent(out) :: magnitude

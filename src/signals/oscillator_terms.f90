@@ -20,8 +20,9 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Weights
       real(wp), intent(in) :: weight(lanes*blocks)
-      !> State at the instant
+      !> Displacement of the modes at the instant
       real(wp), intent(in) :: z(lanes*blocks)
+      !> Velocity of the modes at the instant
       real(wp), intent(in) :: v(lanes*blocks)
       !> Columns as in `certified_search`, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
@@ -67,12 +68,20 @@ contains
    !> The terms of one SIMD vector of underdamped modes, with their bounds.
    pure function underdamped_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, z, v) &
       result(terms)
-      !> W^2, 1/W^2, decay and 1/spread of the modes
-      real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
+      !> W^2 of the modes
+      real(wp), dimension(lanes), intent(in) :: square
+      !> 1/W^2
+      real(wp), dimension(lanes), intent(in) :: inverse_square
+      !> Decay rate of the modes
+      real(wp), dimension(lanes), intent(in) :: decay
+      !> 1/spread of the modes
+      real(wp), dimension(lanes), intent(in) :: inverse_spread
       real(wp), intent(in) :: two_zeta
       real(wp), dimension(lanes), intent(in) :: mass_rate, weight
-      !> State at the instant
-      real(wp), dimension(lanes), intent(in) :: z, v
+      !> Displacement of the modes at the instant
+      real(wp), dimension(lanes), intent(in) :: z
+      !> Velocity of the modes at the instant
+      real(wp), dimension(lanes), intent(in) :: v
       !> Columns as in `certified_search`
       real(wp) :: terms(lanes, term_columns)
 
@@ -97,12 +106,15 @@ contains
 
    !> Bound on |z| of an underdamped mode from this instant on.
    elemental function underdamped_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
-      !> State at the instant
+      !> Displacement of the modes at the instant
       real(wp), intent(in) :: z
+      !> Velocity of the modes at the instant
       real(wp), intent(in) :: v
-      !> 1/W^2, decay and 1/spread
+      !> 1/W^2
       real(wp), intent(in) :: inverse_square
+      !> Decay rate
       real(wp), intent(in) :: decay
+      !> 1/spread
       real(wp), intent(in) :: inverse_spread
       real(wp) :: bound
 
@@ -111,13 +123,17 @@ contains
 
    !> Bound on |z| of an overdamped mode from this instant on: z = A exp(-slow t) + B exp(-fast t).
    elemental function overdamped_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
-      !> State at the instant
+      !> Displacement of the modes at the instant
       real(wp), intent(in) :: z
+      !> Velocity of the modes at the instant
       real(wp), intent(in) :: v
-      !> 1/W^2, decay, spread and its reciprocal
+      !> 1/W^2
       real(wp), intent(in) :: inverse_square
+      !> Decay rate
       real(wp), intent(in) :: decay
+      !> Spread
       real(wp), intent(in) :: spread
+      !> 1/spread
       real(wp), intent(in) :: inverse_spread
       real(wp) :: bound
 
@@ -133,16 +149,17 @@ contains
       real(wp), contiguous, intent(in) :: weight(:)
       !> Fast exponentials whose weighted amplitude does not exceed this are left out
       real(wp), intent(in) :: cutoff
-      !> Replace z by z + 2 zeta z', the elastic and viscous force over W^2
+      !> Whether to replace z by z + 2 zeta z', the elastic and viscous force over W^2
       logical, intent(in) :: is_viscous
       !> Instant
       real(wp), intent(in) :: t
-      !> State at time 0, [padded]
+      !> Displacements at time 0, [padded]
       real(wp), contiguous, intent(in) :: z0(:)
+      !> Velocities at time 0, [padded]
       real(wp), contiguous, intent(in) :: v0(:)
-      !> In: exp(-slow t). Out: A exp(-slow t) and B exp(-fast t), without meaning for modes near critical damping,
-      !> [padded]
+      !> In: exp(-slow t). Out: A exp(-slow t), without meaning for modes near critical damping, [padded]
       real(wp), contiguous, intent(inout) :: slow(:)
+      !> Out: B exp(-fast t), without meaning for modes near critical damping, [padded]
       real(wp), contiguous, intent(out) :: fast(:)
 
       real(wp) :: fast_rate
@@ -169,10 +186,20 @@ contains
       integer, intent(in) :: blocks
       !> Fast exponentials whose weighted amplitude does not exceed this are left out
       real(wp), intent(in) :: cutoff
-      !> Decay and 1/spread of the modes, weights, state at time 0
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, inverse_spread, weight, z0, v0
-      !> In: exp(-slow t) and exp(-fast t). Out: A exp(-slow t) and B exp(-fast t)
-      real(wp), intent(inout), dimension(lanes*blocks) :: slow, fast
+      !> Decay rate of the modes
+      real(wp), intent(in), dimension(lanes*blocks) :: decay
+      !> 1/spread of the modes
+      real(wp), intent(in), dimension(lanes*blocks) :: inverse_spread
+      !> Weights of the modes
+      real(wp), intent(in), dimension(lanes*blocks) :: weight
+      !> Displacements at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: z0
+      !> Velocities at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: v0
+      !> In: exp(-slow t). Out: A exp(-slow t)
+      real(wp), intent(inout), dimension(lanes*blocks) :: slow
+      !> In: exp(-fast t). Out: B exp(-fast t)
+      real(wp), intent(inout), dimension(lanes*blocks) :: fast
 
       real(wp) :: amplitude
       integer :: i
@@ -189,8 +216,9 @@ contains
    !> Differentiate both exponentials once.
    pure subroutine differentiate(oscillators, slow, fast)
       type(oscillators_t), intent(in) :: oscillators
-      !> From `split_exponentials`, [padded]
+      !> A exp(-slow t) from `split_exponentials`, [padded]
       real(wp), contiguous, intent(inout) :: slow(:)
+      !> B exp(-fast t) from `split_exponentials`, [padded]
       real(wp), contiguous, intent(inout) :: fast(:)
 
       integer :: i
@@ -204,11 +232,13 @@ contains
    !> Value and slope of the modes that are represented by two exponentials.
    pure subroutine add_exponentials(oscillators, slow, fast, z, v)
       type(oscillators_t), intent(in) :: oscillators
-      !> A exp(-slow t) and B exp(-fast t), [padded]
+      !> A exp(-slow t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
+      !> B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Sum of the exponentials and its slope; modes up to `unseparated` stay unchanged, [padded]
+      !> Sum of the exponentials; modes up to `unseparated` stay unchanged, [padded]
       real(wp), contiguous, intent(inout) :: z(:)
+      !> Slope of that sum, [padded]
       real(wp), contiguous, intent(inout) :: v(:)
 
       integer :: b
@@ -241,8 +271,9 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> A exp(-slow t) and B exp(-fast t), [padded]
+      !> A exp(-slow t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
+      !> B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: fast(:)
       !> Columns as in `certified_search`; modes up to `unseparated` stay unchanged, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)

@@ -30,14 +30,20 @@ module row_basis
 
    !> Coefficients of all rows, bounds, and stored powers.
    type :: row_basis_t
-      !> Number of rows, of terms, and of SIMD vectors for all rows and derivatives
+      !> Number of rows
       integer :: rows = 0
+      !> Number of terms
       integer :: terms = 0
+      !> Number of SIMD vectors for all rows and derivatives
       integer :: blocks = 0
       !> Exponent of 2 of the longest stored step
       integer :: highest = 0
-      !> -Re s, Im s and |s|, padded with zeros to whole SIMD vectors, [padded terms]
-      real(wp), allocatable :: decay(:), omega(:), modulus(:)
+      !> -Re s, padded with zeros to whole SIMD vectors, [padded terms]
+      real(wp), allocatable :: decay(:)
+      !> Im s, padded likewise
+      real(wp), allocatable :: omega(:)
+      !> |s|, padded likewise
+      real(wp), allocatable :: modulus(:)
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row; row and k together make an index
       !> (`index_of`), which is divided into SIMD vectors, [lanes, 2, padded terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
@@ -47,6 +53,7 @@ module row_basis
       real(wp), allocatable :: weight(:, :, :)
       !> Real and imaginary part of exp(s 2**k), computed at first use, [padded terms, 2, lowest_step:highest]
       real(wp), allocatable :: power(:, :, :)
+      !> Whether each power has been computed
       logical, allocatable :: has_power(:)
    end type row_basis_t
 
@@ -56,6 +63,7 @@ contains
    pure subroutine make_row_basis(exponents, rows, basis)
       !> Exponents s, Re s <= 0, [terms]
       complex(wp), intent(in) :: exponents(:)
+      !> Number of rows
       integer, intent(in) :: rows
       type(row_basis_t), intent(out) :: basis
 
@@ -83,7 +91,7 @@ contains
    !> Has a basis these exponents and this number of rows?
    pure function has_terms(basis, exponents, rows) result(answer)
       type(row_basis_t), intent(in) :: basis
-      !> [terms]
+      !> Exponents s, [terms]
       complex(wp), intent(in) :: exponents(:)
       integer, intent(in) :: rows
       logical :: answer
@@ -143,6 +151,7 @@ contains
       integer, intent(in) :: step
       !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
+      !> The same after the step, [padded terms, 2]
       real(wp), contiguous, intent(out) :: later(:, :)
 
       integer :: i
@@ -167,6 +176,7 @@ contains
       real(wp), intent(in) :: time
       !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
+      !> The same after the step, [padded terms, 2]
       real(wp), contiguous, intent(out) :: later(:, :)
 
       real(wp), dimension(size(z, 1)) :: power, power_imag

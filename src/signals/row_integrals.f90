@@ -30,29 +30,36 @@ module row_integrals
 
    !> Rows that several sets of closed contacts share.
    type :: shared_rows_t
-      !> Number of these sets, and the run, as the sets count runs, for which the rows are made
+      !> Number of sets that use the rows
       integer :: users = 0
+      !> Run for which the rows are made, as the sets count runs
       integer :: run = 0
       type(row_basis_t) :: basis
       !> Quadratic form of the terms of the rows; unallocated: no integral was requested
       type(row_form_t), allocatable :: form
    end type shared_rows_t
 
-   !> Columns of the sums of a row over a part of a phase: its integral, its value at the start and the change of this
+   !> Columns of the sums of a row over a part of a phase: its integral, its value at the start, the change of its
    !> value, and the integral of its square.
    integer, parameter :: integral_sum = 1, start_sum = 2, change_sum = 3, square_sum = 4
 
    !> The terms z of a row basis over a part of a phase.
    type :: row_interval_terms_t
-      !> Start of the part, since the start of the phase, and its length; negative length: the terms are not computed
+      !> Start of the part, since the start of the phase
       real(wp) :: from = 0.0_wp
+      !> Length of the part; negative: the terms are not computed
       real(wp) :: length = -1.0_wp
-      !> Terms at the start of the part, their change and their integral, real and imaginary parts, [padded terms, 2];
-      !> integrals of |z|^2, [padded terms]
-      real(wp), allocatable :: start(:, :), change(:, :), integral(:, :), square(:)
-      !> Sums of rows and then of their rates, which several signals share, [4, 2 rows], and how many of their columns
-      !> are computed, [2 rows]
+      !> Terms at the start of the part, real and imaginary parts, [padded terms, 2]
+      real(wp), allocatable :: start(:, :)
+      !> Change of the terms over the part, likewise
+      real(wp), allocatable :: change(:, :)
+      !> Integrals of the terms over the part, likewise
+      real(wp), allocatable :: integral(:, :)
+      !> Integrals of |z|^2, [padded terms]
+      real(wp), allocatable :: square(:)
+      !> Sums of rows, then of their rates, from which the integrals of several signals follow, [4, 2 rows]
       real(wp), allocatable :: sums(:, :)
+      !> Number of columns that are computed in each of these sums, [2 rows]
       integer, allocatable :: known(:)
    end type row_interval_terms_t
 
@@ -84,8 +91,9 @@ contains
       type(row_form_t), intent(in) :: form
       !> Amplitudes at the start of the phase, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
-      !> Start of the part, since the start of the phase, and its length
+      !> Start of the part, since the start of the phase
       real(wp), intent(in) :: from
+      !> Length of the part
       real(wp), intent(in) :: length
       !> The terms; the caller sets their length negative when a new phase begins
       type(row_interval_terms_t), intent(inout) :: span
@@ -133,8 +141,9 @@ contains
       type(row_interval_terms_t), intent(inout) :: span
       !> Signals whose `slope` is zero
       type(row_signal_t), intent(in) :: signals(:)
-      !> Integrals of each signal and, if requested, of its square, [signals]
+      !> Integral of each signal, [signals]
       real(wp), intent(out) :: first(:)
+      !> Integral of the square of each signal, [signals]; absent: not requested
       real(wp), intent(out), optional :: second(:)
 
       ! a square that is a smaller fraction of the squares of its two parts would lose digits

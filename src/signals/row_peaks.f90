@@ -143,6 +143,7 @@ contains
       type(row_signal_t), intent(in) :: signal
       !> Node at the start of the step
       integer, intent(in) :: node
+      !> Minimum magnitude to which the tolerance of the peak refers
       real(wp), intent(in) :: scale
       type(interval_t), intent(in) :: step
       type(maximum_t), intent(inout) :: best
@@ -184,7 +185,9 @@ contains
       real(wp), intent(in) :: b(0:5)
       !> Bound of the sixth derivative times the sixth power of the length
       real(wp), intent(in) :: size_of_error
+      !> Maximum so far
       real(wp), intent(in) :: maximum
+      !> Tolerance of the maximum
       real(wp), intent(in) :: tolerance
       logical :: may
 

@@ -33,10 +33,16 @@ module row_search
       real(wp) :: length = 0.0_wp
       integer :: next = 0
       integer :: count = 0
-      !> Value, slope and curvature of each signal at both ends, [0:2, signals]
-      real(wp), allocatable :: at_start(:, :), at_end(:, :)
-      !> Bound of the sixth derivative, rounding error, and lower bound of each signal, [signals]
-      real(wp), allocatable :: bound(:), rounding(:), floor(:)
+      !> Value, slope and curvature of each signal at the start of the step, [0:2, signals]
+      real(wp), allocatable :: at_start(:, :)
+      !> The same at the end of the step
+      real(wp), allocatable :: at_end(:, :)
+      !> Bound of the sixth derivative of each signal, [signals]
+      real(wp), allocatable :: bound(:)
+      !> Rounding error of each signal, [signals]
+      real(wp), allocatable :: rounding(:)
+      !> Lower bound of each signal, [signals]
+      real(wp), allocatable :: floor(:)
       !> `has_no_zero`, `is_undecided` or `has_one_zero`, [signals]
       integer, allocatable :: answer(:)
    end type step_t
@@ -120,6 +126,7 @@ contains
       type(row_path_t), intent(inout) :: path
       !> Node at the start of the step
       integer, intent(in) :: node
+      !> The step
       type(step_t), intent(inout) :: step
 
       integer :: n
@@ -227,14 +234,17 @@ contains
 
    !> Does a signal have zeros in a step?
    pure function answer_of(at_start, at_end, length, order, bound, rounding) result(answer)
-      !> Value, slope and curvature at both ends
+      !> Value, slope and curvature at the start of the step
       real(wp), intent(in) :: at_start(0:2)
+      !> The same at the end of the step
       real(wp), intent(in) :: at_end(0:2)
+      !> Length of the step
       real(wp), intent(in) :: length
       !> Order of the first derivative that does not vanish at the start
       integer, intent(in) :: order
-      !> Bound of the sixth derivative, and the rounding error
+      !> Bound of the sixth derivative
       real(wp), intent(in) :: bound
+      !> Rounding error of the signal
       real(wp), intent(in) :: rounding
       integer :: answer
 
@@ -321,6 +331,7 @@ contains
       type(row_path_t), intent(inout) :: path
       !> Node that is moved to the zero; the step starts at the node before
       integer, intent(in) :: node
+      !> Length of the step
       real(wp), intent(in) :: length
       !> Time from the start of the step to the zero
       real(wp), intent(inout) :: zero

@@ -35,9 +35,9 @@ module row_signals
       !> Order of the first derivative that does not vanish at the start, where it is positive; 0: the signal is
       !> positive
       integer :: start_order = 0
-      !> The search for zeros (`search_rows` of module `row_search`) has begun with this signal
+      !> Whether the search for zeros (`search_rows` of module `row_search`) has begun with this signal
       logical :: is_begun = .false.
-      !> The search for zeros, common to all signals, is certain about the zeros of this signal so far
+      !> Whether the search for zeros, common to all signals, is certain about the zeros of this signal so far
       logical :: is_certified = .true.
       !> Maximum of the signal at the nodes
       real(wp) :: max_value = 0.0_wp
@@ -51,7 +51,7 @@ module row_signals
    type :: row_path_t
       !> Number of steps, which is the index of the last node (the first is 0)
       integer :: steps = 0
-      !> The steps reach from the start to the end of the phase
+      !> Whether the steps reach from the start to the end of the phase
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
       real(wp) :: time(0:max_steps)
@@ -63,7 +63,7 @@ module row_signals
       real(wp), allocatable :: bounds(:, :)
       !> Lower and upper bounds of rows and of their rates on the whole path, [2 rows, 2]
       real(wp), allocatable :: range(:, :)
-      !> `range` is computed
+      !> Whether `range` has been computed
       logical :: has_range = .false.
       !> Number of evaluations of all rows
       integer(i8) :: evaluations = 0_i8
@@ -94,15 +94,17 @@ contains
       type(row_signal_t), intent(in) :: signal
       !> Bounds of all rows, from `bound_rows`
       real(wp), contiguous, intent(in) :: bounds(:)
-      !> Time since the start, and number of steps that led there
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
+      !> Number of steps that led there
       integer, intent(in) :: steps
       !> Bound of the magnitude of the sixth derivative
       real(wp), intent(out) :: bound
       !> Rounding error of the value
       real(wp), intent(out) :: rounding
-      !> End of the search, and lower bound of the signal up to it
+      !> End of the search
       real(wp), intent(in), optional :: limit
+      !> Lower bound of the signal up to that end
       real(wp), intent(out), optional :: floor
 
       real(wp) :: curvature, magnitude, rate
@@ -131,9 +133,11 @@ contains
 
    !> Bernstein coefficients of the quintic Hermite polynomial of a step, from value, slope and curvature at both ends.
    pure function bernstein_coefficients(at_start, at_end, length) result(b)
-      !> Value, slope and curvature at both ends
+      !> Value, slope and curvature at the start
       real(wp), intent(in) :: at_start(0:2)
+      !> The same at the end
       real(wp), intent(in) :: at_end(0:2)
+      !> Length of the interval
       real(wp), intent(in) :: length
       real(wp) :: b(0:5)
 

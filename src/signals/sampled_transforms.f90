@@ -11,12 +11,15 @@ contains
    !> Sums of x_n exp(-i omega (start + n step)), n = 0, 1, ...
    pure function fourier_sums(samples, start, step, min_frequency, spacing, count) result(sums)
       real(wp), intent(in) :: samples(0:)
-      !> Instant of the first sample, and sampling interval
+      !> Instant of the first sample
       real(wp), intent(in) :: start
+      !> Sampling interval
       real(wp), intent(in) :: step
-      !> Minimum frequency, distance of the frequencies, and their number
+      !> Minimum frequency
       real(wp), intent(in) :: min_frequency
+      !> Distance of the frequencies
       real(wp), intent(in) :: spacing
+      !> Number of frequencies
       integer, intent(in) :: count
       complex(wp) :: sums(0:count - 1)
 
@@ -69,7 +72,8 @@ contains
    !> Fast Fourier transform of a power of two of values, in place (Cooley and Tukey 1965).
    pure subroutine transform(values, is_inverse)
       complex(wp), intent(inout) :: values(0:)
-      !> Inverse transform: with the other sign of the exponent, and divided by the number of values
+      !> Whether the inverse transform is computed: with the other sign of the exponent, and divided by the number of
+      !> values
       logical, intent(in) :: is_inverse
 
       complex(wp), allocatable :: factor(:)

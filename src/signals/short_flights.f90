@@ -8,8 +8,9 @@ module short_flights
    private
    public :: find_short_flight, zero_of_series
 
-   !> Maximum number of terms of the series, and of derivatives at the start: one derivative more bounds the remainder.
+   !> Maximum number of terms of the series.
    integer, parameter :: max_terms = 40
+   !> Maximum number of derivatives at the start: one more than terms, because one more derivative bounds the remainder.
    integer, parameter :: max_derivatives = max_terms + 1
    ! index of the array constructors of the constants
    integer :: place
@@ -27,8 +28,9 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Weights of the modes in the signal, which rises from zero, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> Modal state at the start, [count]
+      !> Displacements of the modes at the start, [count]
       real(wp), intent(in) :: z(:)
+      !> Velocities of the modes at the start, [count]
       real(wp), intent(in) :: v(:)
       !> End of the search
       real(wp), intent(in) :: limit
@@ -91,8 +93,9 @@ contains
    pure subroutine find_coefficients(total, from, to, coefficient, slope, harmonics, frequency)
       !> Weighted sums of the modal derivatives in each SIMD lane
       real(wp), intent(in) :: total(lanes, max_derivatives)
-      !> The first and the last coefficient to be computed
+      !> First coefficient to be computed
       integer, intent(in) :: from
+      !> Last coefficient to be computed
       integer, intent(in) :: to
       real(wp), intent(inout) :: coefficient(max_derivatives)
       !> Further terms of `find_short_flight`; in: h differentiated `from` - 1 times, out: `to` times
@@ -172,15 +175,18 @@ contains
    pure subroutine add_derivatives(blocks, from, to, square, two_zeta, weight, low, high, total)
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> Orders of the first and of the last derivative to be computed
+      !> Order of the first derivative to be computed
       integer, intent(in) :: from
+      !> Order of the last derivative to be computed
       integer, intent(in) :: to
       !> W^2, and 2 zeta
       real(wp), intent(in) :: square(lanes, blocks)
       real(wp), intent(in) :: two_zeta
       real(wp), intent(in) :: weight(lanes, blocks)
-      !> In: derivatives of orders `from` - 1 and `from`. Out: orders `to` and `to` + 1
-      real(wp), intent(inout), dimension(lanes, blocks) :: low, high
+      !> In: derivative of order `from` - 1. Out: derivative of order `to`
+      real(wp), intent(inout), dimension(lanes, blocks) :: low
+      !> In: derivative of order `from`. Out: derivative of order `to` + 1
+      real(wp), intent(inout), dimension(lanes, blocks) :: high
       !> Sums of the derivatives in each SIMD lane
       real(wp), intent(inout) :: total(lanes, max_derivatives)
 
@@ -213,7 +219,7 @@ contains
       real(wp), intent(in) :: coefficient(:)
       !> End of the interval
       real(wp), intent(in) :: length
-      !> The interval has a zero
+      !> Whether the interval has a zero
       logical, intent(out) :: is_found
       !> The zero
       real(wp), intent(out) :: t
@@ -273,8 +279,9 @@ contains
       real(wp), intent(in) :: coefficient(:)
       !> Instant
       real(wp), intent(in) :: t
-      !> Value and slope
+      !> Value
       real(wp), intent(out) :: value
+      !> Slope
       real(wp), intent(out) :: slope
 
       real(wp) :: even, even_slope, odd, odd_slope, square

@@ -16,8 +16,10 @@ module signal_integrals
 
    !> offset + slope t + Re sum amplitude exp(exponent t), of each signal.
    type :: signals_t
-      !> Constant and slope of each signal, [signals]
-      real(wp), allocatable :: offset(:), slope(:)
+      !> Constant of each signal, [signals]
+      real(wp), allocatable :: offset(:)
+      !> Slope of each signal, [signals]
+      real(wp), allocatable :: slope(:)
       !> Exponents s, [terms]
       complex(wp), allocatable :: exponent(:)
       !> Amplitudes at time 0, [signals, terms]
@@ -31,14 +33,18 @@ module signal_integrals
       real(wp), private :: length = 0.0_wp
       !> Exponents s, [terms]
       complex(wp), allocatable, private :: exponent(:)
-      !> -Re s and Im s, padded with zeros to whole SIMD vectors, [padded terms]
-      real(wp), allocatable, private :: decay(:), omega(:)
+      !> -Re s, padded with zeros to whole SIMD vectors, [padded terms]
+      real(wp), allocatable, private :: decay(:)
+      !> Im s, padded likewise
+      real(wp), allocatable, private :: omega(:)
       !> Real and imaginary parts of 1/(s_m + s_n) and of 1/(s_m + conjg(s_n)), 0 for close pairs, [terms, terms, 4]
       real(wp), allocatable, private :: inverse(:, :, :)
       !> Close pairs m >= n: m, n, and 1 if the sum s_m + s_n is small, 2 if s_m + conjg(s_n) is, [3, pairs]
       integer, allocatable, private :: close(:, :)
-      !> exp(s length) and exp(s length) - 1, real and imaginary parts, [padded terms, 2]
-      real(wp), allocatable, private :: power(:, :), change(:, :)
+      !> exp(s length), real and imaginary parts, [padded terms, 2]
+      real(wp), allocatable, private :: power(:, :)
+      !> exp(s length) - 1, likewise
+      real(wp), allocatable, private :: change(:, :)
       !> The quadratic form, [2 terms, 2 terms]
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
@@ -56,8 +62,9 @@ contains
       real(wp), intent(in) :: to
       !> The quadratic form, computed anew if the exponents or the length of the interval have changed
       type(squares_t), intent(inout) :: squares
-      !> Integrals of each signal and of its square, [signals]
+      !> Integral of each signal, [signals]
       real(wp), intent(out) :: first(:)
+      !> Integral of the square of each signal, [signals]
       real(wp), intent(out) :: second(:)
 
       ! lengths that differ by less than this fraction are equal: the ends of an interval are rounded

@@ -30,6 +30,7 @@ contains
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
+      !> The level
       real(wp), intent(in) :: level
       logical :: answer
 
@@ -57,12 +58,13 @@ contains
       real(wp), intent(in) :: length
       !> Value that the maximum must exceed
       real(wp), intent(in) :: threshold
-      !> The maximum exceeds the threshold
+      !> Whether the maximum exceeds the threshold
       logical, intent(out) :: exceeds
-      !> The maximum is at the end of the phase
+      !> Whether the maximum is at the end of the phase
       logical, intent(out) :: still_rises
-      !> The maximum (within the tolerance) and its instant
+      !> The maximum, within the tolerance
       real(wp), intent(out) :: value
+      !> Instant of the maximum
       real(wp), intent(out) :: time
       !> The tolerance is a fraction of at least this magnitude, for signals near zero; if given, the tolerance is no
       !> smaller than rounding
@@ -152,8 +154,9 @@ contains
       real(wp), intent(in) :: to
       !> Number of samples of the whole interval; a hundred samples are taken about each highest one
       integer(i8), intent(in) :: samples
-      !> The maximum found until now and its instant
+      !> The maximum found until now
       real(wp), intent(inout) :: value
+      !> Instant of that maximum
       real(wp), intent(inout) :: time
 
       integer, parameter :: zooms = 10
@@ -200,10 +203,11 @@ contains
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
+      !> The level
       real(wp), intent(in) :: level
       !> The last exceedance; 0: none
       real(wp), intent(out) :: time
-      !> The signal is above the level at the end of the phase
+      !> Whether the signal is above the level at the end of the phase
       logical, intent(out) :: stays_above
       !> Start of the search; default: the start of the phase
       real(wp), intent(in), optional :: from

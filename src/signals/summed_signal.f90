@@ -26,8 +26,9 @@ contains
       class(summed_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Value and slope of the signal
+      !> Value of the signal
       real(wp), intent(out) :: value
+      !> Slope of the signal
       real(wp), intent(out) :: slope
 
       real(wp) :: second_value, second_slope
@@ -70,7 +71,9 @@ contains
       class(summed_signal_t), intent(in) :: self
       !> Instant that becomes t = 0
       real(wp), intent(in) :: from
+      !> Factor of the transformed signal
       real(wp), intent(in) :: factor
+      !> Constant that is added to the signal
       real(wp), intent(in) :: offset
       !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order

@@ -20,8 +20,9 @@ contains
       real(wp), contiguous, intent(in) :: terms(:, :)
       !> Sum of further terms, in the same columns; its bounds need not include convex terms
       real(wp), intent(in) :: other_terms(term_columns)
-      !> The whole sum and its slope
+      !> The whole sum
       real(wp), intent(in) :: whole
+      !> Slope of the whole sum
       real(wp), intent(in) :: whole_slope
       real(wp) :: step
 
@@ -78,10 +79,13 @@ contains
    !> If the largest multiple is free of zeros, its multiples are tried in turn. The cubic is not below its minimum
    !> Bernstein coefficient.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
-      !> Value, slope and second derivative at the start, and the maximum rate at which the second derivative falls
+      !> Value at the start
       real(wp), intent(in) :: value
+      !> Slope at the start
       real(wp), intent(in) :: slope
+      !> Second derivative at the start
       real(wp), intent(in) :: curvature
+      !> Maximum rate at which the second derivative falls
       real(wp), intent(in) :: jerk
       !> The step of which multiples are tried
       real(wp), intent(in) :: step

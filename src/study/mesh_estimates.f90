@@ -62,7 +62,7 @@ contains
       type(mesh_errors_t), intent(out) :: errors
       !> Work that the runs may take (see `mesh_choice`); absent: any
       real(wp), intent(in), optional :: max_work
-      !> The estimate is incomplete, because the runs would take more than `max_work`
+      !> Whether the estimate is incomplete, because the runs would take more than `max_work`
       logical, intent(out), optional :: is_cut
 
       ! allocated, because the type is large and stacks of threads are small

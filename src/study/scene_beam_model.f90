@@ -321,7 +321,7 @@ contains
       type(body_settings_t), intent(in) :: body
       !> Preload of the contact: minus the gap at zero displacement of beam and body, in D
       real(wp), intent(in) :: height
-      !> The contact is that with floor or ceiling
+      !> Whether the contact is that with floor or ceiling
       logical, intent(in) :: is_of_base
       type(stop_settings_t) :: stop
 

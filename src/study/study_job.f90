@@ -10,7 +10,7 @@ module study_job
       character(:), allocatable :: folder
       !> Number of threads of a sweep; 0: as many as the machine has cores
       integer :: threads = 0
-      !> Print neither tables nor progress
+      !> Whether to print neither tables nor progress
       logical :: quiet = .false.
       !> Fortran unit to which tables are printed
       integer :: unit = 0

@@ -217,7 +217,7 @@ contains
    subroutine write_grid(group, plan, has_column)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
-      !> Measures that /sweep has, [measure_count]
+      !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
 
       integer :: extents(size(plan%axes)), k
@@ -311,7 +311,7 @@ contains
       !> The plan, and its text
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
-      !> Measures that have a column, [measure_count]
+      !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
       !> Columns of the spectra, if there are any
       type(spectra_columns_t), intent(in) :: spectra
@@ -407,7 +407,7 @@ contains
    subroutine make_columns(group, plan, has_column, cases, parameters, measures)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
-      !> Measures that have a column, [measure_count]
+      !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
       type(hdf5_column_t), intent(out) :: cases
       !> Columns of the parameters, in the order of the axes

@@ -42,7 +42,7 @@ module sweep_plan
    type :: plan_t
       !> Number of cases
       integer :: cases = 0
-      !> The cases are all combinations of the values, and the last axis varies fastest
+      !> Whether the cases are all combinations of the values, and the last axis varies fastest
       logical :: is_grid = .false.
       !> Parameters that are varied
       type(axis_t), allocatable :: axes(:)
@@ -52,7 +52,7 @@ module sweep_plan
       !> Number of cases in a chain, a sequence of cases of which each starts from the final state of the preceding one;
       !> a chunk has whole chains. 0: the cases are independent
       integer :: chain = 0
-      !> The second half of a chain has the values of the first half in reverse order
+      !> Whether the second half of a chain has the values of the first half in reverse order
       logical :: goes_back = .false.
       !> Number of Poincare sections recorded for each case; 0: none
       integer :: sections = 0

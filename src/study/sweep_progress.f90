@@ -12,7 +12,7 @@ module sweep_progress
 
    !> State of the progress output.
    type :: progress_t
-      !> Progress is printed
+      !> Whether progress is printed
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
       !> Unit for output, and minimum interval between two lines, seconds
@@ -26,7 +26,7 @@ module sweep_progress
       integer(i8) :: start = 0_i8
       integer(i8) :: last = 0_i8
       integer(i8) :: rate = 1_i8
-      !> A line has been printed and not been erased
+      !> Whether a line has been printed and not been erased
       logical :: has_line = .false.
    end type progress_t
 
@@ -34,7 +34,7 @@ contains
 
    !> Initialise the progress output.
    subroutine start_sweep_progress(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
-      !> Print progress
+      !> Whether to print progress
       logical, intent(in) :: is_wanted
       !> Name of the sweep
       character(*), intent(in) :: label
