@@ -55,11 +55,10 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
-      ! contact forces P in static equilibrium, in which the motion may come to rest
+      ! energy, and contact forces P, in the static equilibrium in which the motion may come to rest
+      real(wp) :: static_energy
       real(wp), allocatable :: static_force(:)
       logical, allocatable :: is_active(:)
-      ! energy in static equilibrium
-      real(wp) :: static_energy
       integer :: k
 
       allocate (contacts, source=contacts_of(settings))

@@ -363,13 +363,8 @@ contains
       type(row_signal_t) :: signals(2*size(searches))
       ! contact of each signal, and its `end_` constant
       integer, dimension(2*size(searches)) :: contact, kind
-      ! index of the signal with the first zero; 0: there is none
-      integer :: first
-      ! last node of the path
-      integer :: last
-      ! number of signals
-      integer :: n
-      integer :: k
+      ! index of the signal with the first zero (0: there is none); last node of the path; number of signals
+      integer :: first, last, n, k
 
       call start_path(self)
       n = 0

@@ -193,7 +193,6 @@ contains
       pure subroutine evaluate(shifted, x, value, slope)
          !> Poles, relative to the origin of x
          real(wp), contiguous, intent(in) :: shifted(:)
-         !> Point at which the equation is evaluated
          real(wp), intent(in) :: x
          real(wp), intent(out) :: value
          real(wp), intent(out) :: slope

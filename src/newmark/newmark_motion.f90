@@ -132,8 +132,7 @@ contains
       allocate (response%contacts(size(run%contacts)))
       do k = 1, size(run%contacts)
          associate (contact => run%contacts(k)%contact)
-            ! the histories of a single contact are those of the run; recording them twice would take 7 % of the time of
-            ! a long run
+            ! a single contact has the histories of the run; recording them twice would take 7 % of the time
             output = settings%output
             output%history = output%history .and. .not. has_one_contact(settings, size(model%supports))
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
@@ -435,8 +434,7 @@ contains
       end if
    end subroutine advance
 
-   !> Fail if the energy of the present state of beam and stops differs from the energy that follows from the energies
-   !> supplied and dissipated.
+   !> Fail if the energy of beam and stops differs from the energy that follows from the energy balance.
    pure subroutine check_energy(run)
       !> The run, which records its energy balance
       type(newmark_run_t), intent(inout) :: run

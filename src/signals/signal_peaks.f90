@@ -66,8 +66,7 @@ contains
       real(wp), intent(out) :: value
       !> Instant of the maximum
       real(wp), intent(out) :: time
-      !> The tolerance is a fraction of at least this magnitude, for signals near zero; if given, the tolerance is no
-      !> smaller than rounding
+      !> Minimum magnitude to which the tolerance refers; if it is given, the tolerance is not below the rounding error
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: a state for this phase alone
       type(extreme_search_t), intent(inout), optional :: extreme_search
