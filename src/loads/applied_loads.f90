@@ -18,10 +18,11 @@ module applied_loads
       courses_of
 
    !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
-   !> table, exceeds `max_units` units of displacement: gaps computed relative to such a response would lose too many
-   !> digits. The frequency below which modes are slow is at most `max_phases` over the length of the run, because
-   !> harmonic loads on slow modes limit the length of phases, and the run would take too many.
+   !> table, exceeds this number of units of displacement: gaps computed relative to such a response would lose too many
+   !> digits.
    real(wp), parameter :: max_units = 1.0e2_wp
+   !> The frequency below which modes are slow is at most this value over the length of the run: harmonic loads on slow
+   !> modes limit the length of phases, and the run would take too many phases.
    real(wp), parameter :: max_phases = 1.0e4_wp
 
    !> All loads of a run, the forces first and then the base motions.
@@ -36,8 +37,9 @@ module applied_loads
       !> Modal loads of the free modes per unit of the time course; unallocated: the modes are not known yet, [modes,
       !> loads]
       real(wp), allocatable :: mode(:, :)
-      !> Circular frequency of a harmonic or half-sine load, 0 for others, and its index in `frequencies`, [loads]
+      !> Circular frequency of a harmonic or half-sine load, 0 for others, [loads]
       real(wp), allocatable :: frequency(:)
+      !> Index of that frequency in `frequencies`, [loads]
       integer, allocatable :: harmonic(:)
       !> The amplitude of the load is proportional to this power of its frequency: 2 for the acceleration of a base
       !> whose displacement is harmonic, else 0, [loads]

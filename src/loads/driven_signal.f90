@@ -18,21 +18,26 @@ module driven_signal
       real(wp) :: slope = 0.0_wp
       complex(wp), allocatable :: harmonic(:)
       real(wp), allocatable :: frequency(:)
-      !> Number of modes driven from rest, and the weights of their displacements and velocities in the signal;
-      !> unallocated: there are none
+      !> Number of modes driven from rest
       integer :: modes = 0
+      !> The modes driven from rest; unallocated: there are none
       type(driven_mode_t), allocatable :: mode(:)
-      real(wp), allocatable :: weight(:), weight_of_rate(:)
+      !> Weights of their displacements in the signal
+      real(wp), allocatable :: weight(:)
+      !> Weights of their velocities in the signal
+      real(wp), allocatable :: weight_of_rate(:)
    end type driven_terms_t
 
    !> Sum of a free motion and a transformed load response.
    type, extends(transformable_signal_t) :: driven_signal_t
       class(transformable_signal_t), allocatable :: free
-      !> Load response added to the signal `free`: `factor` times the derivative of order `order` of the terms at the
-      !> time from + t
+      !> Load response, from which the signal added to `free` follows
       type(driven_terms_t) :: terms
+      !> Factor of the load response
       real(wp) :: factor = 1.0_wp
+      !> Time at which the signal begins in the load response: at time t the terms at from + t are used
       real(wp) :: from = 0.0_wp
+      !> Order of the derivative of the load response that is added
       integer :: order = 0
       !> Instant up to which bounds must hold
       real(wp) :: until = huge(1.0_wp)
@@ -44,9 +49,9 @@ module driven_signal
       procedure :: starts_positive
    end type driven_signal_t
 
-   !> Columns of `certified_search` for a derivative and its two successors, and for the bounds on it and on its second
-   !> and third derivative.
+   !> Columns of `certified_search` for a derivative and its two successors.
    integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
+   !> Columns for the bounds on the derivative and on its second and third derivative.
    integer, parameter :: bound_columns(3) = [bound_value, bound_curvature, bound_jerk]
 
 contains
@@ -56,8 +61,9 @@ contains
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Signal s and slope s'
+      !> Signal s
       real(wp), intent(out) :: value
+      !> Slope s'
       real(wp), intent(out) :: slope
 
       real(wp) :: added, added_slope

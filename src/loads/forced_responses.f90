@@ -43,9 +43,11 @@ module forced_responses
       integer :: rows = 0
    end type row_places_t
 
-   !> Part of a load segment that drives a mode from rest.
+   !> Part of a load segment that drives a mode from rest: the constant.
    integer, parameter :: by_constant = 1
+   !> The slope.
    integer, parameter :: by_slope = 2
+   !> The harmonic.
    integer, parameter :: by_harmonic = 3
 
    !> A pair of a mode of the set and a part of the load that drives the mode from rest.
@@ -55,7 +57,7 @@ module forced_responses
       integer :: part = 0
       !> Index of the load; 0: all loads
       integer :: load = 0
-      !> Rows per unit of the modal displacement and of the modal velocity, [rows]
+      !> Rows per unit of the modal displacement, and per unit of the modal velocity, [rows]
       real(wp), allocatable :: row(:), row_of_rate(:)
    end type mode_from_rest_t
 
@@ -63,8 +65,10 @@ module forced_responses
    type :: unit_responses_t
       !> Indices of the rows
       type(row_places_t) :: at
-      !> Response to the load 1, and the response to the load t minus t times the response to 1, [rows, loads]
-      real(wp), allocatable :: constant(:, :), ramp(:, :)
+      !> Response to the load 1, [rows, loads]
+      real(wp), allocatable :: constant(:, :)
+      !> Response to the load t, minus t times the response to the load 1, [rows, loads]
+      real(wp), allocatable :: ramp(:, :)
       !> Response to exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
       !> Response of each uncoupled mode to exp(i W t) by the adjoint equation, which has the damping of the other sign.
@@ -84,8 +88,8 @@ module forced_responses
       integer, allocatable :: resonant_terms(:), resonant_load(:)
       !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
-      !> With closed compliant contacts: a term hardly decays during a phase, so sums of harmonics approximate the loads
-      !> (module `surrogate_loads`). Also true until this has been examined
+      !> Whether, with closed compliant contacts, a term hardly decays during a phase, so that sums of harmonics
+      !> approximate the loads (module `surrogate_loads`); also true until this has been examined
       logical :: has_slow_terms = .true.
       !> Without closed compliant contacts: gaps as signals, whose state and load response the caller sets, [contacts]
       type(driven_signal_t), allocatable :: gap(:)
@@ -94,17 +98,18 @@ module forced_responses
    !> Load response during a phase.
    type :: forced_response_t
       !> tau at the start of the phase, and the latest tau at its end
-      real(wp) :: tau = 0.0_wp
-      real(wp) :: until = huge(1.0_wp)
+      real(wp) :: tau = 0.0_wp, until = huge(1.0_wp)
       !> Segments of the loads, [loads]
       type(load_segment_t), allocatable :: segment(:)
-      !> Coefficients of the rows, [rows], [rows, harmonics]
+      !> Constant and slope of each row, [rows]
       real(wp), allocatable :: constant(:), slope(:)
+      !> Harmonics of each row, [rows, harmonics]
       complex(wp), allocatable :: harmonic(:, :)
       !> Circular frequencies, [harmonics]
       real(wp), allocatable :: frequency(:)
-      !> Modes driven from rest, and the indices of their entries in `unit_responses_t%driven`
+      !> Modes driven from rest
       type(driven_mode_t), allocatable :: mode(:)
+      !> Index of the entry of each of these modes in `unit_responses_t%driven`
       integer, allocatable :: pair(:)
    end type forced_response_t
 
@@ -114,8 +119,9 @@ contains
    subroutine make_unit_responses(beam, constrained, compliant, spring, loads, forced)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: constrained
-      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
+      !> Indices of the closed compliant contacts
       integer, intent(in) :: compliant(:)
+      !> Dynamic stiffnesses of all contacts, [contacts]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(out) :: forced
@@ -433,8 +439,9 @@ contains
       integer, intent(in) :: first
       integer, intent(in) :: last
       real(wp), intent(in) :: time
-      !> Rows and rates, [last - first + 1]
+      !> Values of the rows, [last - first + 1]
       real(wp), contiguous, intent(out) :: rows(:)
+      !> Rates of the rows, [last - first + 1]
       real(wp), contiguous, intent(out) :: rates(:)
       !> exp(i W t) if known already, [harmonics]
       complex(wp), intent(in), optional :: phasor(:)
@@ -470,8 +477,9 @@ contains
       complex(wp), contiguous, intent(in) :: harmonic(:)
       real(wp), intent(in) :: frequency
       complex(wp), intent(in) :: phasor
-      !> As many rows and rates
+      !> Values to which the rows are added, [last - first + 1]
       real(wp), contiguous, intent(inout) :: rows(:)
+      !> Rates to which the rates of the rows are added, [last - first + 1]
       real(wp), contiguous, intent(inout) :: rates(:)
 
       real(wp) :: cosine, even, odd, sine

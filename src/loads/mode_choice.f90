@@ -17,10 +17,12 @@ module mode_choice
    integer, parameter :: max_all_modes = 32
    !> Numbers of lowest modes in successive trial runs; beyond the last number each run doubles it.
    integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
+   !> Maximum number of lowest modes.
    integer, parameter :: max_count = counts(size(counts))
-   !> Modes up to this multiple of the highest load frequency are always included, up to a maximum number of modes,
-   !> because a resonance may need longer than a trial run to develop.
+   !> Modes up to this multiple of the highest load frequency are always included, because a resonance may need longer
+   !> than a trial run to develop.
    real(wp), parameter :: frequency_margin = 2.0_wp
+   !> Maximum number of modes that are included for this reason.
    integer, parameter :: max_for_loads = 64
    !> Reversals of a table count if they change its value by more than this fraction of its maximum magnitude.
    real(wp), parameter :: min_reversal = 1.0e-3_wp

@@ -13,26 +13,29 @@ module mode_terms
    private
    public :: mode_terms_t, find_mode_terms, slow_points, slow_exponents
 
-   !> The slow poles of all modes share one circle around 0: number of its points in the upper half-plane (the other
-   !> points are their conjugates), and its radius times the length of the phase
+   !> The slow poles of all modes have one circle around 0 in common. Number of its points in the upper half-plane; the
+   !> other points are their conjugates.
    integer, parameter :: slow_points = 16
+   !> Radius of this circle times the length of the phase.
    real(wp), parameter :: slow_radius = 4.0_wp
-   !> An exponent is slow if its magnitude times the length of the phase is less than `max_slow`. The other exponent of
-   !> the mode then counts as slow up to `max_with_slow`, so that no fast exponent is near to a slow one.
+   !> An exponent is slow if its magnitude times the length of the phase is less than this.
    real(wp), parameter :: max_slow = 1.0_wp
+   !> The other exponent of a mode with a slow exponent counts as slow up to this value, so that no fast exponent is
+   !> near to a slow one.
    real(wp), parameter :: max_with_slow = 1.25_wp
    !> A load on a slow mode is slow if its frequency times the length of the phase is less than this.
    real(wp), parameter :: max_slow_load = 1.5_wp
 
-   !> A circle around two exponents: half the number of its points, and its minimum radius times the length of the
-   !> phase.
+   !> Half the number of points of a circle around two exponents.
    integer, parameter :: half_circle = 10
+   !> Minimum radius of such a circle times the length of the phase.
    real(wp), parameter :: radius_times_length = 1.2_wp
    !> Maximum distance, times the length of the phase, between the exponents of a harmonic and of a mode in resonance.
-   !> The exponents of a mode near critical damping are joined by a circle if their distance from its centre is less
-   !> than `nearness` times its radius, which is at least `fraction_of_decay` times the decay rate.
    real(wp), parameter :: max_resonance = 0.5_wp
+   !> The exponents of a mode near critical damping are joined by a circle if their distance from its centre is less
+   !> than this fraction of its radius.
    real(wp), parameter :: nearness = 0.125_wp
+   !> The radius of that circle is at least this fraction of the decay rate.
    real(wp), parameter :: fraction_of_decay = 0.125_wp
 
    !> Directions of the points of the slow circle, and of all points of a circle without conjugate points
@@ -49,8 +52,10 @@ module mode_terms
       real(wp) :: slope(2) = 0.0_wp
       !> Amplitudes at the points of the slow circle
       complex(wp) :: slow(2, slow_points) = (0.0_wp, 0.0_wp)
-      !> Further exponents and amplitudes, [terms], [2, terms]
-      complex(wp), allocatable :: exponent(:), amplitude(:, :)
+      !> Further exponents, [terms]
+      complex(wp), allocatable :: exponent(:)
+      !> Further amplitudes, [2, terms]
+      complex(wp), allocatable :: amplitude(:, :)
    end type mode_terms_t
 
    !> A mode. Its exponents are -decay +- i spread if it is below critical damping, else -decay and -decay - 2 spread;
@@ -63,8 +68,9 @@ module mode_terms
       real(wp) :: square = 1.0_wp
       real(wp) :: two_zeta = 0.0_wp
       real(wp) :: mass_rate = 0.0_wp
-      !> Exponents of the mode, the slow one first, and minus their sum (2 a)
+      !> Exponents of the mode, the slow one first
       complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
+      !> Minus the sum of the exponents, 2 a
       real(wp) :: damping = 0.0_wp
       !> Maximum time at which the sum is evaluated
       real(wp) :: length = 1.0_wp

@@ -38,8 +38,9 @@ contains
    subroutine forced_terms(constrained, coupled, compliant, spring, loads, is_new, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
-      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
+      !> Indices of the closed compliant contacts
       integer, intent(in) :: compliant(:)
+      !> Dynamic stiffnesses of all contacts, [contacts]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       !> Whether this is the first phase of the set under these loads
@@ -94,8 +95,9 @@ contains
    subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
-      !> Indices of the closed compliant contacts, and dynamic stiffnesses of all contacts
+      !> Indices of the closed compliant contacts
       integer, intent(in) :: compliant(:)
+      !> Dynamic stiffnesses of all contacts, [contacts]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set

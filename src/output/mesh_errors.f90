@@ -33,9 +33,11 @@ contains
    !> meshes is not clearly smaller than that of the two coarser ones, the measure does not converge (for instance
    !> because of chatter), and no estimate is possible.
    elemental subroutine estimate_mesh_error(coarse, medium, fine, is_whole, error, order)
-      !> Values on the three meshes; NaN: the event of the measure did not happen
+      !> Value on the coarse mesh; NaN: the event of the measure did not happen
       real(wp), intent(in) :: coarse
+      !> Value on the medium mesh
       real(wp), intent(in) :: medium
+      !> Value on the fine mesh
       real(wp), intent(in) :: fine
       !> Whether the measure is a count
       logical, intent(in) :: is_whole

@@ -12,8 +12,10 @@ module table_columns
    public :: whole, six_digits, with_exponent, percent, all_digits
 
    character, parameter :: line_end = new_line('a')
-   !> Maximum lengths of the text in a cell and of a heading.
-   integer, parameter :: max_text_length = 200, max_heading_length = 120
+   !> Maximum length of the text in a cell.
+   integer, parameter :: max_text_length = 200
+   !> Maximum length of a heading.
+   integer, parameter :: max_heading_length = 120
    !> Width of the label before a line of text
    integer, parameter :: label_width = 20
    !> Width of a line on a terminal

@@ -26,8 +26,9 @@ contains
    pure function rejoins_at(other, last, next, range) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
-      !> Two successive points of the branch
+      !> Last point of the branch
       type(orbit_point_t), intent(in) :: last
+      !> Next point of the branch
       type(orbit_point_t), intent(in) :: next
       !> Maximum distance of the doubling in units of the parameter
       real(wp), intent(in) :: range
@@ -58,11 +59,13 @@ contains
    !> comparison uses quantities that do not depend on the phase of the section, and includes shifts of the orbit by
    !> load periods.
    pure subroutine check_closure(start, second, last, next, units, is_away, has_returned)
-      !> First two points of the branch, which show its initial direction
+      !> First point of the branch
       type(orbit_point_t), intent(in) :: start
+      !> Second point of the branch, which shows its initial direction
       type(orbit_point_t), intent(in) :: second
-      !> Two successive points of the branch
+      !> Last point of the branch
       type(orbit_point_t), intent(in) :: last
+      !> Next point of the branch
       type(orbit_point_t), intent(in) :: next
       !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)

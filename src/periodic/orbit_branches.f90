@@ -32,17 +32,17 @@ module orbit_branches
       !> Minimum and maximum of the parameter
       real(wp) :: limit(2) = 0.0_wp
       type(orbit_point_t), allocatable :: point(:)
-      !> Initial states at period doublings, and indices of their points in `point`
+      !> Initial states at period doublings, and their indices in `point`
       type(initial_state_t), allocatable :: doubling(:)
       integer, allocatable :: doubling_index(:)
       !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: parent_doublings(:)
       !> Whether the branch has ended
       logical :: is_over = .false.
-      !> First and second point, whether the branch has moved away from its start, and whether it has closed in itself
+      !> First and second point of the branch
       type(orbit_point_t) :: start, second
-      logical :: has_left = .false.
-      logical :: is_closed = .false.
+      !> Whether the branch has moved away from its start, and whether it has returned to it
+      logical :: has_left = .false., is_closed = .false.
    end type trace_t
 
 contains

@@ -26,11 +26,13 @@ module orbit_types
    type :: orbit_point_t
       !> Parameter: amplitude or frequency of the load
       real(wp) :: value = 0.0_wp
-      !> Period of the orbit in periods of the load, and length of one load period
+      !> Period of the orbit in periods of the load
       integer :: periods = 1
+      !> Length of one load period, tau
       real(wp) :: period = 0.0_wp
-      !> Distance between end and start of the orbit relative to its size, and number of Newton steps
+      !> Distance between end and start of the orbit relative to its size
       real(wp) :: residual = huge(1.0_wp)
+      !> Number of Newton steps
       integer :: iterations = 0
       !> Number of impacts at all contacts, over all periods of the orbit
       integer :: impacts = 0
@@ -49,9 +51,9 @@ module orbit_types
 
    !> A branch: orbits in the order of the continuation, with their bifurcations.
    type :: orbit_branch_t
-      !> Index of the parent branch, from which this branch leaves, and index of the point there; 0: the branch contains
-      !> the orbit of the study
+      !> Index of the parent branch, from which this branch leaves; 0: this branch contains the orbit of the study
       integer :: parent = 0
+      !> Index of the point of the parent branch at which this branch leaves
       integer :: parent_point = 0
       type(orbit_point_t), allocatable :: point(:)
    end type orbit_branch_t
@@ -59,9 +61,16 @@ module orbit_types
    !> Result: the orbit that the run approaches, and its branches.
    type :: orbit_study_t
       type(orbit_point_t) :: orbit
-      !> Histories over one period of the orbit, from phase 0: instants, displacement and velocity of the tip,
-      !> [samples], and of the beam at each contact, [contacts, samples]
-      real(wp), allocatable :: tau(:), tip(:), tip_velocity(:), stop(:, :), stop_velocity(:, :)
+      !> Instants of the histories over one period of the orbit, from phase 0, [samples]
+      real(wp), allocatable :: tau(:)
+      !> Displacement of the tip, [samples]
+      real(wp), allocatable :: tip(:)
+      !> Velocity of the tip, [samples]
+      real(wp), allocatable :: tip_velocity(:)
+      !> Displacement of the beam at each contact, [contacts, samples]
+      real(wp), allocatable :: stop(:, :)
+      !> Velocity of the beam at each contact, [contacts, samples]
+      real(wp), allocatable :: stop_velocity(:, :)
       !> Branches; unallocated: no parameter varies
       type(orbit_branch_t), allocatable :: branch(:)
       !> Quantity that varies along branches, as in `quantity_table`

@@ -36,12 +36,13 @@ module section_map
       integer :: periods = 1
       !> Phase of the section in the load period, as a fraction of the period
       real(wp) :: section_phase = 0.0_wp
-      !> Parameter of the map besides the state, one of the `by_` constants, and the number of its load among the
-      !> harmonic loads, forces first
+      !> Parameter of the map besides the state: `no_parameter`, `load_amplitude` or `load_frequency`
       integer :: parameter = no_parameter
+      !> Number of its load among the harmonic loads, forces first
       integer :: load = 0
-      !> Contacts with their laws, and modal values at the contacts times the signs of the contacts, [modes, contacts]
+      !> Contacts with their laws
       type(contact_state_t), allocatable :: contacts(:)
+      !> Modal values at the contacts times the signs of the contacts, [modes, contacts]
       real(wp), allocatable :: value(:, :)
       !> Indices of the contacts with a branch, whose force P2 is a state variable
       integer, allocatable :: branch_contacts(:)
@@ -54,12 +55,15 @@ module section_map
 
    !> Value and derivative of the map at one state.
    type :: map_result_t
-      !> State at the end of the run, and the run
+      !> State at the end of the run
       type(section_state_t) :: end
+      !> The run
       type(response_t) :: response
-      !> Unknowns of the end state, and their derivatives by the unknowns of the initial state and, in the last column,
-      !> by the parameter, [unknowns], [unknowns, unknowns + 1]
-      real(wp), allocatable :: unknowns(:), derivative(:, :)
+      !> Unknowns of the end state, [unknowns]
+      real(wp), allocatable :: unknowns(:)
+      !> Derivatives of these unknowns by the unknowns of the initial state and, in the last column, by the parameter,
+      !> [unknowns, unknowns + 1]
+      real(wp), allocatable :: derivative(:, :)
       !> Number of impacts and of beginnings of compliant contact
       integer :: impacts = 0
       !> Minimum normal speed of an impact at a rigid contact; huge: there is none

@@ -28,17 +28,20 @@ module contact_sets
       !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one
       !> mode), which sets with other compliant contacts share
       type(constrained_set_t), pointer :: constrained => null()
-      !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
+      !> Indices of all other closed contacts, which apply forces
       integer, allocatable :: compliant(:)
+      !> Terms exp(s t) of the motion with these contacts
       type(coupled_modes_t) :: coupled
-      !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
+      !> Terms per unit of amplitude: of gaps, [contacts, terms], and of reactions, [constraints, terms]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
-      !> Static equilibrium: modal displacements, forces of the contacts in `compliant`, gaps, reactions
+      !> In static equilibrium: modal displacements, [modes]; forces of the contacts in `compliant`; gaps, [contacts];
+      !> and reactions, [constraints]
       real(wp), allocatable :: rest_modes(:), rest_force(:), rest_gap(:), rest_reaction(:)
       !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
       !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
       type(power_form_t), allocatable :: losses(:)
+      !> Whether the dissipated power of the beam, and that of the compliant contacts, has been prepared
       logical :: has_beam_losses = .false., has_stop_losses = .false.
       !> Values of the terms at the start of the phase and at the last requested time
       type(interval_terms_t) :: span
@@ -47,29 +50,36 @@ module contact_sets
       !> Integrals of products of the terms, for integrals of squared signals
       type(squares_t) :: squares
       !> Output rows (gaps, forces, tip) as sums of terms and load harmonics, which sets with the same stops on other
-      !> sides share; whether they have been made, and whether they suit the simultaneous search of all contacts
+      !> sides use in common
       type(shared_rows_t), pointer :: shared => null()
+      !> Whether the rows have been made, and whether they suit the simultaneous search of all contacts
       logical :: has_rows = .false., can_search_rows = .false.
-      !> Rows: index of the row of each gap, and of each force that no combination of gap and gap rate gives (0: no
-      !> row), [contacts]; contact whose gap a row is, [rows]; gap over its row, 1 or -1, [contacts]; tip displacement
-      !> over its row, and index of this row, which may be that of a gap; number of terms besides load harmonics
-      integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
+      !> Index of the row of each gap, [contacts]
+      integer, allocatable :: gap_row(:)
+      !> Index of the row of each force that no combination of gap and gap rate gives, [contacts]; 0: there is none
+      integer, allocatable :: force_row(:)
+      !> Contact whose gap a row is, [rows]
+      integer, allocatable :: row_contact(:)
+      !> Gap over its row, 1 or -1, [contacts]
       real(wp), allocatable :: gap_sign(:)
+      !> Index of the row of the tip displacement, which may be that of a gap; tip displacement over this row
+      integer :: tip_row = 0
       real(wp) :: tip_row_sign = 1.0_wp
-      integer :: tip_row = 0, motion_terms = 0
+      !> Number of terms besides load harmonics
+      integer :: motion_terms = 0
       !> State of the modes at the start and end of a phase: displacements and rates of both, [modes, 4]
       real(wp), allocatable :: state(:, :)
       !> Homogeneous part of the state at the last instant evaluated, cached
       type(modal_state_t) :: last
    end type contact_set_t
 
-   !> Maximum number and bytes of stored sets; four stops on both sides have 81 sets.
+   !> Maximum number of stored sets; four stops on both sides have 81 sets.
    integer, parameter :: max_sets = 128
+   !> Maximum size of the stored sets, bytes.
    real(wp), parameter :: max_bytes = 1.0e8_wp
-   !> Maximum number of bytes of the sets of each other beam.
+   !> Maximum size of the stored sets of each other beam, bytes.
    real(wp), parameter :: max_other_bytes = 2.5e7_wp
-
-   !> Number of other beams.
+   !> Maximum number of other beams whose sets are stored.
    integer, parameter :: max_others = 8
 
    !> Element of an array of pointers to contact sets, with a number that depends on the closed contacts.

@@ -27,10 +27,13 @@ module motion_phases
    !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
       real(wp) :: tau = 0.0_wp
-      !> Displacements and velocities of the free modes, [modes]
-      real(wp), allocatable :: q(:), v(:)
+      !> Displacements of the free modes, [modes]
+      real(wp), allocatable :: q(:)
+      !> Velocities of the free modes, [modes]
+      real(wp), allocatable :: v(:)
       !> Samples recorded so far, and energy balance
       type(recorder_t) :: recorder
+      !> Observers of the run
       type(observers_t) :: observers
       !> Number of eigenvalue problems solved so far
       integer :: factorisations = 0
@@ -79,8 +82,9 @@ module motion_phases
          class(phase_t), intent(in) :: self
          !> Since the start of the phase
          real(wp), intent(in) :: time
-         !> Modal displacements and velocities, [modes]
+         !> Modal displacements, [modes]
          real(wp), intent(out) :: q(:)
+         !> Modal velocities, [modes]
          real(wp), intent(out) :: v(:)
          !> Displacement and velocity of a massless node at the stop, relative to the modes
          real(wp), optional, intent(out) :: node(2)
@@ -170,8 +174,9 @@ contains
 
    !> Report an error if there are too many events, or events without progress in time.
    subroutine check_events(events, limit, standstill, tau, error)
-      !> Number of events so far, and maximum number
+      !> Number of events so far
       integer, intent(in) :: events
+      !> Maximum number of events
       integer, intent(in) :: limit
       !> Number of consecutive phases of length zero
       integer, intent(in) :: standstill

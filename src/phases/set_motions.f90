@@ -61,8 +61,10 @@ contains
       type(contact_set_t), intent(in) :: set
       !> Values of the terms at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
+      !> Displacements at the start of the phase, [modes]; only those of modes that vanish at the compliant contacts are
+      !> read
       real(wp), intent(in) :: z0(:)
+      !> Velocities at the start of the phase, likewise
       real(wp), intent(in) :: v0(:)
       !> Since the start of the phase
       real(wp), intent(in) :: time
@@ -77,8 +79,10 @@ contains
       type(contact_set_t), intent(in) :: set
       !> [terms]
       complex(wp), intent(in) :: term(:)
-      !> State at the start of the phase; only modes that vanish at the compliant contacts are read, [modes]
+      !> Displacements at the start of the phase, [modes]; only those of modes that vanish at the compliant contacts are
+      !> read
       real(wp), intent(in) :: z0(:)
+      !> Velocities at the start of the phase, likewise
       real(wp), intent(in) :: v0(:)
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)

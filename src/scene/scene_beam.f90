@@ -144,8 +144,9 @@ contains
    !> Check that stations ascend from 0 to the length of the beam; the last one is then set to exactly the length.
    subroutine check_stations(input, group, name, length, station)
       type(scene_input_t), intent(inout) :: input
-      !> Group and name of the stations, for messages
+      !> Group of the stations, for messages
       character(*), intent(in) :: group
+      !> Name of the stations, for messages
       character(*), intent(in) :: name
       real(wp), intent(in) :: length
       !> Positions of the stations

@@ -19,9 +19,11 @@ module scene_bodies
    private
    public :: list_bodies, check_bodies
 
-   !> Allowed values: mass over mass of the beam, distances over D, distances in the unit of length of the scene.
+   !> Allowed values of the mass over the mass of the beam.
    type(range_t), parameter :: mass_range = range_t(1.0e-12_wp, 1.0e6_wp)
+   !> Allowed values of distances over D.
    type(range_t), parameter :: distance_range = range_t(0.0_wp, 1.0e6_wp)
+   !> Allowed values of distances in the unit of length of the scene.
    type(range_t), parameter :: length_range = range_t(0.0_wp, 1.0e12_wp)
 
 contains

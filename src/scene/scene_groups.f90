@@ -37,8 +37,9 @@ module scene_groups
    !> Newmark's beta of each scheme
    real(wp), parameter :: scheme_betas(3) = [1.0_wp/4.0_wp, 1.0_wp/6.0_wp, 0.0_wp]
 
-   !> Indices of 'all' and 'none' in `history_names`
+   !> Index of 'all' in `history_names`.
    integer, parameter :: history_all = history_count + 1
+   !> Index of 'none' in `history_names`.
    integer, parameter :: history_none = history_count + 2
    character(*), parameter :: history_names(history_count + 2) = [character(name_length) :: &
       history_table%name, 'all', 'none']

@@ -24,10 +24,10 @@ module scene_input
 
    !> A parsed scene file and the first problem in it.
    type :: scene_input_t
-      !> Name of the file, and its parsed text
+      !> Name of the file
       character(:), allocatable :: file
       type(namelist_t) :: namelist
-      !> Position of the first problem in the text, and its message
+      !> Position of the first problem in the text, and message of this problem
       integer :: problem_position = huge(1)
       character(:), allocatable :: problem
       !> Names that count as given although the file does not give them, because a sweep does, such as 'stop 2

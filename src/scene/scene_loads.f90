@@ -277,8 +277,9 @@ contains
    subroutine resolve_course(input, table, group, which, omega1, folder, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> 'force' or 'base', and the number of the group
+      !> Name of the group: 'force' or 'base'
       character(*), intent(in) :: group
+      !> Number of the group
       integer, intent(in) :: which
       !> Reference circular frequency, rad per unit of time
       real(wp), intent(in) :: omega1
@@ -300,8 +301,9 @@ contains
    subroutine fetch_table(input, table, group, which, folder, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> 'force' or 'base', and the number of the group
+      !> Name of the group: 'force' or 'base'
       character(*), intent(in) :: group
+      !> Number of the group
       integer, intent(in) :: which
       !> Folder of the scene file, with a slash at its end
       character(*), intent(in) :: folder
@@ -341,8 +343,9 @@ contains
    !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
    subroutine check_table(input, group, which, course)
       type(scene_input_t), intent(inout) :: input
-      !> 'force' or 'base', and the number of the group
+      !> Name of the group: 'force' or 'base'
       character(*), intent(in) :: group
+      !> Number of the group
       integer, intent(in) :: which
       !> Time function with the times in tau, and the values as in the file
       type(time_course_t), intent(in) :: course

@@ -29,9 +29,10 @@ module scene_reader
       !> For several cases: the scene before it is resolved, to which the values of each case are applied; unallocated:
       !> the file has not been read yet
       type(scene_t), allocatable :: scene
-      !> For several cases: index of the entry of each parameter in the table, 0 for a parameter that `set_parameter`
-      !> sets; and indices of the entries in units whose ratios depend on the parameters
-      integer, allocatable :: places(:), affected(:)
+      !> For several cases: index of the entry of each parameter in the table; 0: `set_parameter` sets the parameter
+      integer, allocatable :: places(:)
+      !> For several cases: indices of the entries in units whose ratios depend on the parameters
+      integer, allocatable :: affected(:)
       !> Whether the unit of displacement D depends on the parameters
       logical :: changes_displacement_unit = .false.
    end type draft_t

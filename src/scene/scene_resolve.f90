@@ -37,9 +37,9 @@ module scene_resolve
    private
    public :: resolve_scene, resolve_units, problem_with_damping
 
-   !> Characters with which the name of a scene may begin, and all characters that it may have.
-   character(*), parameter :: letters_and_digits = &
-      'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
+   !> Characters with which the name of a scene may begin.
+   character(*), parameter :: letters_and_digits = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
+   !> Characters that the name of a scene may have.
    character(*), parameter :: name_characters = letters_and_digits//'._-'
 
    !> Maximum length in bytes of the name of a scene file from which results can be named; with the suffixes that are
@@ -412,8 +412,9 @@ contains
    !> lengths.
    subroutine check_length_ratio(input, group, name, elements, ratio, limit)
       type(scene_input_t), intent(inout) :: input
-      !> Group and name of the ratio, for messages
+      !> Group of the ratio, for messages
       character(*), intent(in) :: group
+      !> Name of the ratio, for messages
       character(*), intent(in) :: name
       !> Number of elements
       integer, intent(in) :: elements

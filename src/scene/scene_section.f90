@@ -320,8 +320,9 @@ contains
 
       !> Value of the spline at a fraction of interval i.
       pure function value_of(values, curvatures) result(value)
-         !> Values of the dimension and its second derivatives at the stations
+         !> Values of the dimension at the stations
          real(wp), intent(in) :: values(:)
+         !> Second derivatives of the dimension at the stations
          real(wp), intent(in) :: curvatures(:)
          real(wp) :: value
 

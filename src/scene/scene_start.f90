@@ -157,8 +157,9 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Two names of one quantity, separated by a blank
       character(*), intent(in) :: names
-      !> Number of points of the table, and values at them; unallocated: not given
+      !> Number of points of the table
       integer, intent(in) :: points
+      !> Values at these points; unallocated: not given
       real(wp), allocatable, intent(in) :: column(:)
 
       if (.not. allocated(column)) return

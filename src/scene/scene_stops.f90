@@ -59,8 +59,9 @@ contains
    !> element between them would be shorter than 1/100 of its neighbour.
    subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
-      !> Number of this stop, and number of all stops
+      !> Number of this stop
       integer, intent(in) :: which
+      !> Number of all stops
       integer, intent(in) :: number
       type(stop_settings_t), intent(inout) :: stop
       !> Number of the stop from which the beam is released; 0: not chosen

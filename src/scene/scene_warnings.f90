@@ -19,10 +19,14 @@ module scene_warnings
 
    !> Ratio of height to length beyond which shear, which the theory neglects, is not small.
    real(wp), parameter :: max_height_ratio = 0.2_wp
-   !> Range of plausible first frequencies, Hz: from chimneys to microbeams.
-   real(wp), parameter :: min_frequency = 0.01_wp, max_frequency = 1.0e7_wp
-   !> Range of plausible Young's moduli, Pa: from rubber to diamond.
-   real(wp), parameter :: min_modulus = 1.0e5_wp, max_modulus = 2.0e12_wp
+   !> Minimum plausible first frequency, Hz: that of chimneys.
+   real(wp), parameter :: min_frequency = 0.01_wp
+   !> Maximum plausible first frequency, Hz: that of microbeams.
+   real(wp), parameter :: max_frequency = 1.0e7_wp
+   !> Minimum plausible Young's modulus, Pa: that of rubber.
+   real(wp), parameter :: min_modulus = 1.0e5_wp
+   !> Maximum plausible Young's modulus, Pa: that of diamond.
+   real(wp), parameter :: max_modulus = 2.0e12_wp
    !> Minimum position x/L without a warning; a smaller number may be a length in m.
    real(wp), parameter :: min_position = 0.05_wp
 

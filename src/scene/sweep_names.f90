@@ -138,8 +138,9 @@ contains
    !> Index of the entry of the parameter that a word, the value of another entry, chooses; 0: none is chosen.
    pure function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
-      !> Index of the group, and name, of the entry that chooses
+      !> Index of the group of the entry that chooses
       integer, intent(in) :: group
+      !> Name of the entry that chooses
       character(*), intent(in) :: name
       integer :: place
 

@@ -16,8 +16,9 @@ module inference_settings
    integer, parameter :: observed_velocity_stop = 4
    integer, parameter :: observed_force = 5
    integer, parameter :: observed_acceleration_tip = 6
-   !> Features of a motion instead of samples, numbered from 1: instants of impacts; peak displacements of rebounds.
+   !> Instants of impacts, features of a motion instead of samples, numbered from 1.
    integer, parameter :: observed_impacts = 7
+   !> Peak displacements of rebounds, likewise.
    integer, parameter :: observed_peaks = 8
    character(*), parameter :: observed_names(8) = [character(24) :: 'displacement_tip', 'velocity_tip', &
       'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip', 'impact_times', 'rebound_peaks']
@@ -26,9 +27,11 @@ module inference_settings
    type :: sensitivity_settings_t
       !> Parameters; unallocated: not given
       type(parameter_t), allocatable :: parameters(:)
-      !> Their values in the scene, and the minimum and maximum allowed values
+      !> Values of the parameters in the scene
       real(wp), allocatable :: values(:)
+      !> Minimum allowed values
       real(wp), allocatable :: minimum(:)
+      !> Maximum allowed values
       real(wp), allocatable :: maximum(:)
       !> Indices in `measure_table`; unallocated: all measures that a run of the scene has
       integer, allocatable :: measures(:)
@@ -44,27 +47,29 @@ module inference_settings
       character(:), allocatable :: data
       !> One of the `observed_` constants; 0: not given
       integer :: observed = 0
-      !> Columns of the times and of the values in the file
+      !> Column of the times in the file
       integer :: time_column = 1
+      !> Column of the values in the file
       integer :: value_column = 2
       !> Column with the standard deviation of the noise of each value; 0: there is none
       integer :: noise_column = 0
-      !> Start and end of the part of the signal that is fitted, in the unit of time of the results; end huge: the end
-      !> of the run
+      !> Start of the part of the signal that is fitted, in the unit of time of the results
       real(wp) :: start = 0.0_wp
+      !> End of that part; `huge`: the end of the run
       real(wp) :: end = huge(1.0_wp)
       !> Standard deviation of the noise, in the unit of the results; 0: estimated from the residuals
       real(wp) :: noise = 0.0_wp
-      !> Whether the signal has an unknown offset, and whether it has an unknown scale factor
+      !> Whether the signal has an unknown offset
       logical :: has_offset = .false.
+      !> Whether the signal has an unknown scale factor
       logical :: has_scale = .false.
       !> Maximum delay or advance of the signal relative to the run, in the unit of time of the results; 0: none
       real(wp) :: max_time_shift = 0.0_wp
       !> Maximum number of runs from one start
       integer :: evaluations = 2000
-      !> Times (of features: numbers), ascending, and values of the part that is fitted, in the units of the results,
-      !> [samples]
+      !> Times (of features: numbers) of the part that is fitted, ascending, in the unit of the results, [samples]
       real(wp), allocatable :: time(:)
+      !> Values of that part, in the unit of the results, [samples]
       real(wp), allocatable :: value(:)
       !> Standard deviation of the noise of each value, [samples]; 0: estimated from the residuals
       real(wp), allocatable :: noise_of_value(:)

@@ -30,9 +30,10 @@ module load_settings
    integer, parameter :: pulse_rectangle = 1
    integer, parameter :: pulse_half_sine = 2
 
-   !> A base motion is given by its acceleration or its displacement. A table of base displacements is interpolated by
-   !> a cubic spline; the base is at rest before and after the table.
+   !> A base motion is given by its acceleration.
    integer, parameter :: base_acceleration = 1
+   !> A base motion is given by its displacement. A table of displacements is interpolated by a cubic spline; the base
+   !> is at rest before and after the table.
    integer, parameter :: base_displacement = 2
 
    !> Released from rest, after a static force at a stop has deflected the beam away from this stop
@@ -51,9 +52,11 @@ module load_settings
    !> The base falls and stops at tau = 0: the beam is undeformed and has the velocity of the fall relative to the base
    integer, parameter :: start_drop = 7
 
-   !> Initial velocity fields: uniform, rotation about the root, in the shape of a mode
+   !> Initial velocity field: uniform.
    integer, parameter :: field_uniform = 1
+   !> Initial velocity field: rotation about the root.
    integer, parameter :: field_rotation = 2
+   !> Initial velocity field: in the shape of a mode.
    integer, parameter :: field_mode = 3
 
    !> Names of these constants in scene files, such as `course_names(course_step)`.
@@ -74,15 +77,18 @@ module load_settings
       real(wp) :: frequency = 1.0_wp
       !> Phase of a harmonic function, in radians
       real(wp) :: phase = 0.0_wp
-      !> Start and end, tau; the times of a table count from the start
+      !> Start of the load, tau; the times of a table count from it
       real(wp) :: start = 0.0_wp
+      !> End of the load, tau
       real(wp) :: end = huge(1.0_wp)
       !> Duration of a pulse, tau
       real(wp) :: duration = 1.0_wp
       !> One of the `pulse_` constants: shape of a pulse
       integer :: shape = pulse_rectangle
-      !> Points of a table: times in tau, ascending, and values
-      real(wp), allocatable :: time(:), value(:)
+      !> Times of the points of a table, tau, ascending
+      real(wp), allocatable :: time(:)
+      !> Values at these points
+      real(wp), allocatable :: value(:)
    end type time_course_t
 
    !> Settings of &force: forces at points, or a line load along a part of the beam; positive upwards.
@@ -99,6 +105,7 @@ module load_settings
    type :: base_settings_t
       !> `base_acceleration` or `base_displacement`: the quantity that `course` gives
       integer :: quantity = base_acceleration
+      !> Time course of that quantity
       type(time_course_t) :: course
    end type base_settings_t
 
@@ -115,8 +122,12 @@ module load_settings
       real(wp) :: displacement = 0.0_wp
       !> Number of the mode of the beam with open contacts, for `start_mode` and `field_mode`
       integer :: mode = 1
-      !> Table of `start_table`: x/L, ascending, and the displacements and velocities there
-      real(wp), allocatable :: position(:), displacements(:), velocities(:)
+      !> Positions x/L of the table of `start_table`, ascending
+      real(wp), allocatable :: position(:)
+      !> Displacements at these positions
+      real(wp), allocatable :: displacements(:)
+      !> Velocities at these positions
+      real(wp), allocatable :: velocities(:)
    end type start_settings_t
 
 contains

@@ -18,21 +18,23 @@ module orbit_settings
       integer :: periods = 0
       !> Periods of the load that are computed before the search
       integer :: skip = 100
-      !> Maximum distance between the states at start and end of the period, relative to the norm of the states, and
-      !> maximum number of Newton steps
+      !> Maximum distance between the states at start and end of the period, relative to the norm of the states
       real(wp) :: tolerance = 1.0e-10_wp
+      !> Maximum number of Newton steps
       integer :: max_steps = 30
-      !> One of the `vary_` constants, and the number of the harmonic load that varies; the numbers count &force before
-      !> &base
+      !> What varies: one of the `vary_` constants
       integer :: varied = vary_nothing
+      !> Number of the harmonic load that varies; the numbers count &force before &base
       integer :: load = 1
-      !> Minimum and maximum of the varied amplitude or frequency over its value in the scene
+      !> Minimum of the varied amplitude or frequency over its value in the scene
       real(wp) :: min_ratio = 0.5_wp
+      !> Maximum of the varied amplitude or frequency over its value in the scene
       real(wp) :: max_ratio = 2.0_wp
-      !> First and maximum step along a branch, as fractions of the range of the varied value and of the norm of the
-      !> states; and maximum number of points of a branch in either direction
+      !> First step along a branch, as a fraction of the range of the varied value and of the norm of the states
       real(wp) :: step = 0.005_wp
+      !> Maximum step along a branch, likewise
       real(wp) :: max_step = 0.02_wp
+      !> Maximum number of points of a branch in either direction
       integer :: max_points = 500
       !> Maximum number of successive period doublings whose branches are followed
       integer :: doublings = 1

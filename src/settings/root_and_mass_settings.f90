@@ -19,9 +19,11 @@ module root_and_mass_settings
    type :: root_settings_t
       !> One of the `root_` constants
       integer :: kind = root_clamped
-      !> Stiffness k / (3 E Ibar / L) of a spring against rotation, and k / (3 E Ibar / L^3) of a spring against
-      !> displacement; 0: no spring, the root is rigidly fixed against this motion
+      !> Stiffness k / (3 E Ibar / L) of a spring against rotation; 0: there is no spring, and the root is rigidly fixed
+      !> against rotation
       real(wp) :: rotation_stiffness_ratio = 0.0_wp
+      !> Stiffness k / (3 E Ibar / L^3) of a spring against displacement; 0: there is no spring, and the root is rigidly
+      !> fixed against displacement
       real(wp) :: translation_stiffness_ratio = 0.0_wp
    end type root_settings_t
 
@@ -29,8 +31,9 @@ module root_and_mass_settings
    type :: mass_settings_t
       !> x / L of the mass
       real(wp) :: position = 1.0_wp
-      !> Mass m / (rho Abar L), and rotary inertia J / (rho Abar L^3)
+      !> Mass m / (rho Abar L)
       real(wp) :: mass_ratio = 0.0_wp
+      !> Rotary inertia J / (rho Abar L^3)
       real(wp) :: rotary_inertia_ratio = 0.0_wp
    end type mass_settings_t
 

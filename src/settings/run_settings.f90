@@ -33,9 +33,11 @@ module run_settings
    !> Compliant contact, a spring in parallel with a damper; the contact force is never tensile.
    integer, parameter :: law_spring_damper = 3
 
-   !> The stop is below the beam, as in the paper, above the beam, or on both sides.
+   !> The stop is below the beam, as in the paper.
    integer, parameter :: side_below = 1
+   !> The stop is above the beam.
    integer, parameter :: side_above = 2
+   !> The stop is on both sides of the beam.
    integer, parameter :: side_both = 3
 
    !> The impulse of an impact changes the velocities of the whole beam (balance of momentum).
@@ -99,9 +101,9 @@ module run_settings
       real(wp) :: clearance = 0.0_wp
       !> Stiffness k / (3 E Ibar / L^3) of the spring between body and base; 0: none
       real(wp) :: spring_ratio = 0.0_wp
-      !> Damper between body and base: c / (2 sqrt(k m)), or c omega1 / (3 E Ibar / L^3); at least one of
-      !> both values is 0
+      !> Damping ratio c / (2 sqrt(k m)) of the damper between body and base; 0 if `base_damper_ratio` is given
       real(wp) :: damping_ratio = 0.0_wp
+      !> c omega1 / (3 E Ibar / L^3) of the damper between body and base; 0 if `damping_ratio` is given
       real(wp) :: base_damper_ratio = 0.0_wp
       !> z / D at which the spring between body and base has no force
       real(wp) :: rest = 0.0_wp
@@ -109,12 +111,13 @@ module run_settings
       real(wp) :: start_velocity = 0.0_wp
       !> Distance of the body from the beam at the start, in a cavity from its lower wall, in D; < 0: not given
       real(wp) :: start_gap = -1.0_wp
-      !> Distances of a fixed floor below z = 0, and of a fixed ceiling above z = 0, in D; < 0: none
+      !> Distance of a fixed floor below z = 0, in D; < 0: there is no floor
       real(wp) :: floor = -1.0_wp
+      !> Distance of a fixed ceiling above z = 0, in D; < 0: there is no ceiling
       real(wp) :: ceiling = -1.0_wp
-      !> Law and parameters of the contacts with the beam, and of those with floor and ceiling; other components are not
-      !> used
+      !> Law and parameters of the contacts with the beam; other components are not used
       type(stop_settings_t) :: contact
+      !> Law and parameters of the contacts with floor and ceiling; other components are not used
       type(stop_settings_t) :: base_contact
    end type body_settings_t
 
@@ -170,9 +173,10 @@ module run_settings
       integer :: mode_shapes = 0
       !> Whether to store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Whether to compute the measures (scalar results of the run), among them the peaks of at most `max_peaks`
-      !> rebounds; the program sets both components, scene files cannot
+      !> Whether to compute the measures (scalar results of the run); the program sets this component and the next,
+      !> scene files cannot
       logical :: measures = .false.
+      !> Maximum number of rebounds whose peaks are among the measures
       integer :: max_peaks = huge(1)
    end type output_settings_t
 
@@ -197,8 +201,9 @@ module run_settings
 
    !> Settings of &statistics.
    type :: statistics_settings_t
-      !> Interval of the run that is evaluated, tau; an end of `huge` means the end of the run
+      !> Start of the part of the run that is evaluated, tau
       real(wp) :: start = 0.0_wp
+      !> End of that part, tau; `huge`: the end of the run
       real(wp) :: end = huge(1.0_wp)
       !> Number of blocks of equal length, from whose means the statistical errors follow
       integer :: blocks = 10
@@ -226,14 +231,16 @@ module run_settings
    type :: poincare_settings_t
       !> Phase of the Poincare sections, as a fraction of the period, from tau = 0
       real(wp) :: phase = 0.0_wp
-      !> Number of Poincare sections that are discarded at the start, and number of sections recorded after them
+      !> Number of Poincare sections that are discarded at the start
       integer :: skip = 100
+      !> Number of sections recorded after them
       integer :: keep = 100
       !> Number of the harmonic load whose period is used, &force counts before &base; 0: the common period of all loads
       integer :: load = 0
-      !> Maximum period of the motion that is tested, in periods of the load, and maximum distance between a state and
-      !> its return after this period, relative to the maximum of the recorded states
+      !> Maximum period of the motion that is tested, in periods of the load
       integer :: max_periods = 16
+      !> Maximum distance between a state and its return after this period, relative to the maximum of the recorded
+      !> states
       real(wp) :: tolerance = 1.0e-6_wp
       !> Whether to record the states of all modes too
       logical :: records_modes = .false.
@@ -262,8 +269,9 @@ module run_settings
       integer :: release_stop = 1
       !> Whether the run has stops; if not, `stop%position` is the point whose histories are recorded
       logical :: has_stop = .true.
-      !> Loads on the beam and motions of its base; unallocated: none
+      !> Loads on the beam; unallocated: there are none
       type(force_settings_t), allocatable :: forces(:)
+      !> Motions of the base; unallocated: there are none
       type(base_settings_t), allocatable :: bases(:)
       !> Initial conditions
       type(start_settings_t) :: start

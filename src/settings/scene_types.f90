@@ -49,14 +49,16 @@ module scene_types
    !> `natural` or `lanczos`, whichever is faster.
    integer, parameter :: solver_auto = 4
 
-   !> Mass matrix of the motion: consistent; with the mass of the node at the stop redistributed to its neighbours; or
-   !> the more accurate of these two.
+   !> Mass matrix of the motion: consistent.
    integer, parameter :: mass_consistent = 1
+   !> Mass matrix with the mass of the node at the stop redistributed to its neighbours.
    integer, parameter :: mass_redistributed = 2
+   !> The more accurate of these two matrices.
    integer, parameter :: mass_auto = 3
 
-   !> Motion that a support constrains.
+   !> A support constrains the displacement.
    integer, parameter :: support_displacement = 1
+   !> A support constrains the rotation.
    integer, parameter :: support_rotation = 2
 
    !> Reference values of a table of frequencies: none.
@@ -67,15 +69,18 @@ module scene_types
    !> Number of modes in a table of frequencies if the scene gives none.
    integer, parameter :: default_mode_count = 12
 
-   !> Units of results: those of the scene, or dimensionless.
+   !> Results are in the units of the scene.
    integer, parameter :: output_scene = 1
+   !> Results are dimensionless.
    integer, parameter :: output_dimensionless = 2
 
-   !> Integration methods that &precision compares: `exact`, and Newmark's with beta = 1/4 (average acceleration), 1/6
-   !> (linear acceleration) and 0 (explicit).
+   !> Integration method that &precision compares: `exact`.
    integer, parameter :: integrator_exact = 1
+   !> Newmark's method with beta = 1/4 (average acceleration).
    integer, parameter :: integrator_average = 2
+   !> Newmark's method with beta = 1/6 (linear acceleration).
    integer, parameter :: integrator_linear = 3
+   !> Newmark's method with beta = 0 (explicit).
    integer, parameter :: integrator_explicit = 4
 
    !> Names of these constants in scene files, such as `solver_names(solver_dsygv)`.
@@ -99,21 +104,25 @@ module scene_types
       real(wp) :: density = 1.0_wp
       !> One of the `shape_` constants
       integer :: shape = shape_taper
-      !> Height at the clamp (root) and at the tip, for `shape_taper`; a tip height of 0 is a full wedge
+      !> Height at the clamp (root), for `shape_taper`
       real(wp) :: height_root = 0.075_wp
+      !> Height at the tip, for `shape_taper`; 0: a full wedge
       real(wp) :: height_tip = 0.075_wp
-      !> Alternative to the two heights: taper (h0 - h1) / L and mean height (h0 + h1) / (2 L) of a beam with the
-      !> heights h0 and h1
+      !> Alternative to the two heights h0 and h1: taper (h0 - h1) / L
       real(wp) :: taper = 0.0_wp
+      !> Alternative to the two heights: mean height (h0 + h1) / (2 L)
       real(wp) :: mean_height_ratio = 0.075_wp
       !> Stations from 0 to L, ascending, for the tables
       real(wp), allocatable :: station(:)
       !> Height at the stations, for `shape_height_table`
       real(wp), allocatable :: height(:)
-      !> Area and second moment of area at the stations, for `shape_section_table`
-      real(wp), allocatable :: area(:), inertia(:)
-      !> The file has &section; its settings, for `shape_section`
+      !> Area at the stations, for `shape_section_table`
+      real(wp), allocatable :: area(:)
+      !> Second moment of area at the stations
+      real(wp), allocatable :: inertia(:)
+      !> Whether the file has &section
       logical :: has_section = .false.
+      !> Settings of &section, for `shape_section`
       type(section_settings_t) :: section
    end type beam_settings_t
 
@@ -172,8 +181,9 @@ module scene_types
       integer :: count = 0
       !> One or more `solver_` constants; `scene_resolve` fills the lists that the file does not give
       integer, allocatable :: solver(:)
-      !> Meshes of the table, pairwise: number of elements and ratio of neighbouring element lengths
+      !> Numbers of elements of the meshes of the table
       integer, allocatable :: mesh_elements(:)
+      !> Ratio of neighbouring element lengths of each of these meshes
       real(wp), allocatable :: mesh_ratios(:)
       !> `reference_exact` or `reference_none`
       integer :: reference = reference_exact
@@ -184,8 +194,9 @@ module scene_types
    type :: frequency_response_settings_t
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
-      !> Number of frequencies, and whether they are evenly spaced in the logarithm
+      !> Number of frequencies
       integer :: points = 400
+      !> Whether the frequencies are evenly spaced in the logarithm
       logical :: is_logarithmic = .false.
    end type frequency_response_settings_t
 
@@ -200,31 +211,34 @@ module scene_types
       !> Number of the lowest modes in which all methods compute the motion; 0: exact motion in the modes that its
       !> tolerances require, Newmark's steps on the matrices of the mesh
       integer :: mode_count = 0
-      !> For the exact method: values of `hop_tolerance` and of `mode_tolerance` of &response, and numbers of elements;
-      !> each of the three is varied separately
+      !> For the exact method: values of `hop_tolerance` of &response; this list and the next two are varied separately
       real(wp), allocatable :: hop_tolerances(:)
+      !> Values of `mode_tolerance` of &response
       real(wp), allocatable :: mode_tolerances(:)
+      !> Numbers of elements
       integer, allocatable :: mesh_elements(:)
       !> Whether to compare all methods on the meshes of `mesh_elements` with the limit of infinitely fine meshes
       logical :: against_beam = .false.
-      !> Numbers of elements, and durations of runs in tau, over which the growth of run time and memory is measured
+      !> Numbers of elements over which the growth of run time and memory is measured
       integer, allocatable :: scaling_elements(:)
+      !> Durations of runs over which this growth is measured, tau
       real(wp), allocatable :: scaling_durations(:)
       !> Number of modes that are computed on large meshes
       integer :: scaling_modes = 6
       !> Whether to measure the time that is saved by omitting unnecessary computations, and to compare the results with
       !> and without
       logical :: skips = .false.
-      !> Number of timings of each entry, and minimum duration of one timing in seconds
+      !> Number of timings of each entry
       integer :: repetitions = 7
+      !> Minimum duration of one timing, seconds
       real(wp) :: shortest_timing = 0.02_wp
    end type precision_settings_t
 
    !> Settings of &statements: check of the statements in the paper (Irie, Yamada, Asano 1977)
    type :: statements_settings_t
-      !> Numbers of elements of equal length: of the mesh of the paper, and of a mesh whose discretisation error is
-      !> negligible
+      !> Number of elements of equal length of the mesh of the paper
       integer :: elements = 8
+      !> Number of elements of equal length of a mesh whose discretisation error is negligible
       integer :: fine_elements = 32
       !> Length of the runs, tau
       real(wp) :: duration = 150.0_wp
@@ -236,8 +250,9 @@ module scene_types
       real(wp) :: length = 1.0_wp
       !> Circular frequency omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)), rad per unit of time
       real(wp) :: omega1 = 1.0_wp
-      !> Young's modulus E, and bending stiffness E Ibar
+      !> Young's modulus E
       real(wp) :: youngs_modulus = 1.0_wp
+      !> Bending stiffness E Ibar
       real(wp) :: bending_stiffness = 1.0_wp
       !> Mass rho Abar L
       real(wp) :: beam_mass = 1.0_wp
@@ -251,8 +266,9 @@ module scene_types
    !> One name of a scene with its value after all defaults: a number, a list of numbers, or words. Results files repeat
    !> (echo) these values.
    type :: echo_t
-      !> Group and name in scene files, such as 'stop' and 'preload'
+      !> Group in scene files, such as 'stop'
       character(:), allocatable :: group
+      !> Name in that group, such as 'preload'
       character(:), allocatable :: name
       !> Value in words; unallocated: the value is numeric
       character(:), allocatable :: text
@@ -307,10 +323,13 @@ module scene_types
       !> Whether the file has &support; without this group `supports` is unallocated
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)
-      !> The file has &force, and &base; without the group its list is unallocated
+      !> Whether the file has &force
       logical :: has_forces = .false.
+      !> Settings of each &force; unallocated: the file has none
       type(force_settings_t), allocatable :: forces(:)
+      !> Whether the file has &base
       logical :: has_bases = .false.
+      !> Settings of each &base; unallocated: the file has none
       type(base_group_t), allocatable :: bases(:)
       !> Whether the file has &start
       logical :: has_start = .false.
@@ -345,10 +364,13 @@ module scene_types
       !> Whether the file has &precision
       logical :: wants_precision = .false.
       type(precision_settings_t) :: precision
-      !> The file has &sweep, and &best
+      !> Whether the file has &sweep
       logical :: wants_sweep = .false.
+      !> Settings of &sweep
       type(sweep_settings_t) :: sweep
+      !> Whether the file has &best
       logical :: wants_best = .false.
+      !> Settings of &best
       type(best_settings_t) :: best
       !> Whether some cases of the sweep may have inconsistent values, so that each case is read and checked as a file
       !> of its own

@@ -57,8 +57,9 @@ contains
    elemental function area_of_shape(shape, first, second) result(area)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> The two dimensions of the shape
+      !> First dimension of the shape
       real(wp), intent(in) :: first
+      !> Second dimension of the shape
       real(wp), intent(in) :: second
       real(wp) :: area
 
@@ -78,8 +79,9 @@ contains
    elemental function inertia_of_shape(shape, first, second) result(inertia)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> The two dimensions of the shape
+      !> First dimension of the shape
       real(wp), intent(in) :: first
+      !> Second dimension of the shape
       real(wp), intent(in) :: second
       real(wp) :: inertia
 
@@ -101,8 +103,9 @@ contains
    elemental function outer_fibre_of_shape(shape, first, second) result(fibre)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> The two dimensions of the shape
+      !> First dimension of the shape
       real(wp), intent(in) :: first
+      !> Second dimension of the shape
       real(wp), intent(in) :: second
       real(wp) :: fibre
 

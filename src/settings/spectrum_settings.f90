@@ -6,9 +6,11 @@ module spectrum_settings
    public :: spectrum_settings_t, signal_t, signal_table, signal_names, window_names, window_hann, window_rectangle
    public :: quantity_force, quantity_moment
 
-   !> Quantity that a signal is, or whose derivative it is: displacement, contact force, bending moment.
+   !> A signal is a displacement or its derivative by time.
    integer, parameter :: quantity_displacement = 1
+   !> A signal is a contact force.
    integer, parameter :: quantity_force = 2
+   !> A signal is a bending moment.
    integer, parameter :: quantity_moment = 3
 
    !> A signal of which a spectrum can be computed.
@@ -17,12 +19,13 @@ module spectrum_settings
       character(24) :: name = ''
       !> Meaning; of {this~that}, `this` is printed in dimensionless results and `that` in results with units
       character(60) :: meaning = ''
-      !> Names, in `quantity_table`, of its quantity and of the quantity of its power spectral density
+      !> Name of its quantity in `quantity_table`
       character(24) :: quantity = ''
+      !> Name of the quantity of its power spectral density
       character(24) :: density = ''
-      !> Quantity of which the signal is a derivative by time, one of the `quantity_` constants, and order of the
-      !> derivative
+      !> Quantity of which the signal is a derivative by time: one of the `quantity_` constants
       integer :: base = quantity_displacement
+      !> Order of the derivative
       integer :: derivatives = 0
       !> Whether the signal belongs to a contact instead of the tip
       logical :: is_of_contact = .false.
@@ -80,15 +83,17 @@ module spectrum_settings
       integer :: body = 1
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
-      !> Number of frequencies, and their spacing over omega1; both 0: the spacing is half the resolution of a segment
+      !> Number of frequencies; 0: `resolution` is given
       integer :: points = 0
+      !> Spacing of the frequencies over omega1; if both values are 0, half the resolution of a segment
       real(wp) :: resolution = 0.0_wp
       !> Number of segments
       integer :: segments = 8
       !> One of the `window_` constants
       integer :: window = window_hann
-      !> Start and end of the part of the run that is transformed, tau; huge: the end of the run
+      !> Start of the part of the run that is transformed, tau
       real(wp) :: start = 0.0_wp
+      !> End of that part, tau; `huge`: the end of the run
       real(wp) :: end = huge(1.0_wp)
       !> Maximum number of integrals in closed form (terms times frequencies times signals); the rest of the motion is
       !> sampled

@@ -14,8 +14,9 @@ contains
 
    !> Whether two positions are equal within rounding.
    elemental function are_at_one_point(one, other) result(answer)
-      !> x / L
+      !> Position x / L of one contact
       real(wp), intent(in) :: one
+      !> Position x / L of the other contact
       real(wp), intent(in) :: other
       logical :: answer
 

@@ -16,13 +16,15 @@ module sweep_settings
 
    !> A number that a sweep or &cases may vary.
    type :: parameter_t
-      !> Name and meaning in &sweep and &cases
+      !> Name in &sweep and &cases
       character(max_name_length) :: name = ''
+      !> Meaning of the parameter
       character(max_meaning_length) :: meaning = ''
-      !> Group of the parameter, the number of this group among several groups of one name, and the name of the
-      !> parameter in the group
+      !> Group of the parameter
       character(max_name_length) :: group = ''
+      !> Number of this group among the groups of its name
       integer :: occurrence = 1
+      !> Name of the parameter in the group
       character(max_name_length) :: name_in_group = ''
       !> Number of the parameter among all that may be swept (`sweep_t` of its entry), which selects its own sequence of
       !> random numbers
@@ -45,8 +47,9 @@ module sweep_settings
    integer, parameter :: design_latin_hypercube = 3
    character(*), parameter :: design_names(3) = [character(max_name_length) :: 'grid', 'paired', 'latin_hypercube']
 
-   !> The best case has the minimum or the maximum of the measure.
+   !> The best case has the minimum of the measure.
    integer, parameter :: goal_minimum = 1
+   !> The best case has the maximum of the measure.
    integer, parameter :: goal_maximum = 2
    ! words of scene files for the minimum and the maximum
    character(*), parameter :: goal_names(2) = [character(max_name_length) :: 'least', 'most']
@@ -71,8 +74,9 @@ module sweep_settings
       integer :: design = design_grid
       !> All parameters that can be swept, in the order of the axes of a grid
       type(swept_t), allocatable :: swept(:)
-      !> Latin hypercube: number of cases, and seed of the random numbers
+      !> Number of cases of a Latin hypercube
       integer :: count = 0
+      !> Seed of the random numbers of a Latin hypercube
       integer :: seed = 1
       !> Number of cases in a chunk, which is written to disk as one file; 0: chosen from the number of cases
       integer :: chunk_cases = 0

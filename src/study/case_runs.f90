@@ -29,9 +29,11 @@ module case_runs
       type(draft_t), private :: draft
       !> Values of the parameters in `scene`; unallocated: `scene` has those of the file
       real(wp), allocatable, private :: values(:)
-      !> Parameters that differ from case to case, and the minimum and maximum of each over all cases
+      !> Parameters that differ from case to case
       type(parameter_t), allocatable, private :: parameter(:)
+      !> Minimum of each parameter over all cases
       real(wp), allocatable, private :: minimum(:)
+      !> Maximum of each parameter over all cases
       real(wp), allocatable, private :: maximum(:)
       !> The two cases from which the mesh is found: with the minimum and with the maximum values of all parameters that
       !> do not change the beam, [2]; unallocated: the mesh is given
@@ -40,8 +42,9 @@ module case_runs
 
    !> One of the cases of &cases.
    type :: case_t
-      !> The scene with the parameter of the case, and the value of the parameter
+      !> The scene with the parameter of the case
       type(scene_t) :: scene
+      !> Value of the parameter
       real(wp) :: value = 0.0_wp
       !> x/L of the nodes, [0:n]
       real(wp), allocatable :: node_position(:)
@@ -76,9 +79,11 @@ contains
       type(scene_t), intent(in) :: scene
       !> Results that are recorded in each run
       type(output_settings_t), intent(in) :: output
-      !> Parameters that differ from case to case, and the minimum and maximum of each
+      !> Parameters that differ from case to case
       type(parameter_t), intent(in) :: parameter(:)
+      !> Minimum of each parameter over all cases
       real(wp), intent(in) :: minimum(:)
+      !> Maximum of each parameter over all cases
       real(wp), intent(in) :: maximum(:)
       type(runner_t), intent(out) :: runner
 

@@ -27,10 +27,10 @@ module mesh_choice
    !> error of fourth order is 1.25 times the difference from a mesh with 1.5 times as many elements, so the error is
    !> then about half the tolerance.
    real(wp), parameter :: agreement = 0.4_wp
-   !> The search ends if none of `max_stalled` successive meshes has a difference below the fraction
-   !> `required_reduction` of the smallest previous difference, because the motion is then chaotic. Both values only
-   !> determine how soon a search that does not converge ends.
+   !> The search ends after this number of successive meshes without progress, because the motion is then chaotic. The
+   !> value only determines how soon a search that does not converge ends.
    integer, parameter :: max_stalled = 4
+   !> A mesh makes progress if its difference is below this fraction of the smallest previous difference.
    real(wp), parameter :: required_reduction = 0.7_wp
    !> Number of elements of the mesh on which a uniform and a graded mesh are compared.
    integer, parameter :: graded_elements = 8
@@ -302,8 +302,9 @@ contains
    !> proportion to the duration.
    pure function work_of_run(trial, settings, requested) result(work)
       type(trial_t), intent(in) :: trial
-      !> Settings of the trial, and of the run
+      !> Settings of the trial
       type(run_settings_t), intent(in) :: settings
+      !> Settings of the run
       type(run_settings_t), intent(in) :: requested
       real(wp) :: work
 

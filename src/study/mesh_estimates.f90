@@ -68,9 +68,13 @@ contains
       ! allocated, because the type is large and stacks of threads are small
       type(trial_t), allocatable :: trial
       type(run_settings_t) :: settings
-      ! measures on the three meshes, and grading of all three
-      real(wp) :: rows(measure_count, 3), grading, work
-      integer :: i, refinement
+      ! measures on the three meshes
+      real(wp) :: rows(measure_count, 3)
+      ! grading of all three meshes: ratio of the longest to the shortest element
+      real(wp) :: grading
+      real(wp) :: work
+      integer :: i
+      integer :: refinement
 
       associate (cases => size(scenes))
          allocate (errors%case, source=numbers)

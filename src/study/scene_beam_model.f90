@@ -62,8 +62,9 @@ contains
    !> Assemble the beam of a scene on a mesh, with the consistent mass matrix.
    pure subroutine model_of(scene, elements, ratio, model, error)
       type(scene_t), intent(in) :: scene
-      !> Mesh: number of elements, and length of an element over that of the next towards the tip
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
+      !> Length of an element over that of the next towards the tip
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made
@@ -80,8 +81,9 @@ contains
    !> Assemble the beam of a scene for runs in time, with the mass matrix that the scene chooses.
    pure subroutine motion_model_of(scene, elements, ratio, model, error)
       type(scene_t), intent(in) :: scene
-      !> Mesh: number of elements, and length of an element over that of the next towards the tip
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
+      !> Length of an element over that of the next towards the tip
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made

@@ -74,9 +74,11 @@ contains
    !> Insert a case into the list if it is among the best. Of equal cases the one with the smaller number comes first.
    pure subroutine insert_case(best, case, values, row)
       type(best_t), intent(inout) :: best
-      !> Number of the case, its parameters and its measures
+      !> Number of the case
       integer, intent(in) :: case
+      !> Parameters of the case, [axes]
       real(wp), intent(in) :: values(:)
+      !> Measures of the case, [measure_count]
       real(wp), intent(in) :: row(:)
 
       real(wp) :: cost
@@ -160,8 +162,9 @@ contains
       subroutine add(evaluations, parameters, row)
          !> Number of cases computed before
          integer, intent(in) :: evaluations
-         !> Parameters and measures of the case
+         !> Parameters of the case, [axes]
          real(wp), intent(in) :: parameters(:)
+         !> Measures of the case, [measure_count]
          real(wp), intent(in) :: row(:)
 
          refined%count = refined%count + 1

@@ -38,8 +38,9 @@ module sweep_chunks
       real(wp), allocatable :: values(:, :)
       !> Measures, [measure_count, cases]
       real(wp), allocatable :: rows(:, :)
-      !> Numbers of the cases that failed, and the reasons
+      !> Numbers of the cases that failed
       integer, allocatable :: failed(:)
+      !> Reasons of their failures
       character(max_reason_length), allocatable :: reasons(:)
       !> Further values of each case, [plan%extras, cases]: Poincare sections in the units of the results, the values of
       !> one section after the other, preceded by NaN if there are fewer than requested, then spectra; or what the plan
@@ -196,8 +197,9 @@ contains
    !> Write a chunk.
    subroutine write_chunk(path, plan, text, number, chunk, error)
       character(*), intent(in) :: path
-      !> The plan, and its text
+      !> The plan
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
@@ -271,8 +273,9 @@ contains
    !> Read a chunk.
    subroutine read_chunk(path, plan, text, number, chunk, is_good)
       character(*), intent(in) :: path
-      !> The plan, and its text
+      !> The plan
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number

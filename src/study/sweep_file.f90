@@ -66,8 +66,9 @@ contains
       !> Folder of the chunks
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
-      !> Plan of the sweep, and the text of the plan
+      !> Plan of the sweep
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Summary of the chunks
       type(survey_t), intent(out) :: survey
@@ -118,12 +119,14 @@ contains
 
    !> Assemble the results file, and remove the chunks.
    subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error, errors)
-      !> Folder of the results, and of the chunks
+      !> Folder of the results
       character(*), intent(in) :: folder
+      !> Folder of the chunks
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
-      !> Plan of the sweep, and the text of the plan
+      !> Plan of the sweep
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Summary of the chunks
       type(survey_t), intent(in) :: survey
@@ -285,8 +288,9 @@ contains
    subroutine write_columns(group, plan, values, rows, along)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
-      !> Parameters [axes, cases] and measures [measure_count, cases]
+      !> Parameters of the cases, [axes, cases]
       real(wp), intent(in) :: values(:, :)
+      !> Measures of the cases, [measure_count, cases]
       real(wp), intent(in) :: rows(:, :)
       !> Dimension scale of the cases
       character(*), intent(in) :: along
@@ -308,8 +312,9 @@ contains
       type(quantity_group_t), intent(in) :: group
       !> Folder of the chunks
       character(*), intent(in) :: path
-      !> The plan, and its text
+      !> The plan
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)

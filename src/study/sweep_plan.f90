@@ -28,9 +28,11 @@ module sweep_plan
       type(parameter_t) :: parameter
       !> Values: in a grid those of the axis, otherwise one value for each case
       real(wp), allocatable :: values(:)
-      !> Minimum and maximum value, and whether the values between them are evenly spaced in the logarithm
+      !> Minimum value
       real(wp) :: minimum = 0.0_wp
+      !> Maximum value
       real(wp) :: maximum = 0.0_wp
+      !> Whether the values between them are evenly spaced in the logarithm
       logical :: is_logarithmic = .false.
       !> Distribution of the values, in words; empty: they are evenly spaced
       character(24) :: distribution = ''
@@ -46,8 +48,9 @@ module sweep_plan
       logical :: is_grid = .false.
       !> Parameters that are varied
       type(axis_t), allocatable :: axes(:)
-      !> Number of cases in a chunk, and number of chunks
+      !> Number of cases in a chunk
       integer :: chunk_cases = 0
+      !> Number of chunks
       integer :: chunks = 0
       !> Number of cases in a chain, a sequence of cases of which each starts from the final state of the preceding one;
       !> a chunk has whole chains. 0: the cases are independent

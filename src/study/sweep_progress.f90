@@ -15,16 +15,21 @@ module sweep_progress
       !> Whether progress is printed
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
-      !> Unit for output, and minimum interval between two lines, seconds
+      !> Unit for output
       integer :: unit = error_unit
+      !> Minimum interval between two lines, seconds
       real(wp) :: pause = 0.0_wp
+      !> Label of the lines
       character(:), allocatable :: label
-      !> Number of all cases, and number of cases that previous runs have completed
+      !> Number of all cases
       integer :: cases = 0
+      !> Number of cases that previous runs have completed
       integer :: before = 0
-      !> Clock at the start and at the last line, and clock ticks per second
+      !> Clock at the start, in ticks
       integer(i8) :: start = 0_i8
+      !> Clock at the last line, in ticks
       integer(i8) :: last = 0_i8
+      !> Clock ticks per second
       integer(i8) :: rate = 1_i8
       !> Whether a line has been printed and not been erased
       logical :: has_line = .false.
@@ -38,13 +43,15 @@ contains
       logical, intent(in) :: is_wanted
       !> Name of the sweep
       character(*), intent(in) :: label
-      !> Number of all cases, and number of cases that previous runs have completed
+      !> Number of all cases
       integer, intent(in) :: cases
+      !> Number of cases that previous runs have completed
       integer, intent(in) :: before
       !> Initialised state
       type(progress_t), intent(out) :: progress
-      !> Unit for output, and whether it is a terminal; absent: standard error
+      !> Unit for output; absent: standard error
       integer, intent(in), optional :: unit
+      !> Whether that unit is a terminal
       logical, intent(in), optional :: on_terminal
       !> Minimum interval between two lines, seconds; absent: 1 on a terminal, otherwise 60
       real(wp), intent(in), optional :: pause
@@ -108,9 +115,11 @@ contains
    pure function progress_words(label, cases, done, computed, seconds) result(words)
       !> Name of the sweep
       character(*), intent(in) :: label
-      !> Number of all cases, of cases done, and of cases done in this run
+      !> Number of all cases
       integer, intent(in) :: cases
+      !> Number of cases done
       integer, intent(in) :: done
+      !> Number of cases done in this run
       integer, intent(in) :: computed
       !> Duration of this run in seconds
       real(wp), intent(in) :: seconds

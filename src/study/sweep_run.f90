@@ -35,8 +35,9 @@ module sweep_run
    type :: shared_t
       type(queue_t) :: queue
       type(progress_t) :: progress
-      !> Number of cases found on disk, and of cases run by this process
+      !> Number of cases found on disk
       integer :: before = 0
+      !> Number of cases run by this process
       integer :: done = 0
       !> The first failure, after which all threads stop
       type(failure_t), allocatable :: error
@@ -47,14 +48,16 @@ contains
    !> Run the chunks that are not on disk.
    subroutine run_chunks(scene, plan, text, path, threads, label, is_silent, computed, error)
       type(scene_t), intent(in) :: scene
-      !> Plan of the sweep, and its text
+      !> Plan of the sweep
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Folder of the chunks
       character(*), intent(in) :: path
       integer, intent(in) :: threads
-      !> Label of the progress line, and whether none is printed
+      !> Label of the progress line
       character(*), intent(in) :: label
+      !> Whether no progress is printed
       logical, intent(in) :: is_silent
       !> Number of cases that were not on disk
       integer, intent(out) :: computed
@@ -90,8 +93,9 @@ contains
 
    !> Find the chunks that are missing on disk; only the first process searches.
    subroutine find_missing(plan, text, path, label, missing)
-      !> Plan of the sweep, and its text
+      !> Plan of the sweep
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Folder of the chunks
       character(*), intent(in) :: path
@@ -122,8 +126,9 @@ contains
    !> Work of one thread: run one chunk after the other until all are taken.
    subroutine work_on_chunks(scene, plan, text, path, shared)
       type(scene_t), intent(in) :: scene
-      !> Plan of the sweep, and its text
+      !> Plan of the sweep
       type(plan_t), intent(in) :: plan
+      !> Text of the plan
       character(*), intent(in) :: text
       !> Folder of the chunks
       character(*), intent(in) :: path
@@ -158,12 +163,14 @@ contains
 
    !> Run the cases of one chunk.
    subroutine run_chunk(runner, sets, plan, number, chunk, shared)
-      !> Runner of the thread, and contact sets (the beam with given closed contacts) that its runs share
+      !> Runner of the thread
       type(runner_t), intent(inout) :: runner
+      !> Contact sets (the beam with given closed contacts), which the runs of the thread use in common
       type(set_store_t), target, intent(inout) :: sets
       type(plan_t), intent(in) :: plan
-      !> Number of the chunk, and its results
+      !> Number of the chunk
       integer, intent(in) :: number
+      !> Results of the chunk
       type(chunk_rows_t), intent(out) :: chunk
       !> Data that the threads share
       type(shared_t), intent(inout) :: shared

@@ -14,17 +14,21 @@ module sweep_search
 
    !> State of a search. Coordinates are 0 at the lower and 1 at the upper bound.
    type :: search_state_t
-      !> Best point, [dimensions], and its value
+      !> Best point, [dimensions]
       real(wp), allocatable :: best(:)
+      !> Value at the best point
       real(wp) :: value = huge(1.0_wp)
-      !> Length of the steps, and length below which the search ends
+      !> Length of the steps
       real(wp) :: step = 0.125_wp
+      !> Length below which the search ends
       real(wp) :: precision = 1.0e-4_wp
-      !> Number of points computed, and maximum number
+      !> Number of points computed
       integer :: evaluations = 0
+      !> Maximum number of points
       integer :: max_evaluations = 0
       !> Number of successive polls without success at this length of the step
       integer :: failed_polls = 0
+      !> Whether the search has ended
       logical :: is_over = .false.
       type(random_t) :: random
    end type search_state_t
@@ -43,8 +47,9 @@ contains
       real(wp), intent(in) :: start(:)
       !> Value of the function at the first point
       real(wp), intent(in) :: value
-      !> First length of the steps, and length below which the search ends
+      !> First length of the steps
       real(wp), intent(in) :: step
+      !> Length below which the search ends
       real(wp), intent(in) :: precision
       !> Maximum number of points to compute
       integer, intent(in) :: max_evaluations

@@ -30,12 +30,15 @@ module sweep_study
 
    !> Run of the cases of a plan.
    type :: plan_run_t
-      !> Folder of the chunks, and the text of the plan
+      !> Folder of the chunks
       character(:), allocatable :: path
+      !> Text of the plan
       character(:), allocatable :: text
-      !> Number of threads of each process; number of cases that were computed in this run, and their time in seconds
+      !> Number of threads of each process
       integer :: workers = 1
+      !> Number of cases that were computed in this run
       integer :: computed = 0
+      !> Time of their computation, seconds
       real(wp) :: seconds = 0.0_wp
    end type plan_run_t
 
