@@ -18,15 +18,16 @@ module bracketed_zero
       logical :: is_found = .false.
       !> The zero is found if the magnitude of the value does not exceed this; negative: values do not end the search
       real(wp) :: value_tolerance = 0.0_wp
-      !> The zero is found if the step to the next point does not exceed this fraction of the point, or this number of
-      !> spacings of floating-point numbers at the point
+      !> The zero is found if the step to the next point does not exceed this fraction of the point
       real(wp) :: step_tolerance = 0.0_wp
+      !> The zero is found if that step does not exceed this number of spacings of floating-point numbers at the point
       real(wp) :: step_spacings = 0.0_wp
       !> The zero is found if the length of the bracket does not exceed this fraction of `high`; negative: the length
       !> does not end the search
       real(wp) :: length_tolerance = -1.0_wp
-      !> Maximum number of evaluations, and their number so far
+      !> Maximum number of evaluations
       integer :: max_evaluations = 200
+      !> Number of evaluations so far
       integer :: evaluations = 0
       !> Values at the ends, for the chord. If an end stays twice in succession, its value is halved (Illinois method),
       !> so that the chord approaches the zero from both sides

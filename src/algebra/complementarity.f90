@@ -37,8 +37,9 @@ contains
 
    !> Find the active set and the solution by exchanges of one element of the set after the other.
    pure subroutine find_active_set(matrix, right, is_positive, solution)
-      !> A and q
+      !> A
       real(wp), intent(in) :: matrix(:, :)
+      !> q
       real(wp), intent(in) :: right(:)
       !> On entry the equations, on return the active set
       logical, intent(inout) :: is_positive(:)
@@ -74,11 +75,13 @@ contains
    !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a fraction of its
    !> terms; 0: not negative.
    pure function violations(matrix, right, is_positive, solution) result(violation)
-      !> A and q
+      !> A
       real(wp), intent(in) :: matrix(:, :)
+      !> q
       real(wp), intent(in) :: right(:)
-      !> The active set and its solution
+      !> Whether each unknown is in the active set
       logical, intent(in) :: is_positive(:)
+      !> Solution of the active set
       real(wp), intent(in) :: solution(:)
       real(wp) :: violation(size(right))
 
@@ -102,8 +105,9 @@ contains
    !> Solve A z + q = 0 on the active set, with z = 0 elsewhere, by elimination without pivoting. An equation that
    !> depends linearly on the previous ones is omitted, and its z is zero.
    pure subroutine solve_active(matrix, right, is_positive, solution)
-      !> A and q
+      !> A
       real(wp), intent(in) :: matrix(:, :)
+      !> q
       real(wp), intent(in) :: right(:)
       !> The active set
       logical, intent(in) :: is_positive(:)

@@ -34,8 +34,9 @@ module analyses
       entry_t('frequency_response', reads_run=.false.), &
       entry_t('spectrum')]
 
-   !> Selection of analyses by their input, as in `entry_t%reads_run`: the beam alone, or a run.
+   !> Selection of the analyses whose input is the beam alone, as in `entry_t%reads_run`.
    logical, parameter :: of_beam = .false.
+   !> Selection of the analyses whose input is a run.
    logical, parameter :: of_run = .true.
 
    !> An analysis and the name of its group.

@@ -20,8 +20,10 @@ module orbit_analysis
    private
    public :: orbit_analysis_t
 
-   !> Maximum number of Floquet multipliers on the console, and decimals of multipliers, times and parameters there.
-   integer, parameter :: max_shown = 4, decimals = 8
+   !> Maximum number of Floquet multipliers on the console.
+   integer, parameter :: max_shown = 4
+   !> Decimals of multipliers, times and parameters on the console.
+   integer, parameter :: decimals = 8
 
    !> The analysis &orbit, with its result.
    type, extends(analysis_t) :: orbit_analysis_t

@@ -32,9 +32,10 @@ module spectrum_analysis
       integer :: window = window_hann
       !> Amplitude of a harmonic at each frequency, [frequencies, signals]
       real(wp), allocatable :: amplitude(:, :)
-      !> One-sided power spectral density, and half width of its confidence interval (NaN: fewer than two segments),
-      !> [frequencies, signals]
-      real(wp), allocatable :: density(:, :), half_width(:, :)
+      !> One-sided power spectral density, [frequencies, signals]
+      real(wp), allocatable :: density(:, :)
+      !> Half width of its confidence interval, [frequencies, signals]; NaN: fewer than two segments
+      real(wp), allocatable :: half_width(:, :)
       !> Maximum error of an amplitude by sampling, [signals]
       real(wp), allocatable :: sampling_error(:)
       !> Frequencies of the harmonic loads, over omega1

@@ -20,8 +20,9 @@ module spectrum_lines
    type :: line_t
       !> Index of the frequency with the maximum amplitude
       integer :: place = 0
-      !> Frequency over omega1, and amplitude, of the maximum of the parabola through the logarithms of three amplitudes
+      !> Frequency over omega1 of the maximum of the parabola through the logarithms of three amplitudes
       real(wp) :: frequency = 0.0_wp
+      !> Amplitude at that maximum
       real(wp) :: amplitude = 0.0_wp
       !> The frequency is multiple/divisor times the frequency of this load; load 0: of no load
       integer :: multiple = 0
@@ -51,8 +52,9 @@ contains
    !> Find the lines, in descending order of their amplitudes. The amplitude of a line exceeds all others within the
    !> width of the window.
    pure subroutine find_lines(frequency, amplitude, length, load, lines)
-      !> Frequencies over omega1, ascending at equal distances, and their amplitudes
+      !> Frequencies over omega1, ascending at equal distances
       real(wp), intent(in) :: frequency(:)
+      !> Amplitudes at these frequencies
       real(wp), intent(in) :: amplitude(:)
       !> Length of a segment, tau
       real(wp), intent(in) :: length

@@ -9,8 +9,9 @@ contains
 
    !> Second derivatives of the cubic spline at its points. At each end either its slope or its curvature is zero.
    pure function spline_curvature(x, y, is_flat) result(curvature)
-      !> Coordinates of the points, ascending, two or more
+      !> Coordinates x of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
+      !> Coordinates y of the points
       real(wp), intent(in) :: y(:)
       !> At the first and the last point: true: the slope is zero; false: the curvature is zero
       logical, intent(in) :: is_flat(2)
@@ -58,8 +59,9 @@ contains
    !> would overshoot far beside an interval much shorter than its neighbours, which represents a jump. A limited slope
    !> makes the curvature discontinuous; slopes at evenly spaced points of a smooth curve are not limited.
    pure function spline_slope(x, y, is_flat) result(slope)
-      !> Coordinates of the points, ascending, two or more
+      !> Coordinates x of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
+      !> Coordinates y of the points
       real(wp), intent(in) :: y(:)
       !> At the first and the last point: true: zero slope; false: zero curvature
       logical, intent(in) :: is_flat(2)

@@ -5,8 +5,9 @@ module program_identity
    public :: program_name, program_version, name_of_program
    public :: program_motion, program_paper, program_benchmark, program_any, in_motion_and_benchmark
 
-   !> Attributes `program` and version of the files that the programs write
+   !> Attribute `program` of the files that the programs write.
    character(*), parameter :: program_name = 'impactbeam'
+   !> Version in the files that the programs write.
    character(*), parameter :: program_version = '0.1.0'
 
    !> Programs as bits: motion (runs, frequencies, sweeps, cases), statements of the paper (Irie, Yamada and

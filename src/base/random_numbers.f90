@@ -9,13 +9,15 @@ module random_numbers
    !> State of a generator.
    type :: random_t
       private
-      !> States of the two congruential generators
+      !> State of the first congruential generator
       integer(i8) :: first = 1_i8
+      !> State of the second congruential generator
       integer(i8) :: second = 1_i8
    end type random_t
 
-   !> Moduli of the two generators.
+   !> Modulus of the first generator.
    integer(i8), parameter :: first_modulus = 2147483563_i8
+   !> Modulus of the second generator.
    integer(i8), parameter :: second_modulus = 2147483399_i8
 
 contains

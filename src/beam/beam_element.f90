@@ -120,8 +120,9 @@ contains
    pure function tapered_mass(length, left, right) result(mass)
       !> Length in L
       real(wp), intent(in) :: length
-      !> A/Abar at the left and at the right node
+      !> A/Abar at the left node
       real(wp), intent(in) :: left
+      !> A/Abar at the right node
       real(wp), intent(in) :: right
       real(wp) :: mass(4, 4)
 
@@ -146,8 +147,9 @@ contains
    pure function tapered_stiffness(length, left, right) result(stiffness)
       !> Length in L
       real(wp), intent(in) :: length
-      !> h/hbar at the left and at the right node
+      !> h/hbar at the left node
       real(wp), intent(in) :: left
+      !> h/hbar at the right node
       real(wp), intent(in) :: right
       real(wp) :: stiffness(4, 4)
 

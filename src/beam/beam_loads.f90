@@ -28,8 +28,9 @@ module beam_loads
    type :: piecewise_cubic_t
       !> Positions x/L of the points, ascending, two or more
       real(wp), allocatable :: position(:)
-      !> y and dy/dx at the points
+      !> y at the points
       real(wp), allocatable :: value(:)
+      !> dy/dx at the points
       real(wp), allocatable :: slope(:)
    end type piecewise_cubic_t
 
@@ -37,8 +38,9 @@ module beam_loads
    !> contributions of the loads, with displacements u, velocities v and accelerations a over the degrees of freedom,
    !> the coefficients gamma and alpha of Rayleigh damping gamma K + alpha M, and the acceleration a_b of the base.
    type :: moment_weights_t
-      !> Weights of the stiffness term and of the inertia term, [order of the model]
+      !> Weights of the degrees of freedom in the stiffness term, [degrees of freedom of the model]
       real(wp), allocatable :: stiffness(:)
+      !> Weights in the inertia term, [degrees of freedom of the model]
       real(wp), allocatable :: mass(:)
       !> Moment under a translation of the base with unit acceleration
       real(wp) :: base = 0.0_wp
@@ -245,8 +247,9 @@ contains
    !> Consistent load vector of a unit force per length.
    pure function line_load(model, from, to) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> Ends x/L of the loaded interval, 0 to 1, ascending
+      !> Start x/L of the loaded interval, from 0 to 1
       real(wp), intent(in) :: from
+      !> End x/L of the loaded interval, not below the start
       real(wp), intent(in) :: to
       !> [order of the model]
       real(wp) :: vector(model%mass%order)
@@ -329,8 +332,9 @@ contains
       type(beam_model_t), intent(in) :: model
       !> Position x/L of the moment, 0 to 1
       real(wp), intent(in) :: x
-      !> Ends x/L of the loaded interval, 0 to 1, ascending
+      !> Start x/L of the loaded interval, from 0 to 1
       real(wp), intent(in) :: from
+      !> End x/L of the loaded interval, not below the start
       real(wp), intent(in) :: to
       real(wp) :: moment
 

@@ -24,8 +24,9 @@ module beam_model
 
    !> The support of the beam at x = 0; by default a clamp.
    type :: beam_root_t
-      !> Stiffness of springs against displacement and against rotation, E Ibar = L = 1; 0: the motion is constrained
+      !> Stiffness of a spring against displacement, with E Ibar = L = 1; 0: the displacement is constrained
       real(wp) :: translation_stiffness = 0.0_wp
+      !> Stiffness of a spring against rotation, with E Ibar = L = 1; 0: the rotation is constrained
       real(wp) :: rotation_stiffness = 0.0_wp
       !> Whether the root rotates freely
       logical :: is_pinned = .false.
@@ -45,12 +46,13 @@ module beam_model
       type(mesh_t) :: mesh
       !> Tip mass mu, in rho Abar L
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> K and M, of the same skyline profile. K includes the springs of supports; rigid supports are not constrained
-      !> yet
+      !> K, which includes the springs of supports; rigid supports are not constrained yet
       type(skyline_t) :: stiffness
+      !> M, of the same skyline profile
       type(skyline_t) :: mass
-      !> Degrees of freedom of the displacements at the stop and at the tip
+      !> Degree of freedom of the displacement at the stop
       integer :: stop_dof = 0
+      !> Degree of freedom of the displacement at the tip
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacements at all stops, including the first, in the order of the scene
       integer, allocatable :: stop_dofs(:)

@@ -35,18 +35,25 @@ module beam_section
       real(wp), allocatable :: tip_distance(:)
       !> Heights h/hbar at the stations
       real(wp), allocatable :: height(:)
-      !> Areas A/Abar and second moments of area I/Ibar at the stations
-      real(wp), allocatable :: area(:), inertia(:)
-      !> Shape, and interpolation of its dimensions between stations: `shape_` and `profile_` constants of
-      !> `section_shapes`
+      !> Areas A/Abar at the stations
+      real(wp), allocatable :: area(:)
+      !> Second moments of area I/Ibar at the stations
+      real(wp), allocatable :: inertia(:)
+      !> Shape: one of the `shape_` constants of `section_shapes`
       integer :: shape = 0
+      !> Interpolation of the dimensions between stations: one of the `profile_` constants
       integer :: profile = profile_linear
-      !> First and second dimension of the shape, as `section_shapes` defines them, in any unit, [stations]
-      real(wp), allocatable :: first(:), second(:)
-      !> Second derivatives of the dimensions of a cubic spline, [stations]
-      real(wp), allocatable :: first_curvature(:), second_curvature(:)
-      !> Area and second moment of area of the mean dimensions, in the same unit
+      !> First dimension of the shape, as `section_shapes` defines it, in any unit, [stations]
+      real(wp), allocatable :: first(:)
+      !> Second dimension of the shape, likewise
+      real(wp), allocatable :: second(:)
+      !> Second derivatives of the first dimension of a cubic spline, [stations]
+      real(wp), allocatable :: first_curvature(:)
+      !> Second derivatives of the second dimension, likewise
+      real(wp), allocatable :: second_curvature(:)
+      !> Area of the mean dimensions, in the unit of the dimensions
       real(wp) :: mean_area = 1.0_wp
+      !> Second moment of area of the mean dimensions, in that unit
       real(wp) :: mean_inertia = 1.0_wp
       !> Distance of the outer fibre from the neutral axis over hbar, 1/2 for a rectangle; 0: unknown
       real(wp) :: fibre = 0.5_wp
@@ -65,8 +72,9 @@ contains
 
    !> A section of constant width whose height varies linearly from root to tip.
    pure function tapered_section(height_root, height_tip) result(section)
-      !> Heights at clamp and tip, any unit, root > 0, tip >= 0
+      !> Height at the clamp, any unit, > 0
       real(wp), intent(in) :: height_root
+      !> Height at the tip, in the same unit, >= 0
       real(wp), intent(in) :: height_tip
       type(section_t) :: section
 
@@ -97,8 +105,9 @@ contains
    pure function section_table_section(station, areas, inertias) result(section)
       !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
-      !> Areas and second moments of area at the stations, any units, [size(station)]
+      !> Areas at the stations, any unit, [size(station)]
       real(wp), intent(in) :: areas(:)
+      !> Second moments of area at the stations, any unit, [size(station)]
       real(wp), intent(in) :: inertias(:)
       type(section_t) :: section
 

@@ -17,10 +17,11 @@ module cost_growth
 
    !> Interval of the samples in timed runs, tau.
    real(wp), parameter :: sample_step = 0.01_wp
-   !> Maximum numbers of elements for which Newmark's method and the computation of all modes are timed, and for which
-   !> the exact motion in all modes is timed, because the time of the dense eigenvalue solver grows with the third power
-   !> of the number of elements.
-   integer, parameter :: max_elements_modes = 256, max_elements_motion = 128
+   !> Maximum number of elements for which Newmark's method and the computation of all modes are timed, because the time
+   !> of the dense eigenvalue solver grows with the third power of the number of elements.
+   integer, parameter :: max_elements_modes = 256
+   !> Maximum number of elements for which the exact motion in all modes is timed, for the same reason.
+   integer, parameter :: max_elements_motion = 128
 
 contains
 
@@ -227,8 +228,9 @@ contains
 
    !> Median time of a task, s.
    subroutine seconds_of(requested, task, action, median, error)
-      !> Number of repetitions and minimum time of a timing
+      !> Number of repetitions, and minimum time of a timing
       type(precision_settings_t), intent(in) :: requested
+      !> Task to be timed
       type(task_t), intent(inout) :: task
       !> Kind of the task, one of the `task_` constants
       integer, intent(in) :: action
@@ -246,12 +248,15 @@ contains
    !> Add a curve with its fitted exponent.
    pure subroutine add_curve(curves, name, abscissa_name, unit, abscissa, ordinate)
       type(curve_t), allocatable, intent(inout) :: curves(:)
-      !> Name of the quantity that grows, name of the quantity on which it depends, and unit of the former
+      !> Name of the quantity that grows
       character(*), intent(in) :: name
+      !> Name of the quantity on which it depends
       character(*), intent(in) :: abscissa_name
+      !> Unit of the quantity that grows
       character(*), intent(in) :: unit
-      !> Points of the curve, [points]
+      !> Abscissas of the points of the curve, > 0, [points]
       real(wp), intent(in) :: abscissa(:)
+      !> Ordinates of the points, > 0, [points]
       real(wp), intent(in) :: ordinate(:)
 
       type(curve_t), allocatable :: extended(:)
@@ -275,8 +280,9 @@ contains
    !> Exponent of a power law: least-squares slope of the logarithms of the second half of the points, but of at least
    !> three points if there are three; 0: fewer than two points are positive.
    pure function fitted_exponent(abscissa, ordinate) result(exponent)
-      !> Points of the curve, > 0, [points]
+      !> Abscissas of the points of the curve, > 0, [points]
       real(wp), intent(in) :: abscissa(:)
+      !> Ordinates of the points, > 0, [points]
       real(wp), intent(in) :: ordinate(:)
       real(wp) :: exponent
 

@@ -17,8 +17,9 @@ module motion_errors
 
    !> Quantities by which a run is compared, up to the end of comparison (the horizon).
    type :: run_results_t
-      !> Instant tau and velocity d eta/d tau of the first impact
+      !> Instant of the first impact, tau
       real(wp) :: impact_tau = 0.0_wp
+      !> Velocity d eta/d tau of the first impact
       real(wp) :: impact_velocity = 0.0_wp
       !> Energy of beam and stops at the horizon, in `energy_unit`
       real(wp) :: energy = 0.0_wp
@@ -31,10 +32,11 @@ module motion_errors
    !> Quantities from which the impulse of the contact force follows, for a beam without loads that is released from its
    !> only stop; unallocated components: the scene is of another kind, and impulses are not compared.
    type :: impulse_balance_t
-      !> M s and C s, where s is the static displacement under a unit force at the stop, [degrees of freedom], and the
-      !> displacement s at the stop
+      !> M s, where s is the static displacement under a unit force at the stop, [degrees of freedom]
       real(wp), allocatable :: mass(:)
+      !> C s, [degrees of freedom]
       real(wp), allocatable :: damping(:)
+      !> Displacement s at the stop
       real(wp) :: flexibility = 0.0_wp
       !> Preload delta
       real(wp) :: preload = 0.0_wp
@@ -42,8 +44,9 @@ module motion_errors
 
    !> Differences between two runs.
    type :: motion_errors_t
-      !> Difference of the instant of the first impact, tau, and relative difference of its velocity
+      !> Difference of the instant of the first impact, tau
       real(wp) :: impact_tau = 0.0_wp
+      !> Relative difference of the velocity of the first impact
       real(wp) :: impact_velocity = 0.0_wp
       !> Maximum difference of eta of stop and tip
       real(wp) :: history = 0.0_wp
@@ -99,8 +102,10 @@ contains
       !> Use every n-th sample, of which the horizon must be one; default 1
       integer, intent(in), optional :: every
 
-      ! index of the last sample up to the horizon, and stride of the samples
-      integer :: last, stride
+      ! index of the last sample up to the horizon
+      integer :: last
+      ! stride of the samples
+      integer :: stride
       integer :: i
 
       stride = 1
@@ -145,8 +150,9 @@ contains
       !> Run with the shapes at the start and at the last sample
       type(response_t), intent(in) :: response
       type(impulse_balance_t), intent(in) :: balance
-      !> Index of the last sample, and stride of the samples that are used
+      !> Index of the last sample
       integer, intent(in) :: last
+      !> Stride of the samples that are used
       integer, intent(in) :: stride
       real(wp) :: impulse
 
@@ -225,16 +231,19 @@ contains
    !> Richardson extrapolation of two runs, the second with half the step or with elements of half the length. Errors
    !> are assumed to be proportional to a power (the order) of the step or the length.
    pure subroutine extrapolate(coarse, fine, limit, order)
-      !> Compared quantities of the runs; the second has the samples of the first, or twice as many
+      !> Compared quantities of the first run
       type(run_results_t), intent(in) :: coarse
+      !> Compared quantities of the second run, which has the samples of the first, or twice as many
       type(run_results_t), intent(in) :: fine
       !> Extrapolated quantities, at the samples of the first run
       type(run_results_t), intent(out) :: limit
       !> Order of the errors; default 2
       integer, intent(in), optional :: order
 
-      ! stride by which the samples of the second run are those of the first, and number of these samples
-      integer :: every, samples
+      ! stride by which the samples of the second run are those of the first
+      integer :: every
+      ! number of these samples
+      integer :: samples
       ! extrapolation weight of the difference of both runs, 1/(2^order - 1)
       real(wp) :: weight
 

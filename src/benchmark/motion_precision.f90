@@ -43,8 +43,10 @@ contains
       !> Set if the reference fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! references of the runs on the mesh of the scene, and of the runs on other meshes
-      type(task_t) :: reference, finest
+      ! reference of the runs on the mesh of the scene
+      type(task_t) :: reference
+      ! reference of the runs on other meshes
+      type(task_t) :: finest
       type(run_settings_t) :: settings
       integer :: i
 
@@ -161,8 +163,9 @@ contains
    !> Compute the run with the strictest settings on a mesh.
    subroutine make_reference(scene, elements, mass, task, error, horizon)
       type(scene_t), intent(in) :: scene
-      !> Number of elements, and one of the `mass_` constants
+      !> Number of elements
       integer, intent(in) :: elements
+      !> Mass matrix: one of the `mass_` constants
       integer, intent(in) :: mass
       !> Task with the response of the run
       type(task_t), intent(out) :: task
@@ -277,8 +280,9 @@ contains
 
       !> Compute the compared quantities of the run with the strictest settings on a mesh.
       subroutine compute(elements, mass, results, failure)
-         !> Number of elements, and one of the `mass_` constants
+         !> Number of elements
          integer, intent(in) :: elements
+         !> Mass matrix: one of the `mass_` constants
          integer, intent(in) :: mass
          type(run_results_t), intent(out) :: results
          !> Set if the run fails
@@ -321,8 +325,9 @@ contains
 
    !> Strides by which two runs are sampled at the same instants; 0: there are no such strides.
    pure function common_strides(step, other) result(every)
-      !> Intervals of the samples of the two runs
+      !> Interval of the samples of the one run, tau
       real(wp), intent(in) :: step
+      !> Interval of the samples of the other run, tau
       real(wp), intent(in) :: other
       integer :: every(2)
 

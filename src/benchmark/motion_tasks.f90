@@ -40,14 +40,17 @@ module motion_tasks
       type(output_settings_t) :: output
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
-      !> Mesh to assemble: number of elements, and ratio of the lengths of neighbouring elements
+      !> Number of elements of the mesh to assemble
       integer :: elements = 0
+      !> Ratio of the lengths of neighbouring elements
       real(wp) :: ratio = 1.0_wp
-      !> Number of modes to compute, and frequency solver, one of the `solver_` constants
+      !> Number of modes to compute
       integer :: mode_count = 0
+      !> Frequency solver: one of the `solver_` constants
       integer :: solver = 0
-      !> Results: response of a run, and lambda of the modes
+      !> Result: response of a run
       type(response_t) :: response
+      !> Result: lambda of the modes
       real(wp), allocatable :: lambda(:)
    contains
       procedure :: run

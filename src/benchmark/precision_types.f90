@@ -23,21 +23,23 @@ module precision_types
 
    !> Run time and error of motion for one method with one set of settings.
    type :: motion_entry_t
-      !> Method of integration, one of the `integrator_` constants, and setting that is varied, one of the `varied_`
-      !> constants
+      !> Method of integration: one of the `integrator_` constants
       integer :: integrator = 0
+      !> Setting that is varied: one of the `varied_` constants
       integer :: varied = 0
-      !> Newmark's step or the interval of the compared samples of exact motion, tau; tolerances of exact motion; number
-      !> of elements
+      !> Newmark's step, or the interval of the compared samples of exact motion, tau
       real(wp) :: step = 0.0_wp
+      !> Hop tolerance of exact motion, in eta
       real(wp) :: hop_tolerance = 0.0_wp
+      !> Tolerance by which the number of modes of exact motion is chosen
       real(wp) :: mode_tolerance = 0.0_wp
+      !> Number of elements
       integer :: elements = 0
       !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
-      !> Time of a run of the assembled beam that records only events, and this time without the computation of modes,
-      !> which several runs of one beam can share
+      !> Time of a run of the assembled beam that records only events, s
       type(timing_t) :: run_time
+      !> This time without the computation of modes, which several runs of one beam can use in common, s
       type(timing_t) :: motion_time
       !> Errors against the reference
       type(motion_errors_t) :: errors
@@ -58,9 +60,11 @@ module precision_types
 
    !> Growth of a quantity.
    type :: curve_t
-      !> Name of the quantity that grows, name of the quantity on which it depends, and unit of the former
+      !> Name of the quantity that grows
       character(name_length) :: name = ''
+      !> Name of the quantity on which it depends
       character(name_length) :: abscissa_name = ''
+      !> Unit of the quantity that grows
       character(name_length) :: unit = ''
       real(wp), allocatable :: abscissa(:)
       real(wp), allocatable :: ordinate(:)
@@ -70,14 +74,16 @@ module precision_types
 
    !> Run time and error of one frequency solver on one mesh.
    type :: solver_entry_t
-      !> Name of the solver, number of elements of the mesh
+      !> Name of the solver
       character(name_length) :: solver = ''
+      !> Number of elements of the mesh
       integer :: elements = 0
       !> Ratio of the lengths of neighbouring elements
       real(wp) :: ratio = 1.0_wp
       type(timing_t) :: timing
-      !> |lambda/exact - 1| of the first mode, and its maximum over all requested modes; negative: not known
+      !> |lambda/exact - 1| of the first mode; negative: not known
       real(wp) :: first_error = -1.0_wp
+      !> Maximum of this error over all requested modes; negative: not known
       real(wp) :: largest_error = -1.0_wp
    end type solver_entry_t
 
@@ -85,8 +91,9 @@ module precision_types
    type :: check_t
       !> The two steps, tau
       real(wp) :: steps(2) = 0.0_wp
-      !> Differences of the run with the longer step from the extrapolation, and of the extrapolation from the reference
+      !> Difference of the run with the longer step from the extrapolation
       type(motion_errors_t) :: longer_step_difference
+      !> Difference of the extrapolation from the reference
       type(motion_errors_t) :: difference
       !> Reason of a failure; empty: the check succeeded
       character(failure_length) :: failure = ''
@@ -96,12 +103,13 @@ module precision_types
    type :: saving_t
       !> Name of the computation that is skipped
       character(name_length) :: name = ''
-      !> Time of the same task without the skip and with the skip
+      !> Time of the task without the skip, s
       type(timing_t) :: without
+      !> Time of the task with the skip, s
       type(timing_t) :: with
-      !> Maximum difference of the results with and without the skip (negative: no results are compared), and the
-      !> quantity that is compared
+      !> Maximum difference of the results with and without the skip; negative: no results are compared
       real(wp) :: difference = -1.0_wp
+      !> Quantity that is compared
       character(name_length) :: compared = ''
    end type saving_t
 
@@ -111,9 +119,9 @@ module precision_types
       integer :: elements = 0
       !> Mass matrix, one of the `mass_` constants
       integer :: mass = mass_consistent
-      !> Differences from the run on half as many elements, and from the run with the other mass matrix, which is
-      !> extrapolated if its error is of first order
+      !> Difference from the run on half as many elements
       type(motion_errors_t) :: half_mesh_difference
+      !> Difference from the run with the other mass matrix, which is extrapolated if its error is of first order
       type(motion_errors_t) :: other_mass_difference
       !> Reason why the run with the other mass matrix failed; empty: the run succeeded
       character(failure_length) :: other_mass_failure = ''
@@ -123,8 +131,9 @@ module precision_types
 
    !> All results of a study. Lists that the scene does not request are unallocated.
    type :: precision_t
-      !> Runs, and the check of the reference with which they are compared
+      !> Runs
       type(motion_entry_t), allocatable :: runs(:)
+      !> Check of the reference with which the runs are compared
       type(check_t) :: check
       !> Run that represents the beam; unallocated: not requested
       type(beam_run_t), allocatable :: beam

@@ -85,8 +85,9 @@ contains
    !> dominate; 0: the error decreases up to the finest mesh.
    pure function rounding_start(entries, solver, ratio) result(elements)
       type(solver_entry_t), intent(in) :: entries(:)
-      !> Name of the solver, and ratio of the lengths of neighbouring elements
+      !> Name of the solver
       character(*), intent(in) :: solver
+      !> Ratio of the lengths of neighbouring elements
       real(wp), intent(in) :: ratio
       integer :: elements
 

@@ -27,12 +27,15 @@ module timed_tasks
 
    !> Run time of one execution of a task, s.
    type :: timing_t
-      !> Median and quartiles of the timings
+      !> Median of the timings, s
       real(wp) :: median = 0.0_wp
+      !> Lower quartile of the timings, s
       real(wp) :: lower_quartile = 0.0_wp
+      !> Upper quartile of the timings, s
       real(wp) :: upper_quartile = 0.0_wp
-      !> Number of timings, and number of executions in each timing
+      !> Number of timings
       integer :: timings = 0
+      !> Number of executions in each timing
       integer :: runs_each = 0
    end type timing_t
 

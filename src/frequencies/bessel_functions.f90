@@ -141,6 +141,7 @@ contains
    pure function bessel_k_recurrence(n, x, zeroth, first) result(value)
       !> Order, >= 1
       integer, intent(in) :: n
+      !> Argument
       real(wp), intent(in) :: x
       !> K_0(x) and K_1(x)
       real(wp), intent(in) :: zeroth

@@ -19,8 +19,9 @@ module exact_frequencies
 
    !> Minimum taper; with a smaller taper the beam is uniform in double precision.
    real(wp), parameter :: min_taper = 1.0e-17_wp
-   !> Values of lambda and of the argument of I and K below which these functions are computed in quadruple precision.
+   !> Value of lambda below which I and K are computed in quadruple precision.
    real(qp), parameter :: small_lambda = 1.5_qp
+   !> Value of the argument of I and K below which they are computed in quadruple precision.
    real(qp), parameter :: small_argument = 2.0_qp
    !> Number of search steps per asymptotic distance of neighbouring roots.
    integer, parameter :: steps_per_root = 6

@@ -26,13 +26,14 @@ module frequency_types
       real(wp), allocatable :: exact(:)
       !> Positions x/L of the nodes in the mesh of the first column, [0:n]; unallocated: shapes are not requested
       real(wp), allocatable :: node(:)
-      !> Displacements and slopes of the mode shapes at the nodes, unit modal mass, positive displacement of the tip,
-      !> [0:n, modes]; unallocated: not requested
+      !> Displacements of the mode shapes at the nodes, with unit modal mass and positive displacement of the tip, [0:n,
+      !> modes]; unallocated: not requested
       real(wp), allocatable :: shape(:, :)
+      !> Slopes of the mode shapes at the nodes, [0:n, modes]
       real(wp), allocatable :: shape_slope(:, :)
-      !> Orthogonality errors of the mode shapes: maximum |phi_i^T M phi_j - delta_ij|, and the same for K relative to
-      !> lambda_i^2 lambda_j^2, which cannot be below the cancellation within the assembled K
+      !> Orthogonality error of the mode shapes by mass, maximum |phi_i^T M phi_j - delta_ij|
       real(wp) :: mass_orthogonality = 0.0_wp
+      !> The same for K, relative to lambda_i^2 lambda_j^2; it cannot be below the cancellation within the assembled K
       real(wp) :: stiffness_orthogonality = 0.0_wp
    end type frequency_table_t
 

@@ -44,8 +44,10 @@ module natural_coordinates
       integer :: rows = 0
       !> Lengths of the elements, [n]
       real(wp), allocatable :: length(:)
-      !> Positions x of the nodes and their distances to the tip, [0:n]
-      real(wp), allocatable :: position(:), tip_distance(:)
+      !> Positions x of the nodes, [0:n]
+      real(wp), allocatable :: position(:)
+      !> Distances of the nodes to the tip, [0:n]
+      real(wp), allocatable :: tip_distance(:)
       !> Entries 11, 12, 22 of L^-T of each element, which converts coordinates to curvatures, [3, n]
       real(wp), allocatable :: inverse(:, :)
       !> Last row of B of each element, [0:n]; element i has rows last_row(i - 1) + 1 ... last_row(i)
@@ -201,7 +203,9 @@ contains
    pure subroutine store_node(dofs, displacement, rotation, nodal)
       !> Degrees of freedom of displacement and rotation; 0: constrained
       integer, intent(in) :: dofs(2)
+      !> Displacement of the node
       real(wp), intent(in) :: displacement
+      !> Rotation of the node
       real(wp), intent(in) :: rotation
       real(wp), intent(inout) :: nodal(:)
 

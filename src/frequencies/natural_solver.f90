@@ -40,8 +40,10 @@ contains
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), unit(:), vectors(:, :)
-      ! number of modes with strain energy, and of rigid-body modes
-      integer :: bending, rigid
+      ! number of modes with strain energy
+      integer :: bending
+      ! number of rigid-body modes
+      integer :: rigid
 
       call make_natural_beam(model, natural)
       call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)

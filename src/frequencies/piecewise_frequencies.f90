@@ -100,8 +100,9 @@ contains
    !> Whether the sections at two points differ.
    pure function section_differs(model, one, other) result(answer)
       type(beam_model_t), intent(in) :: model
-      !> Distances of the points to the tip
+      !> Distance of one point to the tip
       real(wp), intent(in) :: one
+      !> Distance of the other point to the tip
       real(wp), intent(in) :: other
       logical :: answer
 
@@ -189,8 +190,9 @@ contains
    !> Replace the rows and columns of constrained motions by those of the unit matrix.
    pure subroutine eliminate_constrained(is_constrained, diagonal, coupling)
       logical, intent(in) :: is_constrained(2)
-      !> Diagonal block of the joint, and coupling block with the next joint
+      !> Diagonal block of the joint
       real(qp), intent(inout) :: diagonal(2, 2)
+      !> Coupling block with the next joint
       real(qp), intent(inout) :: coupling(2, 2)
 
       integer :: i
@@ -210,8 +212,9 @@ contains
       real(qp), intent(in) :: lambda
       !> Diagonal block at the end towards the root, to which the stiffness is added
       real(qp), intent(inout) :: near(2, 2)
-      !> Coupling block between both ends, and diagonal block at the end towards the tip
+      !> Coupling block between both ends
       real(qp), intent(out) :: coupling(2, 2)
+      !> Diagonal block at the end towards the tip
       real(qp), intent(out) :: far(2, 2)
       !> Number of roots below lambda of the segment with both ends clamped
       integer, intent(out) :: clamped_roots

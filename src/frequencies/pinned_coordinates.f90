@@ -16,18 +16,20 @@ module pinned_coordinates
    private
    public :: pinned_flexibility, remove_rotation, rigid_rotation
 
-   !> Forms of the deflection of a bend, by the part of the beam that is at rest: the part before the element, the outer
-   !> part beyond the element (without rotation), or the tip (without displacement)
+   !> Form of the deflection of a bend with the part before the element at rest.
    integer, parameter :: root_at_rest = 1
+   !> Form with the outer part beyond the element at rest (without rotation).
    integer, parameter :: end_at_rest = 2
+   !> Form with the tip at rest (without displacement).
    integer, parameter :: tip_at_rest = 3
 
    !> A bend within an element, plus a rigid-body rotation of the beam.
    type :: bend_t
       !> Number of the element that bends; 0: the beam does not bend
       integer :: element = 0
-      !> Curvature at the left and at the right node of the element, times the length of the element
+      !> Curvature at the left node of the element, times the length of the element
       real(wp) :: left = 0.0_wp
+      !> Curvature at the right node, likewise
       real(wp) :: right = 0.0_wp
       !> Form of the deflection, one of the `_at_rest` constants
       integer :: at_rest = root_at_rest
@@ -140,8 +142,9 @@ contains
    !> Displacement of a point beyond the bent element.
    pure function outer_displacement(bend, x, tip_distance) result(displacement)
       type(bend_t), intent(in) :: bend
-      !> Distances of the point to the root and to the tip
+      !> Distance of the point to the root
       real(wp), intent(in) :: x
+      !> Distance of the point to the tip
       real(wp), intent(in) :: tip_distance
       real(wp) :: displacement
 

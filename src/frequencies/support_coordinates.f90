@@ -41,12 +41,14 @@ module support_coordinates
       integer :: order = 0
       !> Dimension of the space that the excluded directions leave
       integer :: free = 0
-      !> Number of rows of B, and of degrees of freedom
+      !> Number of rows of B
       integer :: rows = 0
+      !> Number of degrees of freedom
       integer :: dofs = 0
       type(natural_beam_t) :: natural
-      !> sqrt(k) of the springs along the beam and their degrees of freedom, [springs]
+      !> sqrt(k) of the springs along the beam, [springs]
       real(wp), allocatable :: sqrt_stiffness(:)
+      !> Degrees of freedom of these springs, [springs]
       integer, allocatable :: sprung_dofs(:)
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
@@ -120,8 +122,10 @@ contains
       !> Support that determines the amount; 0: there is none
       integer, intent(out) :: support
 
-      ! flexibility of a support against the rotation, of order 1 for a rigid support at the tip, and its minimum
-      real(wp) :: flexibility, min_flexibility
+      ! flexibility of a support against the rotation, of order 1 for a rigid support at the tip
+      real(wp) :: flexibility
+      ! minimum of this flexibility
+      real(wp) :: min_flexibility
       real(wp) :: direction(beam%rows), motion(beam%dofs), weight(beam%order)
       integer :: i
 

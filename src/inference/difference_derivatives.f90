@@ -13,9 +13,9 @@ module difference_derivatives
    integer, parameter :: derivative_unknown = 1
    !> The derivatives from above and from below agree.
    integer, parameter :: derivative_exists = 2
-   !> The function is known on one side only: the parameter is at its minimum or maximum, or a measure has no value on
-   !> the other side.
+   !> The function is known above the point only: the parameter is at its minimum, or a measure has no value below.
    integer, parameter :: derivative_from_above = 3
+   !> The function is known below the point only: the parameter is at its maximum, or a measure has no value above.
    integer, parameter :: derivative_from_below = 4
    !> The one-sided derivatives differ or do not converge: a kink, a jump or a square root.
    integer, parameter :: derivative_differs = 5
@@ -27,22 +27,25 @@ module difference_derivatives
    type :: derivative_t
       !> One of the `derivative_` constants
       integer :: state = derivative_unknown
-      !> The derivative (if one side alone is known, the one-sided derivative), and its estimated error
+      !> The derivative; if one side alone is known, the one-sided derivative
       real(wp) :: value = 0.0_wp
+      !> Estimated error of the derivative
       real(wp) :: error = 0.0_wp
       !> The derivatives from above and from below
       real(wp) :: above = 0.0_wp
       real(wp) :: above_error = 0.0_wp
       real(wp) :: below = 0.0_wp
       real(wp) :: below_error = 0.0_wp
-      !> Whether the errors from above and from below are relatively small or negligible
+      !> Whether the error from above is relatively small or negligible
       logical :: above_converges = .false.
+      !> Whether the error from below is relatively small or negligible
       logical :: below_converges = .false.
    end type derivative_t
 
-   !> One-sided derivatives agree if they differ by at most this multiple of their errors plus this fraction of their
+   !> One-sided derivatives agree if they differ by at most this multiple of their errors plus a fraction of their
    !> magnitude.
    real(wp), parameter :: error_multiple = 10.0_wp
+   !> This fraction.
    real(wp), parameter :: relative_tolerance = 1.0e-4_wp
    !> Maximum relative error of a derivative that exists; for example, estimates at a square root grow without limit.
    real(wp), parameter :: max_relative_error = 0.05_wp
@@ -57,8 +60,9 @@ contains
       real(wp), intent(in) :: step
       !> f at the point
       real(wp), intent(in) :: value
-      !> f at the point plus and minus each step, [steps]; NaN: unknown
+      !> f at the point plus each step, [steps]; NaN: unknown
       real(wp), intent(in) :: above(:)
+      !> f at the point minus each step, [steps]; NaN: unknown
       real(wp), intent(in) :: below(:)
       type(derivative_t) :: derivative
 
@@ -151,8 +155,9 @@ contains
       integer, intent(in) :: power
       !> Minimum error of the values
       real(wp), intent(in) :: rounding
-      !> Limit, NaN if no two neighbouring estimates are known; and its error
+      !> Limit; NaN if no two neighbouring estimates are known
       real(wp), intent(out) :: limit
+      !> Error of the limit
       real(wp), intent(out) :: error
 
       ! the changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values

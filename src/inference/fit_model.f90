@@ -31,10 +31,11 @@ module fit_model
       type(runner_t), pointer :: runner => null()
       type(set_store_t), pointer :: sets => null()
       type(fit_settings_t) :: fit
-      !> Minimum and maximum of each fitted parameter (those of the sweep first), and whether its logarithm is varied,
-      !> [fitted parameters]
+      !> Minimum of each fitted parameter (those of the sweep first), [fitted parameters]
       real(wp), allocatable :: minimum(:)
+      !> Maximum of each fitted parameter, [fitted parameters]
       real(wp), allocatable :: maximum(:)
+      !> Whether the logarithm of the parameter is varied, [fitted parameters]
       logical, allocatable :: is_logarithmic(:)
       !> Whether residuals are integrated over time, because those of a signal with jumps do not depend smoothly on
       !> parameters

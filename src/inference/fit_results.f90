@@ -26,26 +26,30 @@ module fit_results
       character(max_name_length), allocatable :: names(:)
       !> Units of the fitted parameters; '1': dimensionless
       character(max_name_length), allocatable :: units(:)
-      !> Estimates, and the range of each parameter, [parameters]
+      !> Estimates of the parameters, [parameters]
       real(wp), allocatable :: values(:)
+      !> Minimum of each parameter, [parameters]
       real(wp), allocatable :: minimum(:)
+      !> Maximum of each parameter, [parameters]
       real(wp), allocatable :: maximum(:)
       type(certainty_t) :: certainty
       !> Signal of the model with the fitted parameters, in the units of the results, [samples]
       real(wp), allocatable :: model(:)
       !> Probability that white noise has autocorrelations as large as the residuals
       real(wp) :: whiteness = 0.0_wp
-      !> Exponential growth rate of changes of the signal due to small changes of the parameters, per unit of time; and
-      !> the time at which a change of the size of the noise has grown to the size of the signal, huge: it does not
+      !> Exponential growth rate of changes of the signal due to small changes of the parameters, per unit of time
       real(wp) :: growth_rate = 0.0_wp
+      !> Time at which a change of the size of the noise has grown to the size of the signal; `huge`: it does not grow
       real(wp) :: horizon = huge(1.0_wp)
       !> Whether the residuals are rounding errors
       logical :: is_exact = .false.
-      !> Parameters at the start and at the end of each fit [parameters, starts], sum of squares and number of runs
-      !> [starts]; NaN if the start failed
+      !> Parameters at the start of each fit, [parameters, starts]
       real(wp), allocatable :: started(:, :)
+      !> Parameters at the end of each fit, [parameters, starts]; NaN: the start failed
       real(wp), allocatable :: ended(:, :)
+      !> Sum of squares at the end of each fit, [starts]; NaN: the start failed
       real(wp), allocatable :: sums(:)
+      !> Number of runs of each fit, [starts]
       real(wp), allocatable :: runs(:)
       !> Number of starts whose fits ended at the estimates
       integer :: agreeing = 0

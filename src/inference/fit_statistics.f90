@@ -17,16 +17,19 @@ module fit_statistics
       logical, allocatable :: is_determined(:)
       !> Whether the signal depends on the parameter
       logical, allocatable :: has_influence(:)
-      !> Standard errors, and half widths of the 95 % intervals; NaN if the signal does not determine the parameter
+      !> Standard errors of the parameters, [parameters]; NaN: the signal does not determine the parameter
       real(wp), allocatable :: error(:)
+      !> Half widths of their 95 % intervals, [parameters]
       real(wp), allocatable :: half_width(:)
-      !> Covariance and correlation of the parameters; NaN for a parameter on which the signal does not depend
+      !> Covariance of the parameters, [parameters, parameters]; NaN for a parameter on which the signal does not depend
       real(wp), allocatable :: covariance(:, :)
+      !> Correlation of the parameters, likewise
       real(wp), allocatable :: correlation(:, :)
       !> Condition number of the Jacobian with columns scaled to length 1
       real(wp) :: condition = 1.0_wp
-      !> Standard deviation of the noise, and the degrees of freedom of the residuals
+      !> Standard deviation of the noise
       real(wp) :: noise = 0.0_wp
+      !> Degrees of freedom of the residuals
       integer :: freedom = 0
    end type certainty_t
 

@@ -61,8 +61,9 @@ contains
       !> In: start; out: minimum
       real(wp), contiguous, intent(inout) :: x(:)
       real(wp), intent(out) :: sum_of_squares
-      !> Number of evaluations used, and maximum number
+      !> Number of evaluations used
       integer, intent(out) :: evaluations
+      !> Maximum number of evaluations
       integer, intent(in) :: max_evaluations
 
       real(c_double), parameter :: first_step = 1.0_c_double

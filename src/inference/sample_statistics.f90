@@ -16,12 +16,15 @@ module sample_statistics
       real(wp) :: mean_error = 0.0_wp
       real(wp) :: deviation = 0.0_wp
       real(wp) :: deviation_error = 0.0_wp
-      !> Quantile of each probability, and its error, [probabilities]
+      !> Quantile of each probability, [probabilities]
       real(wp), allocatable :: quantile(:)
+      !> Error of each quantile, [probabilities]
       real(wp), allocatable :: quantile_error(:)
-      !> Histogram: minimum of the values, upper ends of classes of equal width, and number of values in each class
+      !> Minimum of the values, the lower end of the first class of the histogram
       real(wp) :: minimum = 0.0_wp
+      !> Upper ends of the classes, which have equal widths
       real(wp), allocatable :: class(:)
+      !> Number of values in each class
       integer, allocatable :: in_class(:)
    end type sample_t
 

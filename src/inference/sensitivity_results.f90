@@ -21,9 +21,9 @@ module sensitivity_results
 
    !> A derivative for each pair of a measure and a parameter.
    type :: sensitivity_t
-      !> Indices of the measures in `measure_table`, and their values with the parameters of the scene, in the units of
-      !> the results
+      !> Indices of the measures in `measure_table`
       integer, allocatable :: measures(:)
+      !> Values of the measures with the parameters of the scene, in the units of the results
       real(wp), allocatable :: measured(:)
       !> Derivatives, [parameters, measures]
       type(derivative_t), allocatable :: derivative(:, :)

@@ -15,9 +15,11 @@ module uncertain_values
 
    !> Estimates of a fit, and their covariance.
    type :: estimate_t
-      !> Names of the fitted parameters, their estimates and covariance, [parameters]
+      !> Names of the fitted parameters, [parameters]
       character(max_name_length), allocatable :: names(:)
+      !> Estimates of the parameters, [parameters]
       real(wp), allocatable :: values(:)
+      !> Covariance of the estimates, [parameters, parameters]
       real(wp), allocatable :: covariance(:, :)
    end type estimate_t
 

@@ -18,8 +18,9 @@ contains
    !> Read a file with one time and one value in each line; # and ! begin comments, and empty lines are ignored.
    subroutine read_load_table(file, time, value, problem)
       character(*), intent(in) :: file
-      !> Times and values in the order of the file, equally many
+      !> Times in the order of the file
       real(wp), allocatable, intent(out) :: time(:)
+      !> Values, as many
       real(wp), allocatable, intent(out) :: value(:)
       !> Error message with file and line; unallocated: no error
       character(:), allocatable, intent(out) :: problem

@@ -17,9 +17,11 @@ module name_types
    integer, parameter :: kind_text = 4
    integer, parameter :: kind_word = 5
 
-   !> Maximum lengths of texts: names, phrases and meanings
+   !> Maximum length of a name.
    integer, parameter :: max_name_length = 48
+   !> Maximum length of a phrase.
    integer, parameter :: max_phrase_length = 64
+   !> Maximum length of a meaning.
    integer, parameter :: max_meaning_length = 180
 
    !> Condition under which a name may be given; with empty components there is no condition.
@@ -29,8 +31,9 @@ module name_types
       character(max_name_length) :: group = ''
       !> Number of the group among several groups of that name
       integer :: occurrence = 1
-      !> The value of this name must be one of `words`, separated by blanks; if its value is logical, it must be .true.
+      !> Name whose value must be one of `words`; a logical value must be .true.
       character(max_name_length) :: name = ''
+      !> Allowed words, separated by blanks
       character(max_phrase_length) :: words = ''
       !> Names separated by blanks, none of which the file may give
       character(max_phrase_length) :: without = ''
@@ -50,9 +53,9 @@ module name_types
       !> Whether the value may change during a motion, because neither the modes nor the positions of stops nor the
       !> phases of loads depend on it
       logical :: may_change_in_motion = .false.
-      !> Name and meaning in a sweep if they differ from those in the group; the label of a numbered group is put before
-      !> the name
+      !> Name in a sweep if it differs from that in the group; the label of a numbered group is put before it
       character(max_name_length) :: name = ''
+      !> Meaning in a sweep if it differs from that in the group
       character(max_meaning_length) :: meaning = ''
    end type sweep_t
 
@@ -95,13 +98,15 @@ module name_types
       integer :: programs = program_motion
       !> Whether a file may have several groups of this name
       logical :: repeats = .false.
-      !> Number among the groups of this name, and label with the number
+      !> Number among the groups of this name
       integer :: occurrence = 1
+      !> Label with that number
       character(max_name_length) :: label = ''
       !> Whether the scene has the group
       logical :: is_wanted = .true.
-      !> Indices of its first and last entry in the table
+      !> Index of its first entry in the table
       integer :: first_entry = 1
+      !> Index of its last entry in the table
       integer :: last_entry = 0
       !> Whether values of the group have changed and are not yet in the scene; the flag of the first of several groups
       !> of one name counts for all

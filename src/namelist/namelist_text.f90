@@ -26,8 +26,9 @@ module namelist_text
       integer :: last = 0
       integer :: line = 0
       integer :: group = 0
-      !> Indices of the first and last value in `values`
+      !> Index of the first value in `values`
       integer :: first_value = 1
+      !> Index of the last value in `values`
       integer :: last_value = 0
    end type item_t
 
@@ -36,8 +37,9 @@ module namelist_text
       integer :: first = 1
       integer :: last = 0
       integer :: line = 0
-      !> Indices of the first and last item in `items`
+      !> Index of the first item in `items`
       integer :: first_item = 1
+      !> Index of the last item in `items`
       integer :: last_item = 0
    end type group_t
 
@@ -322,8 +324,9 @@ contains
    !> long texts.
    pure function is_called(text, first, last, name) result(equal)
       character(*), intent(in) :: text
-      !> First and last character of the part
+      !> First character of the part
       integer, intent(in) :: first
+      !> Last character of the part
       integer, intent(in) :: last
       !> The name in lower case; trailing blanks are ignored
       character(*), intent(in) :: name

@@ -39,12 +39,15 @@ module namelist_tokens
 
    !> Position in the text, and the token that was read last; a word is a value or the name of an item
    type :: cursor_t
-      !> Position of the next character, and its line
+      !> Position of the next character
       integer :: next = 1
+      !> Line of the next character
       integer :: line = 1
-      !> Kind of the token, one of the `token_` constants, its first position, and its line
+      !> Kind of the token: one of the `token_` constants
       integer :: kind = token_end
+      !> First position of the token
       integer :: first = 1
+      !> Line of the token
       integer :: token_line = 1
       !> Whether the token is the first in its line
       logical :: starts_line = .true.
@@ -184,8 +187,9 @@ contains
    !> Skip blanks, ends of lines and comments.
    pure subroutine skip_blanks(text, next, line, starts_line)
       character(*), intent(in) :: text
-      !> Position of the next character, and its line
+      !> Position of the next character
       integer, intent(inout) :: next
+      !> Line of the next character
       integer, intent(inout) :: line
       !> Whether a line begins among the skipped characters; unchanged if none does
       logical, intent(inout) :: starts_line

@@ -55,7 +55,7 @@ contains
       integer, parameter :: max_characters = 100
       character(max_characters) :: buffer
       character(:), allocatable :: mantissa
-      ! positions of the first digit, of the letter_position of the exponent, of the point and of the first significant
+      ! positions of the first digit, of the letter of the exponent, of the point and of the first significant
       ! digit
       integer :: first, letter_position, point, first_significant
       ! exponent as written, and power of ten of the first significant digit
@@ -101,7 +101,7 @@ contains
    !> Read the exponent of a real; an exponent beyond `exponent_limit` is replaced by this limit, which is beyond all
    !> reals.
    pure subroutine read_exponent(text, exponent, is_legal)
-      !> Text after the letter_position e or d
+      !> Text after the letter e or d
       character(*), intent(in) :: text
       integer, intent(out) :: exponent
       !> Whether the text is an exponent

@@ -19,13 +19,15 @@ module signal_file
 
    !> Two or three columns of a file.
    type :: signal_t
-      !> Times, ascending, and values, [samples]
+      !> Times, ascending, [samples]
       real(wp), allocatable :: time(:)
+      !> Values, [samples]
       real(wp), allocatable :: value(:)
       !> Standard deviations of the noise of the values, in their unit, [samples]; unallocated: not requested
       real(wp), allocatable :: noise(:)
-      !> Units of times and values as in the file; empty: the file has none
+      !> Unit of the times as in the file; empty: the file has none
       character(max_unit_length) :: time_unit = ''
+      !> Unit of the values, likewise
       character(max_unit_length) :: value_unit = ''
    end type signal_t
 
@@ -302,8 +304,9 @@ contains
 
    !> Find the factor that converts numbers from one unit to another.
    pure subroutine unit_ratio(unit, wanted, ratio, problem)
-      !> Unit of the numbers, and the other unit, such as 'mm/s' and 'm/s'
+      !> Unit of the numbers, such as 'mm/s'
       character(*), intent(in) :: unit
+      !> The other unit, such as 'm/s'
       character(*), intent(in) :: wanted
       real(wp), intent(out) :: ratio
       !> Error message if the units have different dimensions or one of them is not known; unallocated: no error

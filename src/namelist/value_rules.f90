@@ -85,8 +85,9 @@ contains
    !> Error message for a mesh whose longest element is 10**decades times its shortest, above a limit. The number in the
    !> message is rounded up, so that it is above the limit too.
    pure function length_ratio_problem(decades, limit) result(text)
-      !> Decimal logarithm of the ratio of the longest to the shortest element, and maximum of this ratio
+      !> Decimal logarithm of the ratio of the longest to the shortest element
       real(wp), intent(in) :: decades
+      !> Maximum of this ratio
       real(wp), intent(in) :: limit
       character(:), allocatable :: text
 

@@ -1,5 +1,5 @@
 !> The group `stress` of a results file: extremes and histories of bending moments and stresses at the positions
-!> place_scale the beam that the scene requests (places). In the meanings of datasets, {a} stands only in files without
+!> along the beam that the scene requests (places). In the meanings of datasets, {a} stands only in files without
 !> units, and {a~b} stands for a in such files and for b in files with units (module `quantity_groups`).
 module stress_groups
    use kinds, only: wp

@@ -18,8 +18,10 @@ module frequency_statements
 
    !> Ratios r of neighbouring element lengths that are compared.
    real(wp), parameter :: ratios(6) = [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.4_wp, 1.5_wp]
-   !> Indices of r = 1.2 and r = 1.3 in `ratios`.
-   integer, parameter :: at_12 = 3, at_13 = 4
+   !> Index of r = 1.2 in `ratios`.
+   integer, parameter :: at_12 = 3
+   !> Index of r = 1.3 in `ratios`.
+   integer, parameter :: at_13 = 4
    integer, parameter :: max_modes = 16
 
 contains
@@ -115,8 +117,9 @@ contains
 
    !> The model of the full wedge, a beam whose height decreases linearly to 0 at the tip.
    subroutine model_of_wedge(elements, ratio, model, error)
-      !> Number of elements and length ratio of the mesh
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
+      !> Ratio of the lengths of neighbouring elements
       real(wp), intent(in) :: ratio
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made
@@ -132,8 +135,9 @@ contains
 
    !> Relative errors of the lambda of the wedge.
    subroutine relative_errors(elements, ratio, exact, errors, error)
-      !> Number of elements and length ratio of the mesh
+      !> Number of elements of the mesh
       integer, intent(in) :: elements
+      !> Ratio of the lengths of neighbouring elements
       real(wp), intent(in) :: ratio
       !> Exact lambda
       real(wp), intent(in) :: exact(:)

@@ -69,8 +69,9 @@ contains
 
    !> Make the variants, indexed by their constants.
    pure subroutine make_variants(coarse_elements, fine_elements, variants)
-      !> Number of elements of the coarse mesh, which is the paper's, and of the fine mesh
+      !> Number of elements of the coarse mesh, which is the paper's.
       integer, intent(in) :: coarse_elements
+      !> Number of elements of the fine mesh.
       integer, intent(in) :: fine_elements
       type(variant_t), intent(out) :: variants(variant_count)
 

@@ -29,9 +29,9 @@ module paper_convergence
       !> Instant tau at which the energy above rest last exceeds 1 percent of its initial value, [meshes, kinds of
       !> impulse]
       real(wp), allocatable :: energy_tau(:, :)
-      !> Energy lost at impacts and energy created by replacing nodal velocities, relative to the initial energy above
-      !> rest, [meshes, kinds of impulse]
+      !> Energy lost at impacts, relative to the initial energy above rest, [meshes, kinds of impulse]
       real(wp), allocatable :: lost(:, :)
+      !> Energy created by replacing nodal velocities, likewise
       real(wp), allocatable :: created(:, :)
    end type convergence_t
 

@@ -22,9 +22,9 @@ module paper_outcomes
    !> Fractions of the initial energy above rest; the last exceedance of each fraction is the end of motion by one of
    !> the last three definitions.
    real(wp), parameter :: end_fractions(3) = [0.05_wp, 0.01_wp, 0.002_wp]
-   !> Indices of the two definitions that statements quote: |eta_c| last exceeds 2 percent, and 1 percent of the energy
-   !> remains.
+   !> Index of a definition of the end that statements quote: |eta_c| last exceeds 2 percent.
    integer, parameter :: displacement_end = 2
+   !> Index of the other definition that statements quote: 1 percent of the energy remains.
    integer, parameter :: energy_end = size(end_levels) + 2
    integer, parameter :: definition_count = size(end_levels) + size(end_fractions)
 
@@ -46,33 +46,37 @@ module paper_outcomes
       real(wp) :: end_tau(definition_count) = never
       !> Instant tau of the first impact
       real(wp) :: impact_tau = never
-      !> Peaks of the rebounds and their instants
-      real(wp), allocatable :: peak_eta(:), peak_tau(:)
+      !> Peaks eta of the rebounds
+      real(wp), allocatable :: peak_eta(:)
+      !> Instants of the peaks, tau
+      real(wp), allocatable :: peak_tau(:)
       !> Maximum indentation of the stop in eta
       real(wp) :: indentation = 0.0_wp
       !> Whether there is a main rebound, the highest rebound within a period of the first mode after the first impact
       logical :: rebounds = .false.
       !> Peak of the main rebound in eta
       real(wp) :: main_peak = 0.0_wp
-      !> Duration of the first closed contact, and time from the first impact to the start of the main rebound, both in
-      !> tau
+      !> Duration of the first closed contact, tau
       real(wp) :: contact_length = 0.0_wp
+      !> Time from the first impact to the start of the main rebound, tau
       real(wp) :: time_to_rebound = 0.0_wp
       !> Ratio of the time in contact to the time out of contact, from the first impact to the last exceedance of 2
       !> percent by eta_c
       real(wp) :: contact_ratio = 0.0_wp
-      !> Energies relative to the initial energy above rest: lost at events until the peak of the main rebound, lost at
-      !> impacts in the whole run, and created by replacing nodal velocities in the whole run
+      !> Energy lost at events until the peak of the main rebound, relative to the initial energy above rest
       real(wp) :: lost_before_peak = 0.0_wp
+      !> Energy lost at impacts in the whole run, likewise
       real(wp) :: lost_at_impacts = 0.0_wp
+      !> Energy created by replacing nodal velocities in the whole run, likewise
       real(wp) :: created = 0.0_wp
       !> Maximum velocity of approach in impacts after the main rebound
       real(wp) :: later_velocity = 0.0_wp
       !> Fraction of the energy in each of the lowest modes, shortly after the start of the main rebound
       real(wp) :: energy_fraction(measured_modes) = 0.0_wp
-      !> Fraction of the modes above the second in the sum of all modal amplitudes at the stop, for displacement and for
-      !> velocity, shortly after the start of the main rebound
+      !> Fraction of the modes above the second in the sum of all modal amplitudes of the displacement at the stop,
+      !> shortly after the start of the main rebound
       real(wp) :: high_mode_displacement = 0.0_wp
+      !> The same fraction for the velocity at the stop
       real(wp) :: high_mode_velocity = 0.0_wp
       !> Lowest frequency of the beam with its tip mass, in omega1
       real(wp) :: lowest_frequency = 1.0_wp
@@ -131,8 +135,9 @@ contains
       type(paper_case_t), intent(in) :: this
       !> Variant of computing motion
       type(variant_t), intent(in) :: variant
-      !> Model and free modes of the beam
+      !> Model of the beam
       type(beam_model_t), intent(in) :: model
+      !> Free modes of the beam
       type(free_modes_t), intent(in) :: modes
       !> Duration of the run in tau
       real(wp), intent(in) :: duration
@@ -225,8 +230,9 @@ contains
    !> Compute the contributions of the modes shortly after the start of the main rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
       type(paper_case_t), intent(in) :: this
-      !> Model and free modes of the beam
+      !> Model of the beam
       type(beam_model_t), intent(in) :: model
+      !> Free modes of the beam
       type(free_modes_t), intent(in) :: modes
       !> Response with one recorded shape
       type(response_t), intent(in) :: response

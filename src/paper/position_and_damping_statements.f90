@@ -18,8 +18,14 @@ contains
       type(series_t), intent(in) :: position
       type(statements_t), intent(inout) :: list
 
-      !> Indices of the cases Lc/L = 0.50, 0.70, 0.87 and 0.875
-      integer, parameter :: at_050 = 1, at_070 = 2, at_087 = 4, at_0875 = 5
+      !> Index of the case Lc/L = 0.50.
+      integer, parameter :: at_050 = 1
+      !> Index of the case Lc/L = 0.70.
+      integer, parameter :: at_070 = 2
+      !> Index of the case Lc/L = 0.87.
+      integer, parameter :: at_087 = 4
+      !> Index of the case Lc/L = 0.875.
+      integer, parameter :: at_0875 = 5
       !> Fraction of the energy below which a mode counts as not excited
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
       ! energy shares of modes, and the position whose motion ends earliest

@@ -17,8 +17,9 @@ contains
    subroutine judge_models(soft, rigid, rigid_case, list)
       !> Series of three-element stops of ascending kappa
       type(series_t), intent(in) :: soft
-      !> A series with the rigid stop, and the number of the case to compare
+      !> A series with the rigid stop
       type(series_t), intent(in) :: rigid
+      !> Number of the case to compare
       integer, intent(in) :: rigid_case
       type(statements_t), intent(inout) :: list
 
@@ -83,8 +84,9 @@ contains
 
    !> Compare both models of the stop in one variant.
    subroutine compare(soft, rigid, rigid_case, variant, period, difference, indentation, contact_fraction)
-      !> Series of three-element stops, and series with the rigid stop
+      !> Series of three-element stops
       type(series_t), intent(in) :: soft
+      !> Series with the rigid stop
       type(series_t), intent(in) :: rigid
       !> Number of the case of the rigid stop to compare
       integer, intent(in) :: rigid_case
@@ -142,8 +144,9 @@ contains
 
       !> Ratio of the end of motion at the maximum preload to that without preload.
       function end_ratio(variant, definition) result(ratio)
-         !> Numbers of the variant and of the definition of the end
+         !> Number of the variant
          integer, intent(in) :: variant
+         !> Number of the definition of the end
          integer, intent(in) :: definition
          real(wp) :: ratio
 
@@ -200,8 +203,9 @@ contains
 
       !> Relative reduction of the end of motion from the first eps of at least 0.6 to the lowest eps.
       function end_reduction(variant, definition) result(reduction)
-         !> Numbers of the variant and of the definition of the end
+         !> Number of the variant
          integer, intent(in) :: variant
+         !> Number of the definition of the end
          integer, intent(in) :: definition
          real(wp) :: reduction
 

@@ -235,8 +235,9 @@ contains
    subroutine attach(self, dataset, group, scale, index)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: dataset
-      !> Group and name of the scale
+      !> Group of the scale
       integer(hid_t), intent(in) :: group
+      !> Name of the scale
       character(*), intent(in) :: scale
       !> Number of the dimension from 1, in the order of C: the last index of a Fortran array is number 1
       integer, intent(in) :: index

@@ -318,7 +318,6 @@ contains
       character(*), intent(in) :: text
       !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
-      !> Columns of the spectra, if there are any
       type(spectra_columns_t), intent(in) :: spectra
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(inout) :: error
