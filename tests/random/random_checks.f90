@@ -302,10 +302,10 @@ contains
       do p = 1, size(response%moments)
          associate (record => response%moments(p))
             share = 3.0_wp*max(record%minimum_search%tolerance, record%maximum_search%tolerance)
-            associate (scale => least_moment + maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
-               call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
+            associate (scale => least_moment + maxval(abs(response%moments%maximum)) + maxval(abs(response%moments%minimum)))
+               call limit('a moment exceeds its greatest by', maxval(record%moment) - record%maximum, share*scale, &
                   complaint)
-               call limit('a moment falls below its least by', record%least - minval(record%moment), share*scale, &
+               call limit('a moment falls below its least by', record%minimum - minval(record%moment), share*scale, &
                   complaint)
             end associate
          end associate
