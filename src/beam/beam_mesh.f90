@@ -257,7 +257,7 @@ contains
          ! a mesh of one element is split anywhere, because it has no other node that could be too near
       else if (min(left, right) < min_relative_length*(left + right) .and. size(is_fixed) > 1) then
          call fail(error, status_bad_input, &
-            'the position '//to_text(x)//' of a stop, support, mass or common_ratio of the section is &
+            'the position '//to_text(x)//' of a stop, support, mass or step of the section is &
          &too near to that of another, to the clamp or to the tip for an element between them; a finer mesh has &
          &shorter ones')
          return
