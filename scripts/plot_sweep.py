@@ -68,12 +68,11 @@ class Sweep:
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
             if self.measure not in known:
                 raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
-            # Parameters keep the units in which they were typed, so that their values can go into a scene.
             shown = [*self.names, self.measure]
-            self.units = {name: plots.unit_of(group, name) for name in shown}
-            factors = dict.fromkeys(self.names, 1.0)
-            factors[self.measure], self.units[self.measure] = plots.reading(
-                np.nanmax(abs(group[self.measure][:]), initial=0.0), self.units[self.measure])
+            self.units, factors = {}, {}
+            for name in shown:
+                factors[name], self.units[name] = plots.reading(
+                    np.nanmax(abs(group[name][:].astype(float)), initial=0.0), plots.unit_of(group, name))
             self.is_paired = plots.text_of(group.attrs["design"]) == "paired"
             grid = file.get("grid", group.get("axes"))
             self.axes = {name: factors[name] * grid[name][:] for name in self.names} if grid else None

@@ -50,7 +50,8 @@ contains
          if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
             to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at '// &
-            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled')
+            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled; ' &
+            //"kind = 'balance' in &start begins in equilibrium on the stops")
          return
       end do
    end subroutine find_static_start

@@ -458,11 +458,10 @@ contains
          if (needs%group /= '') group = table%find_group(needs%group, needs%occurrence)
          if (needs%name /= '') then
             associate (other => table%entries(table%find(group, needs%name)))
-               if (other%kind == kind_word) applies = nint(other%value) > 0
-               if (other%kind == kind_word .and. applies) then
+               if (any(other%kind == [kind_word, kind_logical])) applies = nint(other%value) > 0
+               if (applies .and. other%kind == kind_word) then
                   applies = is_among(other%words(nint(other%value)), needs%words)
                end if
-               if (other%kind == kind_logical) applies = nint(other%value) == 1
             end associate
          else if (needs%without /= '') then
             do i = table%groups(group)%first_entry, table%groups(group)%last_entry
@@ -472,8 +471,9 @@ contains
          else if (needs%group /= '') then
             applies = table%groups(group)%is_wanted
          end if
-         ! the names of a group that may be repeated are in the table even if the scene does not have the group
-         if (table%groups(group)%repeats) applies = applies .and. table%groups(group)%is_wanted
+         ! names of a group that may be repeated, and of &section, are in the table even if the scene lacks the group
+         if (any([table%groups(group)%repeats, table%groups(group)%name == 'section']) .and. &
+            .not. table%groups(group)%is_wanted) applies = .false.
       end associate
    end function applies
 

@@ -48,6 +48,9 @@ module name_types
       integer :: order = 0
       !> Whether a change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
+      !> Whether a change of the value changes the scales of the scene, so that the scene is resolved anew for each
+      !> value
+      logical :: changes_scales = .false.
       !> Whether &cases may vary the parameter too
       logical :: is_in_cases = .false.
       !> Whether the value may change during a motion, because neither the modes nor the positions of stops nor the
@@ -72,8 +75,8 @@ module name_types
       !> Another name of the group for the same quantity. A file may give only one of both; the results file always has
       !> the other name
       character(max_name_length) :: instead_of = ''
-      !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of` receives the
-      !> dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
+      !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of`, if there is
+      !> one, receives the dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
       character(max_name_length) :: quantity = ''
       !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
       character(max_name_length) :: relative_to = ''

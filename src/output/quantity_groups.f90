@@ -58,10 +58,10 @@ contains
 
    !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless or
    !> their scales differ, the units alone describe the values.
-   function unscaled(self, varied) result(same)
+   function unscaled(self, scales_vary) result(same)
       class(quantity_group_t), intent(in) :: self
-      !> Quantities that differ between the scenes
-      character(*), intent(in), optional :: varied(:)
+      !> Whether the scenes differ in their scales, so that no factor converts all values; absent: they do not
+      logical, intent(in), optional :: scales_vary
       type(quantity_group_t) :: same
 
       same%hdf5_group_t = self%hdf5_group_t
@@ -69,9 +69,8 @@ contains
       same%scales_values = .false.
       same%symbols_as_units = self%symbols_as_units
       if (.not. same%units%are_physical) same%units%factor = 0.0_wp
-      if (.not. present(varied)) return
-      ! the height of the stop from which the beam is released changes the unit of displacement
-      if (any(varied == 'displacement')) same%units%factor = 0.0_wp
+      if (.not. present(scales_vary)) return
+      if (scales_vary) same%units%factor = 0.0_wp
    end function unscaled
 
    subroutine put_real(self, name, value, quantity, meaning)

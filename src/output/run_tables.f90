@@ -16,7 +16,7 @@ module run_tables
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, two_digits, whole, with_two_digits
    implicit none (type, external)
    private
    public :: measure_column_t, add_measures, print_measures, print_driven, print_mesh, print_modes, print_statistics, &
@@ -57,6 +57,9 @@ module run_tables
       measure_column_t('mean_impulse', 'mean impulse'), &
       measure_column_t('work_rate', 'work rate'), &
       measure_column_t('rms_displacement', 'RMS displacement')]
+   !> Those of them after which the half width of their 95 % interval is printed
+   character(*), parameter :: with_interval(*) = [character(12) :: 'mean_force', 'rms_force', 'impact_rate', &
+      'work_rate']
 
 contains
 
@@ -126,8 +129,7 @@ contains
       integer, intent(in), optional :: released
       !> Errors of the mesh; absent: they are not printed
       type(mesh_errors_t), intent(in), optional :: errors
-      !> Whether harmonic loads act throughout the run, so that neither settling nor rebounds from the start are of
-      !> interest
+      !> Whether loads vary to the end of the run, so that neither settling nor rebounds from the start are of interest
       logical, intent(in), optional :: is_driven
       !> Whether the scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
       logical, intent(in), optional :: has_window
@@ -215,19 +217,6 @@ contains
          unit_of_value)
       words = ' +- '//with_two_digits(factor*errors%error(measure, 1))
    end function error_in_words
-
-   !> A number with two digits, such as 3.1e-5.
-   pure function with_two_digits(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      character(16) :: buffer
-      real(wp) :: short
-
-      write (buffer, '(es16.1e3)') value
-      read (buffer, *) short
-      text = to_text(short)
-   end function with_two_digits
 
    !> Whether it is printed that an event of &relay did not happen. Each measure of another group is printed only if it
    !> is defined.
@@ -335,21 +324,28 @@ contains
       real(wp), intent(in) :: load_period
 
       type(table_t) :: table
-      real(wp) :: rows(measure_count, size(contacts))
+      real(wp), dimension(measure_count, size(contacts)) :: rows, half_widths
       integer :: blocks, i
 
       blocks = ubound(statistics%edge, 1)
       write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
          //' blocks'
-      write (unit, '(2x, a)') 'displacements are up from the unstressed beam'
+      write (unit, '(2x, a)') 'displacements are up from the unstressed beam; +- is a 95 % interval'
       if (size(contacts) == 0) return
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
+      half_widths = rows
       do i = 1, size(contacts)
          rows(first_statistic:, i) = statistics%value(:, i)
          rows(:, i) = row_in_units(units, rows(:, i))
+         half_widths(first_statistic:, i) = statistics%half_width(:, i)
+         half_widths(:, i) = row_in_units(units, half_widths(:, i))
       end do
       call add_contacts(table, contacts)
-      call add_measures(table, statistic_columns, rows, units)
+      do i = 1, size(statistic_columns)
+         call add_measures(table, statistic_columns(i:i), rows, units)
+         if (any(with_interval == statistic_columns(i)%measure)) call add_half_widths(measure_named( &
+            statistic_columns(i)%measure))
+      end do
       if (load_period > 0.0_wp) then
          call add_numbers(table, 'amplitude', 0.5_wp*(rows(measure_named('maximum_displacement'), :) &
             - rows(measure_named('minimum_displacement'), :)), decimals, unit_in(units, 'displacement'))
@@ -359,6 +355,20 @@ contains
       call print_table(unit, table)
 
    contains
+
+      !> Add the half widths of a measure, in the unit of the column before; a rigid stop has none of RMS forces.
+      subroutine add_half_widths(measure)
+         !> Index in `measure_table`
+         integer, intent(in) :: measure
+
+         character(:), allocatable :: unit_of_values
+         real(wp) :: factor
+
+         if (all(ieee_is_nan(half_widths(measure, :)))) return
+         call choose_prefix(maxval(abs(rows(measure, :)), mask=.not. ieee_is_nan(rows(measure, :))), &
+            unit_in(units, measure_table(measure)%quantity), factor, unit_of_values)
+         call add_numbers(table, '+-', factor*half_widths(measure, :), two_digits)
+      end subroutine add_half_widths
 
       !> Instant of an edge of the blocks in words.
       pure function instant(edge) result(words)

@@ -9,7 +9,7 @@ module table_columns
    implicit none (type, external)
    private
    public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
-   public :: whole, six_digits, with_exponent, percent, all_digits
+   public :: whole, six_digits, two_digits, with_exponent, percent, all_digits, with_two_digits
 
    character, parameter :: line_end = new_line('a')
    !> Maximum length of the text in a cell.
@@ -23,8 +23,10 @@ module table_columns
    !> Maximum width of a heading that is never broken into two lines
    integer, parameter :: short_heading = 8
    !> Formats of numbers on a terminal besides a number of decimals: an integer; at most six digits; two digits and an
-   !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits
+   !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits;
+   !> two digits
    integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
+   integer, parameter :: two_digits = -5
    !> Errors in percent below this are written with an exponent.
    real(wp), parameter :: min_decimal_error = 0.001_wp
 
@@ -304,6 +306,8 @@ contains
             text = rounded(number)
          else if (digits == all_digits) then
             text = to_text(number)
+         else if (digits == two_digits) then
+            text = with_two_digits(number)
          else if (digits == percent .and. (abs(number) >= min_decimal_error .or. abs(number) <= 0.0_wp)) then
             text = with_decimals(number, 4)
          else if (digits < 0) then
@@ -314,6 +318,19 @@ contains
          end if
       end associate
    end function cell_of
+
+   !> A number with two digits, such as 3.1e-5.
+   pure function with_two_digits(value) result(text)
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(16) :: buffer
+      real(wp) :: short
+
+      write (buffer, '(es16.1e3)') value
+      read (buffer, *) short
+      text = to_text(short)
+   end function with_two_digits
 
    !> A text padded on the right to a width.
    pure function left_aligned(text, width) result(cell)

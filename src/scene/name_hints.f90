@@ -2,12 +2,13 @@
 !> under which a name may be given.
 module name_hints
    use name_table, only: table_t
-   use name_types, only: max_name_length
+   use name_types, only: max_name_length, sweep_t
    use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
    use program_identity, only: program_name
    use run_settings, only: name_length
-   use sweep_names, only: sweep_of
+   use sweep_names, only: parameter_of, sweep_of
+   use sweep_settings, only: parameter_t
    use value_rules, only: one_of
    implicit none (type, external)
    private
@@ -112,8 +113,8 @@ contains
       end do
    end function groups_with
 
-   !> The hint for a name of a scene that &sweep cannot vary, by itself or with the end of a range; empty: it is no such
-   !> name.
+   !> The hint for a name of a scene that &sweep cannot vary, or that has another name there, by itself or with the end
+   !> of a range; empty: it is no such name.
    pure function unswept_hint(table, program, name) result(hint)
       type(table_t), intent(in) :: table
       !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
@@ -124,6 +125,8 @@ contains
 
       character(*), parameter :: endings(*) = [character(10) :: '_log_range', '_range', '_points']
       character(:), allocatable :: base
+      type(parameter_t) :: parameter
+      type(sweep_t) :: sweep
       integer :: i, start
 
       hint = ''
@@ -136,10 +139,15 @@ contains
       end do
       do i = 1, table%entry_count
          if (table%entries(i)%name%name /= base) cycle
-         associate (sweep => sweep_of(table, i))
-            if (sweep%order > 0) return
-         end associate
+         sweep = sweep_of(table, i)
+         if (sweep%order == 0) cycle
+         parameter = parameter_of(table, i)
+         if (hint == '') hint = base//' of &'//trim(parameter%group)//' is '//trim(parameter%name) &
+            //name(len(base) + 1:)//' here'
+         if (parameter%name == base) hint = ''
+         if (parameter%name == base) return
       end do
+      if (hint /= '') return
       hint = groups_with(table, program, base)
       if (hint /= '') hint = base//' of'//hint//' cannot be swept: run one scene for each value, by a loop of a ' &
          //'script; --names sweep prints what may vary'
@@ -155,6 +163,8 @@ contains
 
       !> Maximum length of a list in a message, characters
       integer, parameter :: max_list_length = 300
+      !> The last words, joined by underscores, of an allowed word are the word
+      logical :: ends_so(size(words))
       integer :: nearest
 
       hint = one_of(words)//', in quotes'
@@ -164,6 +174,9 @@ contains
       if (index(word, 'stop_1_') == 1) then
          if (any(words == word(8:))) nearest = findloc(words, word(8:), dim=1)
       end if
+      ! parameters of some groups have the name of the group before their own, such as section_wall
+      ends_so = index(words//' ', '_'//word//' ') > 0
+      if (nearest == 0 .and. count(ends_so) == 1) nearest = findloc(ends_so, .true., dim=1)
       if (nearest > 0) then
          hint = 'did you mean '//one_of(words(nearest:nearest))//'?'
       else

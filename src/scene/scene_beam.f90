@@ -12,7 +12,8 @@ module scene_beam
    use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
-   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, min_tip_ratio
+   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, min_tip_ratio, &
+      dimension_of_sweep
 
    ! Conditions that several names have in common: how the section is given
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
@@ -32,20 +33,36 @@ module scene_beam
 
 contains
 
+   !> Use of a dimension or a material property of the beam as a parameter of sweeps and cases.
+   pure function dimension_of_sweep(order, name) result(sweep)
+      !> Unique number of the parameter
+      integer, intent(in) :: order
+      !> Name in sweeps; absent: that in the group
+      character(*), intent(in), optional :: name
+      type(sweep_t) :: sweep
+
+      sweep = sweep_t(order, changes_beam=.true., changes_scales=.true., is_in_cases=.true.)
+      if (present(name)) sweep%name = name
+   end function dimension_of_sweep
+
    !> List the names of &beam in the table, and bind them to the components of the scene.
    subroutine list_beam(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam
 
       call table%open(group_t('beam', in_motion_and_benchmark))
-      call table%bind(beam%length, name_t('length', 'length L', length_range))
-      call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
-      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range))
-      call table%bind(beam%density, name_t('density', 'density rho', material_range))
+      call table%bind(beam%length, name_t('length', 'length L', length_range, quantity='length', &
+         sweep=dimension_of_sweep(22)))
+      call table%bind(beam%width, name_t('width', 'width b', length_range, heights, quantity='length', &
+         sweep=dimension_of_sweep(23)))
+      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range, &
+         quantity='modulus', sweep=dimension_of_sweep(24)))
+      call table%bind(beam%density, name_t('density', 'density rho', material_range, quantity='density', &
+         sweep=dimension_of_sweep(25)))
       call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
-         default='0.075 length'))
+         default='0.075 length', quantity='length', sweep=dimension_of_sweep(26)))
       call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
-         linear_taper, default='height_root'))
+         linear_taper, default='height_root', quantity='length', sweep=dimension_of_sweep(27)))
       call table%bind(beam%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
          range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
          sweep=sweep_t(3, changes_beam=.true., is_in_cases=.true., &

@@ -214,16 +214,22 @@ contains
       type(scene_t), intent(inout) :: scene
 
       call table%open(group_t('damping', in_motion_and_benchmark))
-      call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
-         rayleigh, sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., meaning='damping ratio')))
-      call table%store(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
+      call table%bind(scene%zeta, name_t('zeta', 'C = gamma K, gamma = 2 zeta/omega1: a mode of circular ' &
+         //'frequency omega has the damping ratio zeta omega/omega1, omega1 being that of the uniform clamped beam', &
+         range_t(0.0_wp, 10.0_wp), rayleigh, &
+         sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., meaning='damping ratio')))
+      call table%store(name_t('stiffness_coefficient', 'gamma of C = gamma K, time: a mode of circular ' &
+         //'frequency omega has the damping ratio gamma omega/2', &
          physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
-      call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
+      call table%bind(scene%zeta_mass, name_t('zeta_mass', 'C = alpha M, alpha = 2 zeta_mass omega1: a mode of ' &
+         //'circular frequency omega has the damping ratio zeta_mass omega1/omega', &
          range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
+      call table%store(name_t('mass_coefficient', 'alpha of C = alpha M, per time: a mode of circular ' &
+         //'frequency omega has the damping ratio alpha/(2 omega)', &
          physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
-      call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
-         //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
+      call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each mode of the beam with its ' &
+         //'supports and masses, without contact: 1/(2 Q) or half a loss factor; the last is that of all higher ' &
+         //'modes', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
          default='none: C = gamma K + alpha M', is_optional=.true., &
          sweep=sweep_t(55, is_in_cases=.true., may_change_in_motion=.true.)))
@@ -269,7 +275,7 @@ contains
          sweep=sweep_t(6, meaning='length of the run, tau')))
       call table%store(name_t('duration_time', 'length of the run, time', physical_range, &
          instead_of='duration', quantity='time'))
-      call table%bind(response%step, name_t('step', "distance of the samples, and Newmark's step, d tau", &
+      call table%bind(response%step, name_t('step', "time between samples of the results, and Newmark's step, tau", &
          range_t(1.0e-9_wp, 1.0e9_wp)))
       call table%store(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
          quantity='time'))
@@ -287,7 +293,7 @@ contains
          '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.), newmark))
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar below which a contact ends', &
          range_t(0.0_wp, 1.0e3_wp, excludes_minimum=.true.), newmark))
-      call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'lower flights, in eta, count as contact', &
+      call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'lower flights, over D, count as contact', &
          hop_range, sweep=sweep_t(7, may_change_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))

@@ -59,15 +59,21 @@ contains
       real(wp), allocatable :: stretch(:)
 
       call table%bind(force%position, name_t('position', 'points over length, with the whole force at each', &
-         point_range, condition_t(without='stretch', phrase='points, not with stretch'), &
+         point_range, condition_t(without='stretch stretch_length', phrase='points, not with stretch'), &
          default='none: give position or stretch', is_optional=.true., &
          sweep=sweep_t(first_parameter + 6, is_in_cases=.true., meaning='point of the force over length')))
+      call table%store(name_t('position_length', 'the same as lengths from the root', physical_range, &
+         condition_t(without='stretch stretch_length', phrase='points, not with stretch'), instead_of='position', &
+         quantity='length'), is_list=.true.)
       allocate (stretch, source=force%stretch)
-      call table%bind(stretch, name_t('stretch', 'ends of the stretch under a line load, over length', &
-         point_range, condition_t(without='position', phrase='a line load, not with position'), &
+      call table%bind(stretch, name_t('stretch', 'beginning and end of the line load over length, such as 0.5, 1', &
+         point_range, condition_t(without='position position_length', phrase='a line load, not with position'), &
          default='none: give position or stretch', is_optional=.true.))
       ! `check_force` reports a list that does not have two values
       if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
+      call table%store(name_t('stretch_length', 'the same as lengths from the root', physical_range, &
+         condition_t(without='position position_length', phrase='a line load, not with position'), &
+         instead_of='stretch', quantity='length'), is_list=.true.)
       call table%bind(force%course%kind, name_t('kind', 'course in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
@@ -225,16 +231,17 @@ contains
       type(force_settings_t), intent(in) :: force
 
       if (.not. allocated(force%position)) then
-         if (.not. input%has('force', 'stretch', which)) then
+         if (.not. table%has_either('force', 'stretch', which)) then
             call input%complain('force', '', 'needs position, the points where it acts, or stretch, the ends of a ' &
                //'line load', which)
             return
          end if
          associate (ends => table%entries(table%find(table%find_group('force', which), 'stretch'))%list)
             if (size(ends) /= 2) then
-               call input%complain('force', 'stretch', 'takes two values, its ends', which)
+               call input%complain('force', 'stretch stretch_length', 'takes two values, its ends', which)
             else if (.not. ends(2) > ends(1)) then
-               call input%complain('force', 'stretch', 'the first value must be less than the second', which)
+               call input%complain('force', 'stretch stretch_length', 'the first value must be less than the second', &
+                  which)
             end if
          end associate
       end if

@@ -161,7 +161,7 @@ contains
       logical :: uses_file
       integer :: k
 
-      uses_file = any(parameters%quantity /= '') .or. scene%has_inconsistent_cases
+      uses_file = any(parameters%quantity /= '' .or. parameters%changes_scales) .or. scene%has_inconsistent_cases
       if (uses_file .and. present(draft)) then
          call set_by_file(scene, parameters, values, draft, problem)
       else if (uses_file) then
@@ -205,7 +205,8 @@ contains
       logical :: resolves_anew
       integer :: k
 
-      resolves_anew = scene%has_inconsistent_cases .or. .not. allocated(draft%scene)
+      resolves_anew = scene%has_inconsistent_cases .or. any(parameters%changes_scales) .or. &
+         .not. allocated(draft%scene)
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
       do k = 1, size(parameters)
          if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])

@@ -76,7 +76,8 @@ contains
       ! end of the evaluated interval; 0: the end of the run
       real(wp) :: last
 
-      call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
+      call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau: ' &
+         //'after the start-up', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
@@ -86,10 +87,11 @@ contains
       if (last > 0.0_wp) statistics%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
          quantity='time'))
-      call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length, whose scatter gives the ' &
-         //'error bars; 1: no error bars', range_t(1, 10000)))
-      call table%bind(statistics%rest, name_t('rest', 'time, tau, after the end of a contact before which the ' &
-         //'next one belongs to the same impact, as after a flight below hop_tolerance', instant_range))
+      call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length: the half width of the ' &
+         //'95 % interval of a value follows from the scatter of its values in the blocks; 1: no intervals', &
+         range_t(1, 10000)))
+      call table%bind(statistics%rest, name_t('rest', 'contacts that follow each other after a shorter time, tau, ' &
+         //'count as one impact, as after a flight below hop_tolerance; 0: each counts', instant_range))
       call table%store(name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
       call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant stop ' &

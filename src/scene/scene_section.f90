@@ -6,7 +6,7 @@ module scene_section
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t
    use number_text, only: to_text
-   use scene_beam, only: check_column, check_stations
+   use scene_beam, only: check_column, check_stations, dimension_of_sweep
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
    use section_shapes, only: profile_cubic, profile_linear, profile_names, profile_stepped, section_settings_t, &
@@ -47,24 +47,15 @@ contains
          call table%bind(section%station, name_t('station', &
             'positions of the dimensions, ascending from 0, to length or, ' &
             //'of steps, where each begins', height_range, default='none: uniform', is_optional=.true.))
-         call table%bind(section%width, name_t('width', 'width, one value or one a station', length_range, rectangle, &
-            default='width of &beam', is_optional=.true.))
-         call table%bind(section%height, name_t('height', 'height, one value or one a station', height_range, &
-            rectangle, &
-            default='none: give some', is_optional=.true.))
-         call table%bind(section%diameter, name_t('diameter', 'diameter, one value or one a station', height_range, &
-            round, &
-            default='none: give some', is_optional=.true.))
-         call table%bind(section%outer_diameter, name_t('outer_diameter', &
-            'outer diameter, one value or one a station', &
-            height_range, tube, default='none: give some', is_optional=.true.))
-         call table%bind(section%wall, name_t('wall', 'thickness of the wall, one value or one a station', &
-            height_range, &
-            tube, default='none: give it or inner_diameter', is_optional=.true.))
-         call table%bind(section%inner_diameter, name_t('inner_diameter', &
-            'inner diameter, one value or one a station', &
-            height_range, condition_t(name='shape', words='tube', without='wall'), default='that of wall', &
-            is_optional=.true.))
+         call list_dimension(section%width, 61, 'width', 'width', length_range, rectangle, 'width of &beam')
+         call list_dimension(section%height, 62, 'height', 'height', height_range, rectangle, 'none: give some')
+         call list_dimension(section%diameter, 63, 'diameter', 'diameter', height_range, round, 'none: give some')
+         call list_dimension(section%outer_diameter, 64, 'outer_diameter', 'outer diameter', height_range, tube, &
+            'none: give some')
+         call list_dimension(section%wall, 65, 'wall', 'thickness of the wall', height_range, tube, &
+            'none: give it or inner_diameter')
+         call list_dimension(section%inner_diameter, 66, 'inner_diameter', 'inner diameter', height_range, &
+            condition_t(name='shape', words='tube', without='wall'), 'that of wall')
          call table%bind(section%area, name_t('area', 'area, one value or one a station', range_t(0.0_wp, 1.0e24_wp), &
             general, default='none: give some', is_optional=.true.))
          call table%bind(section%inertia, name_t('inertia', 'second moment of area, one value or one a station', &
@@ -72,6 +63,27 @@ contains
          call table%bind(section%outer_fibre, name_t('outer_fibre', 'distance of the outer fibre from the axis, for ' &
             //'stresses', length_range, general, default='not known', is_optional=.true.))
       end associate
+
+   contains
+
+      !> List a dimension that sweeps may vary; they give it one value for all stations.
+      subroutine list_dimension(values, order, name, meaning, range, needs, default)
+         real(wp), allocatable, intent(inout) :: values(:)
+         !> Unique number of the parameter in sweeps
+         integer, intent(in) :: order
+         character(*), intent(in) :: name
+         character(*), intent(in) :: meaning
+         type(range_t), intent(in) :: range
+         !> Shape that has the dimension
+         type(condition_t), intent(in) :: needs
+         !> Default value in words
+         character(*), intent(in) :: default
+
+         call table%bind(values, name_t(name, meaning//', one value or one a station', range, needs, &
+            quantity='length', default=default, is_optional=.true., &
+            sweep=dimension_of_sweep(order, 'section_'//name)))
+      end subroutine list_dimension
+
    end subroutine list_section
 
    !> Check and complete a section. A rectangle that &beam could describe (constant width, linear profile) is treated as

@@ -27,8 +27,9 @@ contains
       class(table_t), intent(inout) :: table
       type(start_group_t), intent(inout) :: start
 
-      call table%bind(start%kind, name_t('kind', 'pulled away from a stop, at rest, in balance under the ' &
-         //'loads, with a velocity, in a mode, from a table, or dropped', default="'pull'; 'rest' without a stop"), &
+      call table%bind(start%kind, name_t('kind', 'pull: released from a stop; rest: undeformed; balance: ' &
+         //'static equilibrium under loads and on stops it presses on; velocity, mode, table: as given; drop: the ' &
+         //'base falls', default="'pull'; 'rest' without a stop"), &
          start_names)
       call table%bind(start%field, name_t('field', 'distribution of the velocity', &
          needs=condition_t(name='kind', words='velocity')), field_names)

@@ -71,37 +71,40 @@ contains
       logical :: is_release_stop
 
       call table%bind(stop%position, name_t('position', &
-         'position of the stop Lc over length; ' &
-         //'the tip where the element beyond would be under 1/100 of its neighbour', place_range, &
+         'position of the stop from the root, over length; at the tip, if the element beyond would be shorter than ' &
+         //'1/100 of its neighbour', place_range, &
          sweep=sweep_t(5, changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))
-      call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
+      call table%bind(stop%side, name_t('side', 'below the beam, above it, or on both sides with a clearance'), &
          side_names)
       ! the file chooses this stop by `pulled = .true.`; with a single stop there is no choice
       is_release_stop = release_stop == which .and. number > 1
       call table%bind(is_release_stop, name_t('pulled', 'the beam is released from this stop', default='that with ' &
          //'initial_height, or the one nearest the tip', is_optional=.true.))
       if (is_release_stop) release_stop = which
-      call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
+      call table%bind(stop%preload, name_t('preload', 'height of the stop above the unstressed beam over its ' &
+         //'distance from the beam at the release, delta = d/(y(0) - d); > 0: the beam presses on it at rest', &
          range_t(-1.0e6_wp, 1.0e6_wp), one_side, &
          sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
       ! `preload` is minus the clearance of a stop on both sides; the subtraction avoids a negative zero
       clearance = 0.0_wp - stop%preload
-      call table%bind(clearance, name_t('clearance_ratio', 'distance of the unstressed beam to each side over ' &
-         //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), both_sides, default='none: give one', &
-         sweep=sweep_t(14, is_in_cases=.true.)))
+      call table%bind(clearance, name_t('clearance_ratio', 'gap between the unstressed beam and the stop on each ' &
+         //'side, over the unit of displacement', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
+         both_sides, default='none: give one', sweep=sweep_t(14, is_in_cases=.true.)))
       if (stop%side == side_both) stop%preload = -clearance
       call table%store(name_t('surface_height', &
-         'd, the stop above the unstressed beam, length', height_range, one_side, instead_of='preload', &
-         quantity='displacement'))
-      call table%store(name_t('clearance', 'distance of the unstressed beam to each side, length', &
+         'height d of the stop above the unstressed beam, up, length; 0: it touches the beam', height_range, &
+         one_side, instead_of='preload', quantity='displacement'))
+      call table%store(name_t('clearance', 'gap between the unstressed beam and the stop on each side, length', &
          range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.), both_sides, instead_of='clearance_ratio', &
          quantity='displacement'))
       call table%store(name_t('initial_height', &
-         'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
+         'height of the beam at its release above the unstressed beam, at the stop from which it is released, ' &
+         //'length', height_range, &
          instead_of='preload', quantity='displacement', is_scale=.true.))
-      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
+      call table%bind(stop%law, name_t('law', 'rigid, with a coefficient of restitution; a spring beside a spring ' &
+         //'and damper in series; or a spring beside a damper'), law_names)
       call list_law(table, stop, '', first=10, has_impulse=.true.)
    end subroutine list_stop
 
@@ -122,13 +125,15 @@ contains
       restitution = condition_t(name=prefix//'law', words='restitution')
       three_element = condition_t(name=prefix//'law', words='three_element')
       compliant = condition_t(name=prefix//'law', words='three_element spring_damper')
-      call table%bind(stop%restitution, name_t(prefix//'restitution', 'coefficient of restitution eps', &
+      call table%bind(stop%restitution, name_t(prefix//'restitution', 'coefficient of restitution: velocity after ' &
+         //'an impact over that before it', &
          range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(first, is_in_cases=.true., may_change_in_motion=.true.)))
       if (has_impulse) call table%bind(stop%impulse, name_t('impulse', &
          'what an impact acts on: the whole beam, or one velocity', needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t(prefix//'stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
          stiffness_range, compliant, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t(prefix//'stiffness', 'spring k, force over length', physical_range, &
+      call table%store(name_t(prefix//'stiffness', 'spring k, force over indentation near the force that ' &
+         //'occurs; of a sphere of radius R by Hertz (6 E*^2 R F)^(1/3)', physical_range, &
          compliant, instead_of=prefix//'stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t(prefix//'branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(first + 2, is_in_cases=.true., &
@@ -139,7 +144,8 @@ contains
          //'branch or beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
          sweep=sweep_t(first + 3, is_in_cases=.true., may_change_in_motion=.true., &
          meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%store(name_t(prefix//'damper', 'damper c, force over velocity', physical_range, compliant, &
+      call table%store(name_t(prefix//'damper', 'damper c, force over velocity; beside the spring, a mass m leaves ' &
+         //'with a coefficient of restitution of about exp(-pi c/(2 (k m)^(1/2)))', physical_range, compliant, &
          instead_of=prefix//'damper_ratio', quantity='damper'))
    end subroutine list_law
 

@@ -63,6 +63,9 @@ contains
             if (.not. scene%has_group(group)) call input%complain('best', 'measure', demand_of(group))
          end associate
       end if
+      if (scene%wants_spectrum .and. any(is_swept(scene%sweep%swept) .and. &
+         scene%sweep%swept%parameter%changes_scales)) call input%complain('spectrum', '', 'of a sweep has the same ' &
+         //'frequencies for all cases; it does not go with lengths, section or material of the beam in &sweep')
       call check_count(input, scene)
       call check_beams(input, scene)
       call check_duration(input, scene)

@@ -90,6 +90,7 @@ contains
          parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
             group=table%groups(entry%group)%name, occurrence=table%groups(entry%group)%occurrence, &
             name_in_group=entry%name%name, changes_beam=sweep%changes_beam, &
+            changes_scales=sweep%changes_scales, &
             may_change_in_motion=sweep%may_change_in_motion, is_whole=entry%kind == kind_whole, &
             quantity=entry%name%quantity)
          parameter%order = sweep%order + group_offset*(parameter%occurrence - 1)
@@ -119,7 +120,8 @@ contains
       case ('base amplitude')
          if (has_word('quantity', base_displacement)) quantity = 'displacement'
       case ('force amplitude')
-         if (table%entries(table%find(group, 'stretch'))%is_given) quantity = 'line_load'
+         if (table%entries(table%find(group, 'stretch'))%is_given .or. &
+            table%entries(table%find(group, 'stretch_length'))%is_given) quantity = 'line_load'
       end select
 
    contains
@@ -190,7 +192,7 @@ contains
                name%needs%occurrence = swept%parameter%occurrence
             else if (table%groups(table%entries(places(k))%group)%repeats) then
                name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
-            else if (any(swept%parameter%group == [character(6) :: 'root', 'stress'])) then
+            else if (any(swept%parameter%group == [character(7) :: 'root', 'section', 'stress'])) then
                name%needs = condition_t(group=swept%parameter%group)
             end if
             call table%bind(swept%list, name, swept%parameter%is_whole)

@@ -31,7 +31,8 @@ contains
 
       associate (entries => table%entries(:table%entry_count))
          places = pack([(i, i=1, table%entry_count)], &
-            entries%is_given .and. entries%name%quantity /= '' .and. .not. entries%name%is_scale)
+            entries%is_given .and. entries%name%quantity /= '' .and. entries%name%instead_of /= '' .and. &
+            .not. entries%name%is_scale)
       end associate
    end function entries_in_units
 

@@ -1,10 +1,10 @@
 !> Period of one harmonic load on a beam, and common period of all its harmonic loads.
 module load_periods
    use kinds, only: wp
-   use load_settings, only: course_step, time_course_t
+   use load_settings, only: course_harmonic, course_step, course_table, time_course_t
    implicit none (type, external)
    private
-   public :: period_of, is_steady
+   public :: period_of, is_steady, varies_to
 
 contains
 
@@ -45,5 +45,21 @@ contains
 
       answer = course%kind <= course_step .and. course%start <= 0.0_wp .and. course%end >= huge(1.0_wp)
    end function is_steady
+
+   !> Whether a load still varies when a run ends, so that the motion does not settle.
+   pure function varies_to(course, end) result(answer)
+      type(time_course_t), intent(in) :: course
+      !> End of the run, tau
+      real(wp), intent(in) :: end
+      logical :: answer
+
+      ! share of the run at the end of which a table may have ended, because its last point is rounded
+      real(wp), parameter :: rounding = 1.0e-3_wp
+      real(wp) :: last
+
+      last = course%end
+      if (course%kind == course_table) last = min(last, course%start + maxval(course%time))
+      answer = any(course%kind == [course_harmonic, course_table]) .and. last >= end*(1.0_wp - rounding)
+   end function varies_to
 
 end module load_periods

@@ -88,6 +88,8 @@ module quantities
       quantity_t('moment_density', 'Pbar2 L2', [character(18) :: 'N^2 m^2/Hz', 'N^2 mm^2/Hz', 'moment^2 time'], &
       moment, 2, omega1, -1, constant=0.5_wp/pi), &
       quantity_t('stress', 'stress', [character(18) :: 'Pa', 'MPa', 'force/length^2'], youngs_modulus, 1, slope), &
+      quantity_t('modulus', 'E', [character(18) :: 'Pa', 'MPa', 'force/length^2'], youngs_modulus), &
+      quantity_t('density', 'rho', [character(18) :: 'kg/m^3', 't/mm^3', 'mass/length^3'], mass, 1, length, -3), &
       quantity_t('stiffness', 'kappa', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness), &
       quantity_t('rotational_stiffness', 'kappa', [character(18) :: 'N m/rad', 'N mm/rad', 'force length'], &
       stiffness, 1, length, 2), &

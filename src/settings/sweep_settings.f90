@@ -6,7 +6,7 @@ module sweep_settings
    implicit none (type, external)
    private
    public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t
-   public :: is_follower, is_swept, parameter_index, values_given
+   public :: is_follower, is_swept, parameter_index, values_given, varies_scales
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
 
@@ -31,6 +31,9 @@ module sweep_settings
       integer :: order = 0
       !> Whether a change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
+      !> Whether a change of the value changes the scales of the scene, so that the scene is resolved anew for each
+      !> value
+      logical :: changes_scales = .false.
       !> Whether the value may change during a motion, so that a case can start from the final state of another case
       logical :: may_change_in_motion = .false.
       !> Whether the values are whole numbers
@@ -115,6 +118,14 @@ module sweep_settings
    end type cases_settings_t
 
 contains
+
+   !> Whether scales of the scene differ between the values of a parameter: the beam differs, or the height of the stop
+   !> from which the beam is released, which determines the unit of displacement.
+   elemental logical function varies_scales(parameter)
+      type(parameter_t), intent(in) :: parameter
+
+      varies_scales = parameter%changes_scales .or. parameter%quantity == 'displacement'
+   end function varies_scales
 
    !> Index of a parameter in a sweep; 0: no parameter has this name.
    pure function parameter_index(name, swept) result(place)

@@ -19,16 +19,18 @@ module cases_study
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
    use run_tables, only: add_measures, measure_column_t, print_mesh
+   use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model
    use study_job, only: job_t
+   use sweep_settings, only: varies_scales
    use table_columns, only: add_numbers, all_digits, print_table, table_t
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
 
-   !> Measures in the table that compares the cases
+   !> Measures in the table that compares the cases; the last two only if the motion settles
    type(measure_column_t), parameter :: compared_measures(*) = [ &
       measure_column_t('impacts'), &
       measure_column_t('first_impact_time'), &
@@ -86,7 +88,7 @@ contains
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
       group = root%subgroup('cases')
-      group = group%unscaled([scene%cases%parameter%quantity])
+      group = group%unscaled(varies_scales(scene%cases%parameter))
       call group%attribute('parameter', name)
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
       call group%add(name, cases%value, group%scene_unit(scene%cases%parameter%quantity), &
@@ -136,7 +138,7 @@ contains
          if (parameter%quantity /= '') heading = heading//', '//scene_unit_of(units, parameter%quantity)
          call add_numbers(table, heading, cases%value, all_digits)
       end associate
-      call add_measures(table, compared_measures, rows, units)
+      call add_measures(table, compared_measures(:merge(3, 5, varies_at_end(scene))), rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
       if (scene%wants_spectrum) call add_measures(table, [measure_column_t('strongest_frequency')], rows, units)
       if (scene%wants_statistics .and. .not. any(scene%has_group(measured_groups))) then

@@ -6,13 +6,14 @@ module scene_beam_model
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
-   use load_periods, only: period_of
+   use load_periods, only: period_of, varies_to
    use load_settings, only: course_step, start_drop
    use mass_choice, only: is_redistribution_more_accurate
    use mode_trials, only: is_driven
    use number_text, only: to_text
    use root_and_mass_settings, only: root_pinned
-   use run_settings, only: body_settings_t, run_settings_t, side_above, side_below, stop_released_from, stop_settings_t
+   use run_settings, only: body_settings_t, end_of_run, run_settings_t, side_above, side_below, stop_released_from, &
+      stop_settings_t
    use scene_requests, only: harmonic_frequencies, set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
@@ -20,7 +21,7 @@ module scene_beam_model
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
-   public :: load_period_of, section_of, model_of, motion_model_of, redistributes, run_settings_of
+   public :: load_period_of, varies_at_end, section_of, model_of, motion_model_of, redistributes, run_settings_of
 
    !> Stiffness of a spring with stiffness ratio 1, for E Ibar = L = 1
    real(wp), parameter :: spring_unit = 3.0_wp
@@ -58,6 +59,20 @@ contains
       period = period_of(frequencies, 0)
       if (period <= 0.0_wp) period = period_of(frequencies, minloc(frequencies, dim=1))
    end function load_period_of
+
+   !> Whether a load or a motion of the base still varies at the end of the run, so that the motion does not settle.
+   pure function varies_at_end(scene) result(answer)
+      type(scene_t), intent(in) :: scene
+      logical :: answer
+
+      integer :: k
+
+      answer = .false.
+      if (scene%has_forces) answer = any([(varies_to(scene%forces(k)%course, end_of_run(scene%response)), &
+         k=1, size(scene%forces))])
+      if (scene%has_bases) answer = answer .or. any([(varies_to(scene%bases(k)%course, end_of_run(scene%response)) &
+         .and. abs(scene%bases(k)%course%amplitude) > 0.0_wp, k=1, size(scene%bases))])
+   end function varies_at_end
 
    !> Assemble the beam of a scene on a mesh, with the consistent mass matrix.
    pure subroutine model_of(scene, elements, ratio, model, error)

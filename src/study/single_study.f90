@@ -20,7 +20,7 @@ module single_study
    use run_tables, only: print_contacts, print_driven, print_measures, print_mesh, print_modes, print_statistics, &
       print_stresses
    use run_warnings, only: warn_of_run
-   use scene_beam_model, only: load_period_of, motion_model_of, run_settings_of
+   use scene_beam_model, only: load_period_of, motion_model_of, run_settings_of, varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model, stop_of_release
@@ -84,7 +84,7 @@ contains
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
          call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), errors, &
-            is_driven=load_period > 0.0_wp, has_window=allocated(response%statistics))
+            is_driven=varies_at_end(scene), has_window=allocated(response%statistics))
          if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
          if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
             'not estimated, as that would take long: --estimate does')

@@ -17,7 +17,7 @@ module sweep_file
    use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_name, chunk_rows_t, read_chunk, &
       max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
-   use sweep_settings, only: design_names, goal_names
+   use sweep_settings, only: design_names, goal_names, varies_scales
    use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
    implicit none (type, external)
    private
@@ -150,7 +150,7 @@ contains
       call write_header(root, scene)
       root%symbols_as_units = .true.
       sweep = root%subgroup('sweep')
-      if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%unscaled(plan%axes%parameter%quantity)
+      if (any(varies_scales(plan%axes%parameter))) sweep = sweep%unscaled(scales_vary=.true.)
       call write_group(sweep, scene, plan, survey)
       call write_analyses(root, survey%analysed)
       if (allocated(survey%summary)) call survey%summary%write(root)
@@ -161,13 +161,13 @@ contains
       end if
       if (scene%wants_spectrum) then
          maps = root%subgroup('sweep_spectrum')
-         if (.not. sweep%scales_values) maps = maps%unscaled(plan%axes%parameter%quantity)
+         if (.not. sweep%scales_values) maps = maps%unscaled(scales_vary=.true.)
          call make_spectra(maps, scene, plan%cases, spectra)
       end if
       call write_rows(sweep, path, plan, text, has_measure(scene), spectra, error)
       if (plan%is_grid .and. .not. plan%goes_back) then
          grid = root%subgroup('grid')
-         if (.not. sweep%scales_values) grid = grid%unscaled(plan%axes%parameter%quantity)
+         if (.not. sweep%scales_values) grid = grid%unscaled(scales_vary=.true.)
          call write_grid(grid, plan, has_measure(scene))
       end if
       call root%finish_on_disk(refusal)
@@ -303,7 +303,8 @@ contains
          call group%add(trim(plan%axes(k)%parameter%name), column, group%scene_unit(plan%axes(k)%parameter%quantity), &
             trim(plan%axes(k)%parameter%meaning), along=along)
       end do
-      call write_measures_of_cases(group%unscaled(plan%axes%parameter%quantity), measure_table%name, rows, along)
+      call write_measures_of_cases(group%unscaled(any(varies_scales(plan%axes%parameter))), measure_table%name, &
+         rows, along)
    end subroutine write_columns
 
    !> Write the columns of /sweep chunk by chunk; rows are buffered and written up to `max_rows` at a time, or one chunk
