@@ -27,7 +27,14 @@ module scene_drawing
    end type usual_t
 
    type(usual_t), parameter :: usual(*) = [ &
-      usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), &
+      usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), usual_t('beam', 'length', 0.5_wp, 2.0_wp, .false.), &
+      usual_t('beam', 'width', 0.1_wp, 2.0_wp, .true.), usual_t('beam', 'height_root', 0.03_wp, 0.15_wp, .false.), &
+      usual_t('beam', 'height_tip', 0.03_wp, 0.15_wp, .false.), &
+      usual_t('beam', 'youngs_modulus', 0.1_wp, 10.0_wp, .true.), usual_t('beam', 'density', 0.1_wp, 10.0_wp, .true.), &
+      usual_t('section', 'width', 0.1_wp, 1.0_wp, .true.), usual_t('section', 'height', 0.03_wp, 0.1_wp, .false.), &
+      usual_t('section', 'diameter', 0.03_wp, 0.1_wp, .false.), usual_t('section', 'wall', 1.0e-3_wp, 0.02_wp, .true.), &
+      usual_t('section', 'outer_diameter', 0.05_wp, 0.1_wp, .false.), &
+      usual_t('section', 'inner_diameter', 0.005_wp, 0.04_wp, .false.), &
       usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, &
       .false.), usual_t('mesh', 'tolerance', 1.0e-4_wp, 1.0e-2_wp, .true., 1.0e-2_wp), &
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
@@ -477,19 +484,28 @@ contains
       end do
    end subroutine draw_body
 
+   !> Drop the names of &beam that say length and section.
+   subroutine empty_beam(draft)
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: of_beam(10) = [character(17) :: 'length', 'width', 'height_root', 'height_tip', 'taper', &
+         'mean_height_ratio', 'station', 'height', 'area', 'inertia']
+      integer :: i
+
+      do i = 1, size(of_beam)
+         if (has_name(draft, 'beam', trim(of_beam(i)))) call drop(draft, 'beam', trim(of_beam(i)))
+      end do
+   end subroutine empty_beam
+
    !> A section of any shape, instead of that of &beam.
    subroutine draw_section(draft)
       !> The scene
       type(draft_t), intent(inout) :: draft
 
-      character(*), parameter :: of_beam(10) = [character(17) :: 'length', 'width', 'height_root', 'height_tip', 'taper', &
-         'mean_height_ratio', 'station', 'height', 'area', 'inertia']
       character(*), parameter :: shapes(4) = [character(9) :: 'rectangle', 'round', 'tube', 'general']
-      integer :: i, profile, shape
+      integer :: profile, shape
 
-      do i = 1, size(of_beam)
-         if (has_name(draft, 'beam', trim(of_beam(i)))) call drop(draft, 'beam', trim(of_beam(i)))
-      end do
+      call empty_beam(draft)
       shape = 1 + int(4.0_wp*number())
       profile = int(4.0_wp*number())
       call put(draft, 'section', 'shape', ''''//trim(shapes(shape))//'''')
@@ -1139,6 +1155,7 @@ contains
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
          if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
+         if (group == 'section') call make_section(name, draft)
          if (parameter /= names(i)%name) then
             call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
             if (design == 0) call put(draft, 'sweep', parameter//'_points', &
@@ -1165,6 +1182,30 @@ contains
       if (value_of(draft, 'best', 'refine') == '.true.' .and. .not. has_name(draft, 'best', 'evaluations')) &
          call put(draft, 'best', 'evaluations', '20')
    end subroutine draw_sweep
+
+   !> The uniform section that has a dimension.
+   subroutine make_section(name, draft)
+      !> Name of the dimension in &section
+      character(*), intent(in) :: name
+      type(draft_t), intent(inout) :: draft
+
+      call empty_beam(draft)
+      if (has_name(draft, 'section', 'shape')) call drop(draft, 'section', '')
+      select case (name)
+      case ('width', 'height')
+         call put(draft, 'section', 'shape', '''rectangle''')
+         call put(draft, 'section', 'height', '0.05')
+         call put(draft, 'section', 'width', '0.3')
+      case ('diameter')
+         call put(draft, 'section', 'shape', '''round''')
+         call put(draft, 'section', 'diameter', '0.05')
+      case default
+         call put(draft, 'section', 'shape', '''tube''')
+         call put(draft, 'section', 'outer_diameter', '0.05')
+         if (name == 'inner_diameter') call put(draft, 'section', 'inner_diameter', '0.03')
+         if (name /= 'inner_diameter') call put(draft, 'section', 'wall', '0.004')
+      end select
+   end subroutine make_section
 
    !> What a name of a load or of the start needs.
    subroutine make_count(group, name, draft)
