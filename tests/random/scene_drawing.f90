@@ -1539,6 +1539,11 @@ contains
             call give_units_of_course('force_1', scene%forces(1)%course)
             if (scene%forces(1)%course%kind /= course_table) call instead('force_1', 'amplitude_ratio', 'amplitude', &
                scene%forces(1)%course%amplitude*unit)
+            if (has_name(draft, 'force_1', 'position')) then
+               call instead_list('force_1', 'position', 'position_length', scene%forces(1)%position*scene%scales%length)
+            else
+               call instead_list('force_1', 'stretch', 'stretch_length', scene%forces(1)%stretch*scene%scales%length)
+            end if
          end if
          if (allocated(scene%bases)) then
             unit = length/time**2
@@ -1586,10 +1591,20 @@ contains
          character(*), intent(in) :: quantity
          real(wp), intent(in) :: value
 
+         call instead_list(group, ratio, quantity, [value])
+      end subroutine instead
+
+      !> The same of a list.
+      subroutine instead_list(group, ratio, quantity, values)
+         character(*), intent(in) :: group
+         character(*), intent(in) :: ratio
+         character(*), intent(in) :: quantity
+         real(wp), intent(in) :: values(:)
+
          if (.not. has_name(draft, group, ratio) .or. chance(0.3_wp)) return
          call drop(draft, group, ratio)
-         call put(draft, group, quantity, to_text(value))
-      end subroutine instead
+         call put(draft, group, quantity, list(values))
+      end subroutine instead_list
 
    end subroutine give_units
 
@@ -1628,7 +1643,11 @@ contains
          call take('support_1', 'stiffness_ratio', scene%supports(1)%stiffness_ratio)
       end if
       call take('damping', 'zeta_mass', scene%zeta_mass)
-      if (allocated(scene%forces)) call take_course('force_1', scene%forces(1)%course)
+      if (allocated(scene%forces)) then
+         call take_course('force_1', scene%forces(1)%course)
+         if (has_name(draft, 'force_1', 'position')) call put(draft, 'force_1', 'position', list(scene%forces(1)%position))
+         if (has_name(draft, 'force_1', 'stretch')) call put(draft, 'force_1', 'stretch', list(scene%forces(1)%stretch))
+      end if
       if (allocated(scene%bases)) then
          call take_course('base_1', scene%bases(1)%course)
          call take('base_1', 'gravity_ratio', scene%bases(1)%gravity_ratio)
