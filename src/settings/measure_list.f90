@@ -193,7 +193,7 @@ module measure_list
       group=measured_groups(k)), i=1, size(statistics_of_stop)), k=1, measured), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
       'force', .false., group='statistics'), &
-      measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
+      measure_t('rms_force', '', 'RMS force, of all contacts the root of the sum of squares; none with restitution', &
       'force', .false., group='statistics'), &
       measure_t('maximum_force', '', 'maximum force; with restitution there is none', &
       'force', .false., group='statistics'), &

@@ -8,7 +8,7 @@ module sweep_progress
    use progress_line, only: terminal_width
    implicit none (type, external)
    private
-   public :: progress_t, start_sweep_progress, print_sweep_progress, erase_sweep_progress, progress_words
+   public :: progress_t, start_sweep_progress, print_sweep_progress, erase_sweep_progress, progress_words, rate_in_words
 
    !> State of the progress output.
    type :: progress_t
@@ -125,17 +125,12 @@ contains
       real(wp), intent(in) :: seconds
       character(:), allocatable :: words
 
-      real(wp) :: rate, left
+      real(wp) :: left
 
       words = label//': '//to_text(done)//' of '//to_text(cases)//' cases'
       if (computed == 0 .or. .not. seconds > 0.0_wp) return
-      rate = real(computed, wp)/seconds
-      left = real(cases - done, wp)/rate
-      if (rate >= 10.0_wp) then
-         words = words//', '//to_text(nint(rate))//' a second, '
-      else
-         words = words//', '//to_text(real(nint(100.0_wp*rate), wp)/100.0_wp)//' a second, '
-      end if
+      left = real(cases - done, wp)*seconds/real(computed, wp)
+      words = words//', '//rate_in_words(computed, seconds, '')//', '
       if (left < 600.0_wp) then
          words = words//to_text(nint(left))//' s left'
       else if (left < 36000.0_wp) then
@@ -144,5 +139,26 @@ contains
          words = words//to_text(nint(min(left/3600.0_wp, 1.0e9_wp)))//' h left'
       end if
    end function progress_words
+
+   !> A rate of cases in words, such as '6100 cases a second', '0.41 cases a second' or '25 s a case'.
+   pure function rate_in_words(computed, seconds, noun) result(words)
+      !> Number of cases, above zero, and the seconds that they took
+      integer, intent(in) :: computed
+      real(wp), intent(in) :: seconds
+      !> Words between number and 'a second'
+      character(*), intent(in) :: noun
+      character(:), allocatable :: words
+
+      real(wp) :: rate
+
+      rate = real(computed, wp)/max(seconds, 1.0e-3_wp)
+      if (rate >= 10.0_wp) then
+         words = to_text(nint(rate))//noun//' a second'
+      else if (rate >= 0.1_wp) then
+         words = to_text(real(nint(100.0_wp*rate), wp)/100.0_wp)//noun//' a second'
+      else
+         words = to_text(nint(1.0_wp/rate))//' s a case'
+      end if
+   end function rate_in_words
 
 end module sweep_progress

@@ -12,6 +12,7 @@ module sweep_tables
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: is_at_end, plan_t
+   use sweep_progress, only: rate_in_words
    use sweep_settings, only: goal_names
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
    implicit none (type, external)
@@ -68,7 +69,7 @@ contains
       if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed) &
          //' of them were already computed')
       if (computed > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
-         //to_text(nint(real(computed, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
+         //rate_in_words(computed, seconds, ' cases')//', '//workers)
       do k = 1, min(size(survey%failed_cases), 3)
          call print_line(unit, '', 'case '//to_text(survey%failed_cases(k))//' failed: '//trim(survey%reasons(k)), &
             width=0)
