@@ -177,16 +177,13 @@ contains
 
       ! at a root, a mode that takes part leaves a small fraction of the summands of `value`, another mode a larger one
       real(wp), parameter :: small = 1.0e-9_wp
-      real(wp), parameter :: large = 1.0e-5_wp
       real(wp) :: strength(problem%modes)
       integer :: i, strongest, trial
 
       call vectors_at(problem, s, 0, distance, vectors)
       strongest = vectors%mode
       if (strongest == 0 .or. size(problem%spring) == 1) return
-      ! poles that cluster at -1/(2 zeta) are too near to each other to tell their modes apart
-      if (any(problem%is_clustered .and. abs1(distance(:size(problem%is_clustered))) < 0.5_wp*abs1(s))) return
-      if (residual(abs1(s)**2) <= large) return
+      if (residual(abs1(s)**2) <= small) return
       do i = 1, problem%modes
          strength(i) = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
       end do

@@ -256,7 +256,8 @@ contains
          rate = matmul(rate, change**2)
       end do
       do j = 1, size(square)
-         damping = 0.5_wp*(problem%two_zeta*problem%square(j) + rate(j))
+         ! the rate of a body may be negative
+         damping = max(0.5_wp*(problem%two_zeta*problem%square(j) + rate(j)), 0.0_wp)
          do k = 1, size(problem%spring)
             associate (spring => problem%spring(k))
                damping = damping + 0.5_wp*spring%viscosity*value(j, k)**2

@@ -1,5 +1,5 @@
-!> Stops that are replaced before the coupled motion is computed. `reduce_rows` treats stops at the point of a rigid
-!> stop.
+!> Stops that are replaced before the coupled motion is computed. `reduce_rows` treats stops that share modes with a
+!> rigid stop.
 !>
 !> Equivalent stops replace compliant stops of one relaxation rate nu whose columns of modal values are linearly
 !> dependent, because the stops are at one point or outnumber the modes. Such stops would give the characteristic
@@ -50,6 +50,9 @@ contains
    !> stop does not move, this does not change the gap of the other stop; c times the force of stop j must then be added
    !> to that of stop i. A body that meets the beam at such a point thus moves independently of the beam, and the
    !> equations are not singular at its roots.
+   !>
+   !> A rigid stop that one mode alone moves holds this mode, and c is such that the mode cancels in the rows of all
+   !> other stops; the equations would be singular if this mode were their separated mode.
    pure subroutine reduce_rows(spring, row, base, factor)
       !> Dynamic stiffnesses of the stops, [stops]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
@@ -60,9 +63,12 @@ contains
       !> c of each stop, [stops]
       real(wp), intent(out) :: factor(:)
 
-      real(wp) :: sum_of_rows(size(row, 1))
+      ! `trial`: values of c
+      real(wp) :: sum_of_rows(size(row, 1)), trial(3)
       ! the stops, those in whose rows the fewest modes take part first
       integer :: order(size(spring)), i, j, k, m
+      ! the only mode that moves a rigid stop; 0: there are more
+      integer :: only
 
       base = 0
       factor = 0.0_wp
@@ -70,15 +76,20 @@ contains
       do m = 1, size(spring)
          i = order(m)
          if (.not. is_rigid_stop(spring(i)) .or. base(i) > 0) cycle
+         only = 0
+         if (count(abs(row(:, i)) > 0.0_wp) == 1) only = maxloc(abs(row(:, i)), dim=1)
          do j = 1, size(spring)
             if (j == i .or. base(j) > 0 .or. any(base == j)) cycle
-            do k = -1, 1, 2
-               sum_of_rows = row(:, j) + real(k, wp)*row(:, i)
+            trial = [-1.0_wp, 1.0_wp, 0.0_wp]
+            if (only > 0) trial(3) = -row(only, j)/row(only, i)
+            do k = 1, size(trial)
+               sum_of_rows = row(:, j) + trial(k)*row(:, i)
+               if (k == 3 .and. only > 0) sum_of_rows(only) = 0.0_wp
                associate (entries => count(abs(sum_of_rows) > 0.0_wp))
                   if (entries == 0 .or. entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
                end associate
                base(j) = i
-               factor(j) = real(k, wp)
+               factor(j) = trial(k)
                row(:, j) = sum_of_rows
                exit
             end do

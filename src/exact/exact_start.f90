@@ -13,7 +13,7 @@ module exact_start
    use contact_states, only: energy_in, make_contact_state, has_rigid_stop, add_massless_node, contact_state_t
    use contact_values, only: gap_to_undeformed
    use damped_oscillators, only: make_oscillators
-   use failures, only: fail, failure_t, status_bad_input
+   use failures, only: failure_t
    use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
@@ -51,7 +51,7 @@ contains
       !> Motion with an open recorder; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set if the initial state penetrates a contact, or if modes decay alike
+      !> Set if the initial state penetrates a contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
@@ -161,14 +161,12 @@ contains
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
       type(motion_t), intent(inout) :: motion
-      !> Set if the initial state penetrates a contact, or if modes decay alike
+      !> Set if the initial state penetrates a contact
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: forces(size(is_active))
       integer :: k
 
-      call check_decays(now%beam, error)
-      if (allocated(error)) return
       call find_modal_start(model, modes, settings, now, is_active, motion%q, motion%v, forces, error)
       if (allocated(error)) return
       do k = 1, size(forces)
@@ -231,36 +229,6 @@ contains
       call find_load(now, 0.0_wp)
    end subroutine set_up_loads
 
-   !> Report an error if rounding makes the slow exponents of two overdamped modes equal; with growing frequency they
-   !> tend to -1/(2 zeta). With damping proportional to stiffness the equation of the contacts (module
-   !> `coupled_equation`) treats such modes without loss of digits, but not if bodies give each mode a damping ratio of
-   !> its own.
-   subroutine check_decays(beam, error)
-      type(free_beam_t), intent(in) :: beam
-      !> Set if two modes of the beam decay alike
-      type(failure_t), allocatable, intent(out) :: error
-
-      ! minimum relative difference of two decay rates; with a smaller one, energies were wrong by more than 1e-11
-      real(wp), parameter :: min_difference = 4096.0_wp*epsilon(1.0_wp)
-      integer :: i, last
-
-      if (.not. beam%has_modal_damping .or. size(beam%body_mode) == 0) return
-      last = 0
-      do i = beam%oscillators%underdamped + 1, beam%oscillators%count
-         if (any(beam%body_mode == i)) cycle
-         associate (decay => beam%oscillators%decay)
-            if (last > 0) then
-               if (abs(decay(i) - decay(last)) < min_difference*decay(i)) then
-                  call fail(error, status_bad_input, 'with &body, the highest modes of this mesh decay too much ' &
-                     //'alike: give a less graded mesh, a smaller zeta, or fewer modes in &response')
-                  return
-               end if
-            end if
-         end associate
-         last = i
-      end do
-   end subroutine check_decays
-
    !> Set up the beam and its contacts in the free modes.
    pure subroutine make_beam(model, modes, settings, contacts, beam)
       type(beam_model_t), intent(in) :: model
@@ -272,8 +240,8 @@ contains
       integer :: bodies, i, k
 
       beam%has_modal_damping = damps_each_mode(settings)
-      call make_oscillators(modes%square, merge(0.0_wp, settings%zeta, beam%has_modal_damping), beam%oscillators, &
-         rates_of_modes(settings, modes%square, modes%body))
+      call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square, &
+         modes%body))
       bodies = count_bodies(settings)
       allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_rest(bodies))
       if (bodies > 0) then

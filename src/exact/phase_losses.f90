@@ -246,8 +246,8 @@ contains
          associate (coupled => set%coupled, k => set%coupled%count)
             allocate (rate(set%constrained%count, k))
             do m = 1, k
-               rate(:, m) = sqrt(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate) &
-                  *coupled%exponent(m)*coupled%shape(:, m)
+               rate(:, m) = sqrt(max(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate, &
+                  0.0_wp))*coupled%exponent(m)*coupled%shape(:, m)
             end do
             call make_power_form(coupled%exponent, rate, set%losses(1))
          end associate

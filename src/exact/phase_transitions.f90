@@ -221,6 +221,9 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      ! time in 1/omega1 within which impacts are simultaneous: mirrored stops are hit at once but for rounding errors,
+      ! and one impact after the other would give other velocities
+      real(wp), parameter :: simultaneous = 1.0e-13_wp
       ! rigid contacts with zero gap
       logical :: reached(size(self%states))
       real(wp) :: velocity
@@ -231,7 +234,8 @@ contains
       do k = 1, size(self%states)
          reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
          if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
-         reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion)
+         reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion) + simultaneous &
+            *max(-velocity_of(self, k, motion), 0.0_wp)
       end do
       next = first
       do round = 1, max_rounds

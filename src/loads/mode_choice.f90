@@ -100,7 +100,7 @@ contains
    end function next_count
 
    !> Has each mode a damping rate of its own, because damping ratios are given mode by mode, or because the dampers of
-   !> bodies do not follow the proportional damping of the beam? `rates_of_modes` then includes `zeta` of the settings.
+   !> bodies do not follow the proportional damping of the beam?
    pure function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -115,7 +115,7 @@ contains
 
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
    !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, alpha
-   !> of a mode of the beam includes 2 zeta W_i^2, and alpha of a body is 2 xi W + c/m (damping ratio xi, damper c).
+   !> of a body is its damping rate 2 xi W + c/m (damping ratio xi, damper c) minus 2 zeta W^2, which all modes have.
    pure function rates_of_modes(settings, square, body) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
@@ -134,9 +134,8 @@ contains
       end if
       if (.not. present(body)) return
       if (.not. damps_each_mode(settings)) return
-      rate = rate + 2.0_wp*settings%zeta*square
       do i = 1, size(square)
-         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i)))
+         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i))) - 2.0_wp*settings%zeta*square(i)
       end do
    end function rates_of_modes
 
@@ -161,9 +160,8 @@ contains
          call append_bodies(settings%bodies, mode_count, modes)
          total = size(modes%square)
       end if
-      associate (zeta => merge(0.0_wp, settings%zeta, damps_each_mode(settings)))
-         order = damping_order(modes%square(:total), zeta, rates_of_modes(settings, modes%square(:total), modes%body))
-      end associate
+      order = damping_order(modes%square(:total), settings%zeta, rates_of_modes(settings, modes%square(:total), &
+         modes%body))
       if (allocated(modes%body)) modes%body = modes%body(order)
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)

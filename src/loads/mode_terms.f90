@@ -208,7 +208,7 @@ contains
          ! z + 2 zeta z' is a free motion, too, with these initial values
          viscous(1) = start(1) + mode%two_zeta*start(2)
          viscous(2) = start(2) - mode%two_zeta*(mode%square*viscous(1) + alpha*start(2))
-         is_stiff = mode%square*(1.0_wp + mode%two_zeta*radius) > radius*(radius + alpha)
+         is_stiff = mode%square*(1.0_wp + mode%two_zeta*radius) > radius*(radius + abs(alpha))
          do j = 1, slow_points
             s = radius*slow_direction(j)
             forced = transform_of(driven_motions, s)

@@ -1,7 +1,7 @@
 !> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0: the modes of a beam whose damping is
-!> proportional to its stiffness (zeta) and its mass (alpha), or is given mode by mode (alpha of each mode). W is the
-!> natural frequency in omega1. Each oscillator is propagated in closed form, without cancellation near critical
-!> damping.
+!> proportional to its stiffness (zeta) and its mass (alpha), or is given mode by mode (alpha of each mode), which
+!> is negative for a body whose damping ratio is less than zeta W. W is the natural frequency in omega1. Each oscillator
+!> is propagated in closed form, without cancellation near critical damping.
 module damped_oscillators
    use kinds, only: wp
    implicit none (type, external)
@@ -107,7 +107,8 @@ contains
             if (xi < min_separated_ratio) oscillators%unseparated = i
             if (xi < 1.0_wp) then
                oscillators%underdamped = i
-               oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate(i)
+               ! the sum of an undamped body is a rounding error of either sign
+               oscillators%decay(i) = max(zeta*square(i) + 0.5_wp*oscillators%mass_rate(i), 0.0_wp)
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((1.0_wp - xi)*(1.0_wp + xi))
             else
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((xi - 1.0_wp)*(xi + 1.0_wp))
@@ -135,7 +136,7 @@ contains
       real(wp) :: ratio
 
       ratio = zeta*frequency
-      if (mass_rate > 0.0_wp) ratio = ratio + 0.5_wp*mass_rate/frequency
+      if (abs(mass_rate) > 0.0_wp) ratio = ratio + 0.5_wp*mass_rate/frequency
    end function damping_ratio
 
    !> Order of the modes that the closed forms need: underdamped modes, modes near critical damping, modes far beyond

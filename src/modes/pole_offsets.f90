@@ -47,7 +47,7 @@ contains
       real(wp) :: damping, square
 
       if (present(mass_rate)) then
-         if (any(mass_rate > 0.0_wp)) then
+         if (any(abs(mass_rate) > 0.0_wp)) then
             call find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
             return
          end if
@@ -85,7 +85,7 @@ contains
       integer :: i
 
       do i = 1, size(squares)
-         decay = zeta*squares(i) + 0.5_wp*mass_rate(i)
+         decay = max(zeta*squares(i) + 0.5_wp*mass_rate(i), 0.0_wp)
          frequency = sqrt(squares(i))
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
             if (decay > frequency) then

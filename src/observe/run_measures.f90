@@ -279,7 +279,7 @@ contains
       logical :: in_contact
       real(wp), allocatable :: contact_times(:, :)
 
-      allocate (contact_times(2, response%event_count + 1))
+      allocate (contact_times(2, 0:response%event_count + 1), source=-1.0_wp)
       contacts = 0
       in_contact = .false.
       if (present(contact) .and. allocated(response%starts_closed)) in_contact = response%starts_closed(contact)
@@ -300,8 +300,12 @@ contains
             end if
             if (is_contact_start(event%kind) .and. .not. in_contact) then
                in_contact = .true.
-               contacts = contacts + 1
-               contact_times(:, contacts) = [event%tau, measures%duration]
+               ! a contact that an impulse at another one opens, and that closes in the same instant, continues
+               if (event%tau > contact_times(2, contacts)) then
+                  contacts = contacts + 1
+                  contact_times(1, contacts) = event%tau
+               end if
+               contact_times(2, contacts) = measures%duration
             else if (is_contact_end(event%kind) .and. in_contact) then
                in_contact = .false.
                contact_times(2, contacts) = event%tau
@@ -310,8 +314,8 @@ contains
             end if
          end associate
       end do
-      measures%contact_start = contact_times(1, :contacts)
-      measures%contact_end = contact_times(2, :contacts)
+      measures%contact_start = contact_times(1, 1:contacts)
+      measures%contact_end = contact_times(2, 1:contacts)
       measures%total_contact = sum(measures%contact_end - measures%contact_start)
       if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
    end subroutine measure_events

@@ -58,7 +58,7 @@ contains
       search%outcome = found_none
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
          ! `add_derivatives` has no damping proportional to mass
-         if (any(oscillators%mass_rate > 0.0_wp)) return
+         if (any(abs(oscillators%mass_rate) > 0.0_wp)) return
          low(n + 1:) = 0.0_wp
          high(n + 1:) = 0.0_wp
          low(:n) = z

@@ -45,19 +45,19 @@ module scene_drawing
       usual_t('mass_1', 'rotary_inertia_ratio', 1.0e-4_wp, 0.1_wp, .true.), &
       usual_t('root', 'rotation_stiffness_ratio', 0.01_wp, 1.0e4_wp, .true.), &
       usual_t('root', 'translation_stiffness_ratio', 0.1_wp, 1.0e5_wp, .true.), &
-      usual_t('body', 'position', 0.2_wp, 1.0_wp, .false.), usual_t('body', 'mass_ratio', 0.003_wp, 3.0_wp, .true.), &
-      usual_t('body', 'clearance_ratio', 0.05_wp, 1.0_wp, .false.), &
-      usual_t('body', 'spring_ratio', 0.3_wp, 1.0e3_wp, .true.), &
-      usual_t('body', 'damping_ratio', 0.01_wp, 4.0_wp, .true.), &
-      usual_t('body', 'base_damper_ratio', 1.0e-3_wp, 10.0_wp, .true.), &
-      usual_t('body', 'rest_ratio', -0.5_wp, 0.5_wp, .false.), &
-      usual_t('body', 'start_velocity_ratio', -2.0_wp, 2.0_wp, .false.), &
-      usual_t('body', 'start_gap_ratio', 0.0_wp, 0.6_wp, .false.), &
-      usual_t('body', 'floor_ratio', 0.0_wp, 1.0_wp, .false.), usual_t('body', 'ceiling_ratio', 0.0_wp, 1.0_wp, .false.), &
-      usual_t('body', 'restitution', 0.0_wp, 1.0_wp, .false.), &
-      usual_t('body', 'stiffness_ratio', 1.0_wp, 1.0e4_wp, .true.), &
-      usual_t('body', 'branch_ratio', 0.01_wp, 100.0_wp, .true.), &
-      usual_t('body', 'damper_ratio', 1.0e-3_wp, 100.0_wp, .true.), &
+      usual_t('body_1', 'position', 0.2_wp, 1.0_wp, .false.), usual_t('body_1', 'mass_ratio', 0.003_wp, 3.0_wp, .true.), &
+      usual_t('body_1', 'clearance_ratio', 0.05_wp, 1.0_wp, .false.), &
+      usual_t('body_1', 'spring_ratio', 0.3_wp, 1.0e3_wp, .true.), &
+      usual_t('body_1', 'damping_ratio', 0.01_wp, 4.0_wp, .true.), &
+      usual_t('body_1', 'base_damper_ratio', 1.0e-3_wp, 10.0_wp, .true.), &
+      usual_t('body_1', 'rest_ratio', -0.5_wp, 0.5_wp, .false.), &
+      usual_t('body_1', 'start_velocity_ratio', -2.0_wp, 2.0_wp, .false.), &
+      usual_t('body_1', 'start_gap_ratio', 0.0_wp, 0.6_wp, .false.), &
+      usual_t('body_1', 'floor_ratio', 0.0_wp, 1.0_wp, .false.), usual_t('body_1', 'ceiling_ratio', 0.0_wp, 1.0_wp, .false.), &
+      usual_t('body_1', 'restitution', 0.0_wp, 1.0_wp, .false.), &
+      usual_t('body_1', 'stiffness_ratio', 1.0_wp, 1.0e4_wp, .true.), &
+      usual_t('body_1', 'branch_ratio', 0.01_wp, 100.0_wp, .true.), &
+      usual_t('body_1', 'damper_ratio', 1.0e-3_wp, 100.0_wp, .true.), &
       usual_t('stop', 'clearance_ratio', 0.5_wp, 3.0_wp, .false.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -181,6 +181,8 @@ contains
          ! it knows no limit of events
          if (has_name(draft, 'mesh', 'elements')) call put(draft, 'mesh', 'elements', to_text(1 + int(16.0_wp*number())))
          call put(draft, 'precision', 'duration', to_text(1.0_wp + number()))
+         ! millions of steps take as long as all other scenes
+         if (has_name(draft, 'precision', 'steps')) call put(draft, 'precision', 'steps', to_text(0.01_wp + 0.1_wp*number()))
          call put(draft, 'precision', 'repetitions', to_text(1 + int(2.0_wp*number())))
          call put(draft, 'precision', 'shortest_timing', '1e-4')
       else
@@ -194,6 +196,7 @@ contains
          ! all turning points are found, of which fast modes have millions
          if (has_name(draft, 'stress', 'fatigue_slope') .and. has_name(draft, 'stress', 'fatigue_threshold_ratio')) then
             call put(draft, 'response', 'modes', '2')
+            call drop(draft, 'mesh', 'tolerance')
          else if (.not. has_name(draft, 'response', 'modes')) then
             call drop(draft, 'stress', 'fatigue_slope')
             call drop(draft, 'stress', 'fatigue_threshold_ratio')
@@ -279,7 +282,7 @@ contains
          if (.not. chance(probability)) return
          place = name
          if (present(prefix)) place = prefix//name
-         k = findloc(usual%group == 'body' .and. usual%name == name, .true., dim=1)
+         k = findloc(usual%group == 'body_1' .and. usual%name == name, .true., dim=1)
          call put(draft, group, place, to_text(between(usual(k)%least, usual(k)%most, usual(k)%is_logarithmic)))
       end subroutine put_usual
    end subroutine draw_bodies
@@ -1156,6 +1159,7 @@ contains
          call place_of_parameter(names, parameter, group, name)
          if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
          if (group == 'section') call make_section(name, draft)
+         if (group == 'body_1') call put(draft, group, 'mass_ratio', '0.5')
          if (parameter /= names(i)%name) then
             call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
             if (design == 0) call put(draft, 'sweep', parameter//'_points', &

@@ -49,7 +49,7 @@ contains
          associate (entry => entries(i), name => names(i))
             name%group = entry%group
             ! as parameters call it
-            if (any(entry%group == [character(7) :: 'support', 'mass', 'force', 'base'])) name%group = entry%group//'_1'
+            if (any(entry%group == [character(7) :: 'support', 'mass', 'force', 'base', 'body'])) name%group = entry%group//'_1'
             name%name = entry%name
             call read_allowed(entry%allowed, name)
             if (name%kind /= kind_number) cycle
