@@ -64,6 +64,8 @@ module coupled_terms
 
    !> Columns of sums over the modes: real part, imaginary part, and sum of the magnitudes |Re| + |Im|.
    integer, parameter :: re = 1, im = 2, size_of = 3
+   !> Number of columns of the state of the modes that these sums are taken of.
+   integer, parameter :: columns = 3
    !> Two forms of the Laplace transform of the heights minus the free motion of the stop points, of which the one with
    !> the smaller magnitudes is used. The second follows from the first by s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D,
    !> with D = s^2 + (2 zeta W^2 + alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that cancel for large
@@ -259,23 +261,31 @@ contains
       !> Amplitudes without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
 
-      ! columns of `state`: W^2 z, z, v, alpha z
-      integer, parameter :: forces = 1, displacements = 2, rates = 3, mass_damping = 4
+      ! columns of `state`: W^2 z, z, v
+      integer, parameter :: forces = 1, displacements = 2, rates = 3
       ! forms of the transform, the second times s, [terms, columns of sums, forms]
       real(wp) :: form(size(modes%decay), size_of, 2)
       ! 1/s, and the magnitude of s, [terms, columns of sums]
       real(wp) :: inverse(size(modes%decay), size_of)
-      ! columns of the state, and their magnitudes, [columns, padded modes, 2]; sums over the modes
-      real(wp) :: square_sum, state(4, size(modes%weight_parts, 2), 2), total(size(modes%decay), size_of, 4)
+      real(wp) :: square_sum, state(columns, size(modes%weight_parts, 2))
+      ! sums over the modes, and those of alpha z, [terms, columns of sums]
+      real(wp) :: total(size(modes%decay), size_of, columns), mass_damping(size(modes%decay), size_of)
       integer :: j, m
 
       state = 0.0_wp
-      state(forces, :size(z), 1) = square*z
-      state(displacements, :size(z), 1) = z
-      state(rates, :size(z), 1) = v
-      state(mass_damping, :size(z), 1) = modes%mass_rate*z
-      state(:, :, 2) = abs(state(:, :, 1))
-      call sum_over_modes(size(modes%decay), size(modes%weight_parts, 2), modes%weight_parts, state, total)
+      associate (rate => modes%mass_rate, beam => size(modes%weight_parts, 2))
+         mass_damping = 0.0_wp
+         if (maxval(rate) > minval(rate)) then
+            state(displacements, :size(z)) = rate*z
+            call sum_over_modes(size(modes%decay), beam, modes%weight_parts, state, total)
+            mass_damping = total(:, :, displacements)
+         end if
+         state(forces, :size(z)) = square*z
+         state(displacements, :size(z)) = z
+         state(rates, :size(z)) = v
+         call sum_over_modes(size(modes%decay), beam, modes%weight_parts, state, total)
+         if (maxval(rate) <= minval(rate)) mass_damping = maxval(rate)*total(:, :, displacements)
+      end associate
       associate (decay => modes%decay, omega => modes%omega)
          !$omp simd private(square_sum)
          do m = 1, size(decay)
@@ -287,11 +297,11 @@ contains
             inverse(m, re) = inverse(m, re)/square_sum
             inverse(m, im) = inverse(m, im)/square_sum
             form(m, re, direct) = decay(m)*total(m, re, displacements) + omega(m)*total(m, im, displacements) &
-               - total(m, re, mass_damping) - modes%two_zeta*total(m, re, forces)
+               - mass_damping(m, re) - modes%two_zeta*total(m, re, forces)
             form(m, im, direct) = decay(m)*total(m, im, displacements) - omega(m)*total(m, re, displacements) &
-               - total(m, im, mass_damping) - modes%two_zeta*total(m, im, forces)
+               - mass_damping(m, im) - modes%two_zeta*total(m, im, forces)
             form(m, size_of, direct) = inverse(m, size_of)*total(m, size_of, displacements) &
-               + total(m, size_of, mass_damping) + modes%two_zeta*total(m, size_of, forces)
+               + mass_damping(m, size_of) + modes%two_zeta*total(m, size_of, forces)
          end do
       end associate
       form(:, :, alternative) = total(:, :, forces)
@@ -371,38 +381,33 @@ contains
       integer, intent(in) :: modes
       !> Real and imaginary parts of `mode_weight`
       real(wp), intent(in) :: weight(terms, modes, 2)
-      !> Columns of the state (:, :, 1), and their magnitudes (:, :, 2)
-      real(wp), intent(in) :: state(4, modes, 2)
-      !> Sums of real parts, imaginary parts, magnitudes, [terms, 3, columns of the state]
-      real(wp), intent(out) :: total(terms, 3, 4)
+      !> Columns of the state
+      real(wp), intent(in) :: state(columns, modes)
+      !> Sums of real parts, imaginary parts, magnitudes (these without the last column), [terms, 3, columns]
+      real(wp), intent(out) :: total(terms, 3, columns)
 
-      real(wp) :: magnitude(terms, 4)
-      integer :: column, i, k, m, part
+      real(wp) :: magnitude(columns - 1, modes)
+      integer :: column, i, m
 
       total = 0.0_wp
+      magnitude = abs(state(:columns - 1, :))
       do i = 1, modes, 4
-         do part = 1, 2
-            !$omp simd
-            do m = 1, terms
-               do column = 1, 4
-                  total(m, part, column) = total(m, part, column) &
-                     + (weight(m, i, part)*state(column, i, 1) + weight(m, i + 1, part)*state(column, i + 1, 1)) &
-                     + (weight(m, i + 2, part)*state(column, i + 2, 1) + weight(m, i + 3, part)*state(column, i + 3, 1))
-               end do
-            end do
-         end do
-         do k = 1, 4
-            !$omp simd
-            do m = 1, terms
-               magnitude(m, k) = abs(weight(m, i + k - 1, 1)) + abs(weight(m, i + k - 1, 2))
-            end do
-         end do
          !$omp simd
          do m = 1, terms
-            do column = 1, 4
-               total(m, 3, column) = total(m, 3, column) &
-                  + (magnitude(m, 1)*state(column, i, 2) + magnitude(m, 2)*state(column, i + 1, 2)) &
-                  + (magnitude(m, 3)*state(column, i + 2, 2) + magnitude(m, 4)*state(column, i + 3, 2))
+            do column = 1, columns
+               total(m, re, column) = total(m, re, column) &
+                  + (weight(m, i, 1)*state(column, i) + weight(m, i + 1, 1)*state(column, i + 1)) &
+                  + (weight(m, i + 2, 1)*state(column, i + 2) + weight(m, i + 3, 1)*state(column, i + 3))
+               total(m, im, column) = total(m, im, column) &
+                  + (weight(m, i, 2)*state(column, i) + weight(m, i + 1, 2)*state(column, i + 1)) &
+                  + (weight(m, i + 2, 2)*state(column, i + 2) + weight(m, i + 3, 2)*state(column, i + 3))
+            end do
+            do column = 1, columns - 1
+               total(m, size_of, column) = total(m, size_of, column) &
+                  + ((abs(weight(m, i, 1)) + abs(weight(m, i, 2)))*magnitude(column, i) &
+                  + (abs(weight(m, i + 1, 1)) + abs(weight(m, i + 1, 2)))*magnitude(column, i + 1)) &
+                  + ((abs(weight(m, i + 2, 1)) + abs(weight(m, i + 2, 2)))*magnitude(column, i + 2) &
+                  + (abs(weight(m, i + 3, 1)) + abs(weight(m, i + 3, 2)))*magnitude(column, i + 3))
             end do
          end do
       end do

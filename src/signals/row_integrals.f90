@@ -165,7 +165,7 @@ contains
             if (square < min_fraction*separate) then
                call sum_rows(basis%terms, form, span, square_sum, &
                   reshape(f*basis%coefficient(:, :, value) + g*basis%coefficient(:, :, rate), &
-                  [size(basis%decay), 2, 1]), sums)
+                  [size(basis%decay), 2, 1]), [1], sums)
                square = sums(square_sum, 1)
             end if
             second(i) = square + signal%offset*(signal%offset*span%length + 2.0_wp*total)
@@ -199,21 +199,24 @@ contains
       end do
       do last = 0, count - 1, signals_at_once
          associate (batch => places(last + 1:min(last + signals_at_once, count)))
-            call sum_rows(basis%terms, form, span, columns, basis%coefficient(:, :, batch), sums(:, :size(batch)))
-            span%sums(:columns, batch) = sums(:columns, :size(batch))
+            call sum_rows(basis%terms, form, span, columns, basis%coefficient, batch, sums)
+            do i = 1, size(batch)
+               span%sums(:columns, batch(i)) = sums(:columns, i)
+            end do
          end associate
       end do
    end subroutine find_row_sums
 
    !> Sums of up to `signals_at_once` rows.
-   pure subroutine sum_rows(terms, form, span, columns, c, sums)
+   pure subroutine sum_rows(terms, form, span, columns, coefficient, places, sums)
       integer, intent(in) :: terms
       type(row_form_t), intent(in) :: form
       type(row_interval_terms_t), intent(in) :: span
       !> Number of columns of the sums
       integer, intent(in) :: columns
-      !> Coefficients of the terms, real part and minus imaginary part, [padded terms, 2, rows]
-      real(wp), contiguous, intent(in) :: c(:, :, :)
+      !> Coefficients of the terms, real part and minus imaginary part, and the places of the rows in them
+      real(wp), contiguous, intent(in) :: coefficient(:, :, :)
+      integer, intent(in) :: places(:)
       !> [4, rows]
       real(wp), contiguous, intent(inout) :: sums(:, :)
 
@@ -225,35 +228,37 @@ contains
 
       changes = 0.0_wp
       ends = 0.0_wp
-      do i = 1, size(c, 3)
+      do i = 1, size(places)
          total = 0.0_wp
          start = 0.0_wp
          change = 0.0_wp
          square = 0.0_wp
-         !$omp simd reduction(+:total, start, change, square) private(part, part_change)
-         do m = 1, terms
-            total = total + (c(m, 1, i)*span%integral(m, 1) + c(m, 2, i)*span%integral(m, 2))
-            part = c(m, 1, i)*span%start(m, 1) + c(m, 2, i)*span%start(m, 2)
-            part_change = c(m, 1, i)*span%change(m, 1) + c(m, 2, i)*span%change(m, 2)
-            start = start + part
-            change = change + part_change
-            changes(i, m) = part_change
-            ends(m, i) = 2.0_wp*part + part_change
-            part_change = c(m, 1, i)*span%change(m, 2) - c(m, 2, i)*span%change(m, 1)
-            changes(i, m + terms) = part_change
-            ends(m + terms, i) = 2.0_wp*(c(m, 1, i)*span%start(m, 2) - c(m, 2, i)*span%start(m, 1)) + part_change
-            square = square + form%power%diagonal(m)*(c(m, 1, i)**2 + c(m, 2, i)**2)*span%square(m)
-         end do
+         associate (c => coefficient(:, :, places(i)))
+            !$omp simd reduction(+:total, start, change, square) private(part, part_change)
+            do m = 1, terms
+               total = total + (c(m, 1)*span%integral(m, 1) + c(m, 2)*span%integral(m, 2))
+               part = c(m, 1)*span%start(m, 1) + c(m, 2)*span%start(m, 2)
+               part_change = c(m, 1)*span%change(m, 1) + c(m, 2)*span%change(m, 2)
+               start = start + part
+               change = change + part_change
+               changes(i, m) = part_change
+               ends(m, i) = 2.0_wp*part + part_change
+               part_change = c(m, 1)*span%change(m, 2) - c(m, 2)*span%change(m, 1)
+               changes(i, m + terms) = part_change
+               ends(m + terms, i) = 2.0_wp*(c(m, 1)*span%start(m, 2) - c(m, 2)*span%start(m, 1)) + part_change
+               square = square + form%power%diagonal(m)*(c(m, 1)**2 + c(m, 2)**2)*span%square(m)
+            end do
+         end associate
          sums([integral_sum, start_sum, change_sum, square_sum], i) = [total, start, change, square]
       end do
       if (columns < square_sum) return
       call quadratic_forms(size(form%matrix, 1), form%matrix, changes, ends, quadratic)
-      sums(square_sum, :) = sums(square_sum, :) + quadratic(:size(c, 3))
+      sums(square_sum, :size(places)) = sums(square_sum, :size(places)) + quadratic(:size(places))
       do k = 1, size(form%power%pairs, 2)
          associate (a => form%power%pairs(1, k), b => form%power%pairs(2, k))
             s = cmplx(-(form%power%decay(a) + form%power%decay(b)), form%power%omega(a) - form%power%omega(b), wp)
             s = integral(s, span%length, exp(s*span%length))
-            do i = 1, size(c, 3)
+            do i = 1, size(places)
                sums(square_sum, i) = sums(square_sum, i) + 0.5_wp*real(s*start_of(a)*conjg(start_of(b)), wp)
             end do
          end associate
@@ -266,7 +271,8 @@ contains
          integer, intent(in) :: m
          complex(wp) :: term
 
-         term = cmplx(c(m, 1, i), -c(m, 2, i), wp)*cmplx(span%start(m, 1), span%start(m, 2), wp)
+         term = cmplx(coefficient(m, 1, places(i)), -coefficient(m, 2, places(i)), wp) &
+            *cmplx(span%start(m, 1), span%start(m, 2), wp)
       end function start_of
    end subroutine sum_rows
 

@@ -7,8 +7,8 @@ module row_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    use row_basis, only: advance, advance_by, bound_rows, evaluate_rows, lowest_step, row_basis_t
-   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, max_steps, &
-      monomial_coefficients, row_path_t, row_signal_t
+   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, exponent_of, max_steps, &
+      monomial_coefficients, power_of_two, row_path_t, row_signal_t
    implicit none (type, external)
    private
    public :: search_rows
@@ -33,18 +33,19 @@ module row_search
       real(wp) :: length = 0.0_wp
       integer :: next = 0
       integer :: count = 0
-      !> Value, slope and curvature of each signal at the start of the step, [0:2, signals]
-      real(wp), allocatable :: at_start(:, :)
+      !> Value, slope and curvature of each signal at the start of the step, [0:2, signals]. The arrays are those of
+      !> `search_rows`, which allocates none because searches are many and short
+      real(wp), pointer, contiguous :: at_start(:, :) => null()
       !> The same at the end of the step
-      real(wp), allocatable :: at_end(:, :)
+      real(wp), pointer, contiguous :: at_end(:, :) => null()
       !> Bound of the sixth derivative of each signal, [signals]
-      real(wp), allocatable :: bound(:)
+      real(wp), pointer, contiguous :: bound(:) => null()
       !> Rounding error of each signal, [signals]
-      real(wp), allocatable :: rounding(:)
+      real(wp), pointer, contiguous :: rounding(:) => null()
       !> Lower bound of each signal, [signals]
-      real(wp), allocatable :: floor(:)
+      real(wp), pointer, contiguous :: floor(:) => null()
       !> `has_no_zero`, `is_undecided` or `has_one_zero`, [signals]
-      integer, allocatable :: answer(:)
+      integer, pointer, contiguous :: answer(:) => null()
    end type step_t
 
 contains
@@ -65,10 +66,17 @@ contains
       integer, intent(in), optional :: first_node
 
       type(step_t) :: step
+      ! arrays of the step
+      real(wp), target :: values(0:2, size(signals), 2), bounds(size(signals), 3)
+      integer, target :: answer(size(signals))
       integer :: node, n
 
-      allocate (step%at_start(0:2, size(signals)), step%at_end(0:2, size(signals)), step%bound(size(signals)), &
-         step%floor(size(signals)), step%rounding(size(signals)), step%answer(size(signals)))
+      step%at_start(0:, 1:) => values(:, :, 1)
+      step%at_end(0:, 1:) => values(:, :, 2)
+      step%bound => bounds(:, 1)
+      step%rounding => bounds(:, 2)
+      step%floor => bounds(:, 3)
+      step%answer => answer
       first_signal = 0
       node = 0
       if (present(first_node)) node = first_node
@@ -159,7 +167,7 @@ contains
       step%answer = has_no_zero
       associate (from => step%from, next => step%next, length => step%length)
          do
-            length = 2.0_wp**power
+            length = power_of_two(power)
             if (from + length < limit) then
                call advance(basis, power, path%z(:, :, node), path%z(:, :, next))
                path%time(next) = from + length
@@ -182,7 +190,7 @@ contains
                .or. power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_certified = .false.
             if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
             power = power - 1
-            do while (.not. 2.0_wp**power < length)
+            do while (.not. power_of_two(power) < length)
                power = power - 1
             end do
          end do
@@ -220,14 +228,15 @@ contains
       real(wp), intent(in) :: bound(:)
       integer :: step(size(bound))
 
-      real(wp) :: scaled_bound
-      integer :: k, n
+      ! rounding does not matter in the logarithm of a trial
+      real, parameter :: share(0:2) = 1.0/[6.0, 5.0, 4.0]
+      integer :: k, n, of_bound
 
       do n = 1, size(bound)
          step(n) = lowest_step
-         scaled_bound = max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp))
+         of_bound = exponent_of(max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp)))
          do k = 0, 2
-            step(n) = max(step(n), floor(real(exponent(abs(at_start(k, n))) - exponent(scaled_bound) - 1)/real(6 - k)))
+            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1)*share(k)))
          end do
       end do
    end function trial_exponents

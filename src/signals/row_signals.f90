@@ -11,7 +11,7 @@ module row_signals
    use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal
+   public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal, exponent_of, power_of_two
    public :: bernstein_coefficients, monomial_coefficients, node_at_time, value_at_node
 
    !> Maximum number of steps of a path.
@@ -24,6 +24,9 @@ module row_signals
    !> section 23).
    real(wp), parameter :: error_fraction(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
+
+   !> Format of a number of kind `wp` (binary64 of IEEE 754).
+   integer, parameter :: mantissa_bits = 52, exponent_bits = 11, exponent_bias = 1023
 
    !> A signal `offset` + `slope` t + `factor` y + `rate_factor` y', with y the row of number `row`.
    type :: row_signal_t
@@ -121,7 +124,7 @@ contains
                ! With the coefficients c and exponents s of the terms of the row, Hoelder's inequality bounds the sum of
                ! |c| |s|^2 by the sums of |c| |s| and |c| |s|^6
                curvature = 0.0_wp
-               if (rate_bound > 0.0_wp) curvature = rate_bound*(sixth/rate_bound)**0.2_wp
+               if (rate_bound > 0.0_wp) curvature = rate_bound*bound_of_fifth_root(sixth/rate_bound)
                rate = rate + rate_factor*curvature
             end if
          end associate
@@ -130,6 +133,38 @@ contains
          + 4.0_wp*(abs(signal%offset) + abs(signal%slope)*time))
       if (present(floor)) floor = signal%offset + min(signal%slope*time, signal%slope*limit) - magnitude
    end subroutine bound_signal
+
+   !> Upper bound of x**(1/5), at most 15 per cent above it.
+   pure function bound_of_fifth_root(x) result(bound)
+      !> At least zero
+      real(wp), intent(in) :: x
+      real(wp) :: bound
+
+      real(wp), parameter :: root(0:4) = 2.0_wp**[0.0_wp, 0.2_wp, 0.4_wp, 0.6_wp, 0.8_wp]
+
+      ! x is at most two to this power
+      associate (power => exponent_of(x))
+         bound = root(modulo(power, 5))*power_of_two((power - modulo(power, 5))/5)
+      end associate
+   end function bound_of_fifth_root
+
+   !> Exponent e of a number with 2**(e - 1) <= |x| < 2**e, read from its bits because the intrinsic function is a call of
+   !> the library. For zero and subnormal numbers -1022.
+   elemental function exponent_of(x) result(power)
+      real(wp), intent(in) :: x
+      integer :: power
+
+      power = int(ibits(transfer(x, 0_i8), mantissa_bits, exponent_bits)) - (exponent_bias - 1)
+   end function exponent_of
+
+   !> 2**k, which no call of the library computes.
+   elemental function power_of_two(k) result(power)
+      !> -1022 to 1023
+      integer, intent(in) :: k
+      real(wp) :: power
+
+      power = transfer(shiftl(int(k + exponent_bias, i8), mantissa_bits), 0.0_wp)
+   end function power_of_two
 
    !> Bernstein coefficients of the quintic Hermite polynomial of a step, from value, slope and curvature at both ends.
    pure function bernstein_coefficients(at_start, at_end, length) result(b)
