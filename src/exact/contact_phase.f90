@@ -18,7 +18,8 @@ module contact_phase
    use moment_signals, only: begin_moments, sample_moments
    use motion_phases, only: found_segment_end, found_cancelled, motion_t, phase_t
    use phase_intervals, only: phase_interval_t
-   use phase_losses, only: find_losses, force_at, prepare_losses, recover_contact, update_indentation
+   use phase_losses, only: find_losses, force_at, prepare_losses, recover_contact, &
+      update_indentations
    use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_contact
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
@@ -296,43 +297,44 @@ contains
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
 
-      type(contact_state_t) :: state
+      ! states of the contacts at the time of the sample
+      type(contact_state_t) :: states(size(self%now%states))
       ! energy dissipated since the start of the phase in the beam and in each compliant contact
       real(wp) :: lost(1 + size(self%now%set%compliant))
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
-         sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
-         call find_losses(self%now, self%interval%at_start, self%start_energy, time, modes, term, lost, sample%work)
-         sample%lost(1) = lost(1)
+         states = now%states
+         call update_indentations(self%now, time, term, states)
+         call find_losses(self%now, self%interval%at_start, states, self%start_energy, time, modes, term, lost, &
+            sample%work)
+         sample%lost = [lost(1), 0.0_wp]
          sample%beam_energy(2) = sample%beam_energy(2) + constrained%static_energy
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) then
-               if (allocated(self%records(k)%energy)) then
-                  self%records(k)%dissipated(self%recorded) = now%states(k)%lost_at_impacts
-               end if
+               if (allocated(self%records(k)%energy)) self%records(k)%dissipated(self%recorded) = &
+                  now%states(k)%lost_at_impacts
                cycle
             end if
-            state = now%states(k)
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
-               call update_indentation(self%now, place, time, term, state)
-               state%dissipated = state%dissipated + lost(1 + place)
+               states(k)%dissipated = states(k)%dissipated + lost(1 + place)
             else
-               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, state)
+               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, &
+                  states(k))
             end if
-            if (state%is_node) then
-               sample%beam_energy(2) = sample%beam_energy(2) + energy_in(state)
-               sample%lost(1) = sample%lost(1) + (state%dissipated - now%states(k)%dissipated)
+            if (states(k)%is_node) then
+               sample%beam_energy(2) = sample%beam_energy(2) + energy_in(states(k))
+               sample%lost(1) = sample%lost(1) + (states(k)%dissipated - now%states(k)%dissipated)
             else
-               sample%stop_energy = sample%stop_energy + energy_in(state)
-               sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
+               sample%stop_energy = sample%stop_energy + energy_in(states(k))
+               sample%lost(2) = sample%lost(2) + (states(k)%dissipated - now%states(k)%dissipated)
             end if
             if (.not. allocated(self%records(k)%energy)) cycle
-            self%records(k)%energy(self%recorded) = energy_in(state)
-            self%records(k)%dissipated(self%recorded) = state%dissipated + state%lost_at_impacts
+            self%records(k)%energy(self%recorded) = energy_in(states(k))
+            self%records(k)%dissipated(self%recorded) = states(k)%dissipated + states(k)%lost_at_impacts
          end do
       end associate
    end subroutine sample_energy
@@ -386,9 +388,11 @@ contains
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
          if (now%loads%count > 0) call find_state(now, time, self%interval%z_end, self%interval%v_end, phasor)
+         call update_indentations(self%now, time, term, now%states)
          if (needs_losses(self, motion)) then
             state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
-            call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
+            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy, time, state, term, &
+               lost, work)
             balance%dissipated_beam = balance%dissipated_beam + lost(1)
             balance%work = balance%work + work
          else if (motion%observers%measures%is_wanted) then
@@ -398,7 +402,6 @@ contains
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
-               call update_indentation(self%now, place, time, term, now%states(k))
                if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                ! the force vanishes: the branch force follows from the indentation
                if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%indentation)

@@ -16,7 +16,7 @@ module phase_losses
    implicit none (type, external)
    private
    public :: find_losses, force_at, impulse_in, loss_of_contact, losses_in, prepare_losses, recover_contact, &
-      update_indentation
+      update_indentation, update_indentations
 
 contains
 
@@ -79,10 +79,12 @@ contains
 
    !> Energy dissipated since the start of the phase. Under loads, dissipation in the beam is the remainder of the
    !> energy balance.
-   subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
+   subroutine find_losses(self, at_start, at_time, start_energy, time, state, term, lost, work)
       type(phase_state_t), intent(inout) :: self
       !> Contact states at the start of the phase, [contacts]
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
+      !> Contact states at the time, with the results of `update_indentations`, [contacts]
+      type(contact_state_t), intent(in) :: at_time(:)
       !> Energy of the constrained modes at the start of the phase
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
@@ -95,8 +97,6 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      ! indentation and branch force of a contact at the end
-      real(wp) :: branch_force, indentation
       ! integrals of the squared indentation rates, [compliant], and whether they are known
       real(wp) :: squares(size(lost) - 1)
       logical :: has_squares
@@ -120,9 +120,7 @@ contains
                else
                   lost(1 + place) = loss_in_stop(self, place, time)
                end if
-               call find_indentation(self, place, time, term, indentation, branch_force)
-               lost(1) = lost(1) + energy_in(at_start(k)) - lost(1 + place) &
-                  - self%states(k)%spring%energy(indentation, branch_force)
+               lost(1) = lost(1) + energy_in(at_start(k)) - lost(1 + place) - energy_in(at_time(k))
             end associate
          end do
       end associate
@@ -172,6 +170,24 @@ contains
       end if
    end function loss_of_contact
 
+   !> Set indentation and branch force of all closed compliant contacts at a time in the phase.
+   subroutine update_indentations(self, time, term, states)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> Values of the terms exp(s t) at that time, [terms]
+      complex(wp), intent(in) :: term(:)
+      !> States of all contacts
+      type(contact_state_t), intent(inout) :: states(:)
+
+      integer :: place
+
+      do place = 1, size(self%set%compliant)
+         associate (state => states(self%set%compliant(place)))
+            if (.not. state%is_rigid) call update_indentation(self, place, time, term, state)
+         end associate
+      end do
+   end subroutine update_indentations
+
    !> Set indentation and branch force of a closed compliant contact at a time in the phase.
    subroutine update_indentation(self, place, time, term, state)
       type(phase_state_t), intent(in) :: self
@@ -182,34 +198,20 @@ contains
       complex(wp), intent(in) :: term(:)
       type(contact_state_t), intent(inout) :: state
 
-      call find_indentation(self, place, time, term, state%indentation, state%branch_force)
-   end subroutine update_indentation
-
-   !> Find indentation and branch force of a closed compliant contact at a time in the phase.
-   subroutine find_indentation(self, place, time, term, indentation, branch_force)
-      type(phase_state_t), intent(in) :: self
-      !> Index among the compliant contacts of the set
-      integer, intent(in) :: place
-      real(wp), intent(in) :: time
-      !> Values of the terms exp(s t) at that time, [terms]
-      complex(wp), intent(in) :: term(:)
-      real(wp), intent(out) :: indentation
-      real(wp), intent(out) :: branch_force
-
       real(wp) :: driven(3)
       integer :: m
 
-      associate (set => self%set, spring => self%set%coupled%spring(place))
+      associate (set => self%set, spring => self%set%coupled%spring(place), indentation => state%indentation)
          driven = load_response_of(self, set%compliant(place), time)
          indentation = set%rest_force(place)/self%states(set%compliant(place))%spring%stiffness + driven(2)
          do m = 1, size(term)
             indentation = indentation + real(set%coupled%indentation(place, m)*term(m), wp)
          end do
-         branch_force = driven(3)
+         state%branch_force = driven(3)
          if (spring%branch_stiffness <= 0.0_wp) return
-         branch_force = branch_force + sum(real(set%coupled%branch(place, :)*term, wp))
+         state%branch_force = state%branch_force + sum(real(set%coupled%branch(place, :)*term, wp))
       end associate
-   end subroutine find_indentation
+   end subroutine update_indentation
 
    !> Recovery of the stop of an open compliant contact over a time span. If `is_deformed`, the surface moves with the
    !> beam, else it recovers freely.

@@ -252,7 +252,7 @@ contains
          sums([integral_sum, start_sum, change_sum, square_sum], i) = [total, start, change, square]
       end do
       if (columns < square_sum) return
-      call quadratic_forms(size(form%matrix, 1), form%matrix, changes, ends, quadratic)
+      call quadratic_forms(size(form%matrix, 1), size(places), form%matrix, changes, ends, quadratic)
       sums(square_sum, :size(places)) = sums(square_sum, :size(places)) + quadratic(:size(places))
       do k = 1, size(form%power%pairs, 2)
          associate (a => form%power%pairs(1, k), b => form%power%pairs(2, k))
@@ -276,30 +276,46 @@ contains
       end function start_of
    end subroutine sum_rows
 
-   !> y^T A x for several pairs of vectors x and y. Four columns of the matrix are read at once for all of them.
-   pure subroutine quadratic_forms(order, matrix, x, y, value)
-      !> A multiple of four
+   !> y^T A x for several pairs of vectors x and y. Eight columns of the matrix are read at once for two of the pairs.
+   pure subroutine quadratic_forms(order, pairs, matrix, x, y, value)
+      !> A multiple of eight
       integer, intent(in) :: order
+      !> Number of pairs; an odd number counts as the next even one
+      integer, intent(in) :: pairs
       !> The matrix A
       real(wp), intent(in) :: matrix(order, order)
       real(wp), intent(in) :: x(signals_at_once, order)
       real(wp), intent(in) :: y(order, signals_at_once)
       real(wp), intent(out) :: value(signals_at_once)
 
-      real(wp) :: product(order, signals_at_once)
+      real(wp) :: first, second, product(order, 2)
       integer :: i, m, n
 
-      product = 0.0_wp
-      do n = 1, order, 4
-         !$omp simd
-         do m = 1, order
-            do i = 1, signals_at_once
-               product(m, i) = product(m, i) + (matrix(m, n)*x(i, n) + matrix(m, n + 1)*x(i, n + 1)) &
-                  + (matrix(m, n + 2)*x(i, n + 2) + matrix(m, n + 3)*x(i, n + 3))
+      value = 0.0_wp
+      do i = 1, pairs, 2
+         product = 0.0_wp
+         do n = 1, order, 8
+            !$omp simd
+            do m = 1, order
+               product(m, 1) = product(m, 1) + ((matrix(m, n)*x(i, n) + matrix(m, n + 1)*x(i, n + 1)) &
+                  + (matrix(m, n + 2)*x(i, n + 2) + matrix(m, n + 3)*x(i, n + 3))) &
+                  + ((matrix(m, n + 4)*x(i, n + 4) + matrix(m, n + 5)*x(i, n + 5)) &
+                  + (matrix(m, n + 6)*x(i, n + 6) + matrix(m, n + 7)*x(i, n + 7)))
+               product(m, 2) = product(m, 2) + ((matrix(m, n)*x(i + 1, n) + matrix(m, n + 1)*x(i + 1, n + 1)) &
+                  + (matrix(m, n + 2)*x(i + 1, n + 2) + matrix(m, n + 3)*x(i + 1, n + 3))) &
+                  + ((matrix(m, n + 4)*x(i + 1, n + 4) + matrix(m, n + 5)*x(i + 1, n + 5)) &
+                  + (matrix(m, n + 6)*x(i + 1, n + 6) + matrix(m, n + 7)*x(i + 1, n + 7)))
             end do
          end do
+         first = 0.0_wp
+         second = 0.0_wp
+         !$omp simd reduction(+:first, second)
+         do m = 1, order
+            first = first + product(m, 1)*y(m, i)
+            second = second + product(m, 2)*y(m, i + 1)
+         end do
+         value(i:i + 1) = [first, second]
       end do
-      value = sum(product*y, dim=1)
    end subroutine quadratic_forms
 
 end module row_integrals
