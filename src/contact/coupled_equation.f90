@@ -218,27 +218,49 @@ contains
       type(coupled_vectors_t), intent(inout) :: vectors
 
       ! `h_slope` is minus the derivative of the entry h of H
-      complex(wp) :: inverse, h, h_slope
+      complex(wp) :: h, h_slope
+      ! real and imaginary parts of the sum of both distances of a mode, of their inverses, and of 1/D_i
+      real(wp) :: a, b, first, first_imag, second, second_imag, total, total_imag, x, y
       integer :: i, j, k, pair
 
       ! columns 1, 2: 1/D_i; columns 3, 4: D_i'/D_i, which is the sum of 1/(s - pole) over the two poles of mode i
+      !$omp simd private(a, b, first, first_imag, second, second_imag, total, total_imag, x, y)
       do i = 1, problem%modes
-         ! multiply two inverses, because the square of D_i would overflow on strongly graded meshes
-         inverse = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
-         vectors%term(i, 1) = real(inverse, wp)
-         vectors%term(i, 2) = aimag(inverse)
-         inverse = inverse*(distance(2*i - 1) + distance(2*i))
-         vectors%term(i, 3) = real(inverse, wp)
-         vectors%term(i, 4) = aimag(inverse)
+         ! multiply two inverses, because the square of D_i would overflow on strongly graded meshes; the limit avoids
+         ! division by zero at the nearest pole, whose inverse is not used
+         a = real(distance(2*i - 1), wp)
+         b = aimag(distance(2*i - 1))
+         total = 1.0_wp/max(a**2 + b**2, tiny(1.0_wp))
+         first = a*total
+         first_imag = -b*total
+         x = real(distance(2*i), wp)
+         y = aimag(distance(2*i))
+         total = 1.0_wp/max(x**2 + y**2, tiny(1.0_wp))
+         second = x*total
+         second_imag = -y*total
+         total = a + x
+         total_imag = b + y
+         x = first*second - first_imag*second_imag
+         y = first*second_imag + first_imag*second
+         vectors%term(i, 1) = x
+         vectors%term(i, 2) = y
+         vectors%term(i, 3) = x*total - y*total_imag
+         vectors%term(i, 4) = x*total_imag + y*total
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
-      vectors%pole_sum = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
+      total = 0.0_wp
+      total_imag = 0.0_wp
       ! columns 3, 4 become D_i'/D_i^2, which is minus the derivative of 1/D_i
+      !$omp simd private(a, b) reduction(+:total, total_imag)
       do i = 1, problem%modes
-         inverse = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
-         vectors%term(i, 3) = real(inverse, wp)
-         vectors%term(i, 4) = aimag(inverse)
+         a = vectors%term(i, 3)
+         b = vectors%term(i, 4)
+         total = total + a
+         total_imag = total_imag + b
+         vectors%term(i, 3) = vectors%term(i, 1)*a - vectors%term(i, 2)*b
+         vectors%term(i, 4) = vectors%term(i, 1)*b + vectors%term(i, 2)*a
       end do
+      vectors%pole_sum = cmplx(total, total_imag, wp)
       pair = 0
       do k = 1, size(problem%spring)
          do j = 1, k
@@ -253,15 +275,6 @@ contains
          vectors%slopes(k, k) = vectors%slopes(k, k) + vectors%n_slope(k)
       end do
    end subroutine add_modes
-
-   !> Inverse 1/z, with a limit that avoids division by zero. The result for the distance to the nearest pole, whose
-   !> square may underflow, is not used.
-   elemental function inverse_of(z) result(inverse)
-      complex(wp), intent(in) :: z
-      complex(wp) :: inverse
-
-      inverse = conjg(z)*(1.0_wp/max(real(z, wp)**2 + aimag(z)**2, tiny(1.0_wp)))
-   end function inverse_of
 
    !> Entry of H and minus its derivative: sums of the products b_ij b_ik of two stops times 1/D_i, and times minus the
    !> derivative of 1/D_i.

@@ -46,14 +46,13 @@ contains
 
       type(coupled_modes_t) :: of_equivalents
       type(equivalent_stops_t) :: equivalent
-      ! maximum magnitude of the values; rows of the stops after `reduce_rows`, and its results
-      real(wp) :: max_value, row(oscillators%count, size(spring)), factor(size(spring))
+      ! rows of the stops after `reduce_rows`, and its results
+      real(wp) :: row(oscillators%count, size(spring)), factor(size(spring))
       integer :: base(size(spring)), i, j
 
       row = value
       call reduce_rows(spring, row, base, factor)
-      max_value = maxval(abs(value))
-      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= min_coupling*max_value)
+      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= min_coupling*maxval(abs(value)))
       call find_equivalent_stops(row, spring, equivalent)
       if (equivalent%is_needed) then
          of_equivalents%inactive = modes%inactive
@@ -150,10 +149,9 @@ contains
       n = problem%roots
       allocate (near(n), offset(n))
       call find_coupled_roots(problem, near, offset, converged)
-      if (.not. converged) then
-         call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
-         return
-      end if
+      if (.not. converged) call fail(error, status_run_failed, &
+         'the exponents of a contact with several stops were not found')
+      if (allocated(error)) return
       allocate (s, source=problem%pole(near) + offset)
       allocate (upper, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       call allocate_terms(modes, oscillators%count, size(spring), size(upper))
@@ -268,7 +266,7 @@ contains
       type(coupled_modes_t), intent(inout) :: modes
 
       type(coupled_vectors_t) :: vectors
-      complex(wp) :: distance(problem%poles), center, direction
+      complex(wp) :: distance(problem%poles), center
       ! distance of the two roots
       real(wp) :: separation
       ! distance of the centre from the nearest other root or pole
@@ -306,8 +304,7 @@ contains
                   angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
                   ! for a circle around a real centre the lower half is the conjugate of the upper half
                   if (on_axis .and. k > circle_points/2) exit
-                  direction = cmplx(cos(angle), sin(angle), wp)
-                  call add_circle_point(problem, active, center, radius*direction, modes)
+                  call add_circle_point(problem, active, center, radius*cmplx(cos(angle), sin(angle), wp), modes)
                end do
                cycle
             end if
@@ -352,9 +349,8 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
-         ! with T = N + M H (`coupled_equation`), T' its derivative by s, y the right vector and l the left vector at
-         ! the root, l M = -P, and the slope of the equation is l T' y; both vectors are scaled to magnitudes of at most
-         ! 1
+         ! with T = N + M H (`coupled_equation`), T' its derivative by s, y the right and l the left vector at the root,
+         ! l M = -P, and the slope of the equation is l T' y; both vectors are scaled to magnitudes of at most 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
          modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
          modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
@@ -429,24 +425,36 @@ contains
       type(coupled_modes_t), intent(inout) :: modes
 
       ! `s_plus_rate` and `total` are N and M of `coupled_equation`: M u = N P
-      complex(wp) :: terms(size(active)), s_plus_rate, total
-      real(wp) :: max_value
-      integer :: j
+      complex(wp) :: s_plus_rate, shape(size(active)), total
+      ! parts of a term of the sum over the modes, parts of this sum, and sum of the magnitudes of its terms
+      real(wp) :: imag, part, sum_imag, sum_real, magnitude, max_value
+      integer :: i, j
 
       max_value = maxval(abs1(modes%force(:, place)))
+      shape = modes%shape(active, place)
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
             if (is_rigid_stop(spring)) cycle
-            terms = problem%value(:, j)*modes%shape(active, place)
-            u = -sum(terms)
+            sum_real = 0.0_wp
+            sum_imag = 0.0_wp
+            magnitude = 0.0_wp
+            !$omp simd private(part, imag) reduction(+:sum_real, sum_imag, magnitude)
+            do i = 1, size(shape)
+               part = problem%value(i, j)*real(shape(i), wp)
+               imag = problem%value(i, j)*aimag(shape(i))
+               sum_real = sum_real + part
+               sum_imag = sum_imag + imag
+               magnitude = magnitude + (abs(part) + abs(imag))
+            end do
+            u = -cmplx(sum_real, sum_imag, wp)
             s_plus_rate = 1.0_wp
             if (problem%branch_pole(j) > 0) s_plus_rate = distance(problem%branch_pole(j))
             total = (spring%stiffness + spring%viscosity*s)*s_plus_rate + spring%branch_stiffness*s
             if (is_root) then
                ! the rounding error of the force is relative to that of the stiffest stop, the rounding error of the
                ! indentation relative to that of the sum
-               if (abs1(total)*sum(abs1(terms)) > abs1(s_plus_rate)*max_value) then
+               if (abs1(total)*magnitude > abs1(s_plus_rate)*max_value) then
                   u = force*s_plus_rate/total
                else
                   force = total/s_plus_rate*u

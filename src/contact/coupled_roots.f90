@@ -176,17 +176,19 @@ contains
       complex(wp), contiguous, intent(in) :: distance(:)
       integer :: place
 
-      real(wp) :: min_length, length
+      real(wp) :: length(size(distance)), min_length
       integer :: j
 
-      place = 1
       min_length = huge(1.0_wp)
+      !$omp simd reduction(min:min_length)
       do j = 1, size(distance)
-         length = abs(real(distance(j), wp)) + abs(aimag(distance(j)))
-         if (.not. length < min_length) cycle
-         min_length = length
-         place = j
+         length(j) = abs(real(distance(j), wp)) + abs(aimag(distance(j)))
+         min_length = min(min_length, length(j))
       end do
+      do place = 1, size(distance)
+         if (length(place) <= min_length) return
+      end do
+      place = 1
    end function smallest_of
 
    !> Set nearly real roots to exactly real values, and check that the other roots are complex conjugate pairs.

@@ -116,16 +116,12 @@ contains
 
       integer :: i, k
 
-      do i = 1, size(pole)
-         weight(i) = total
-         if (constant > 0.0_wp) weight(i) = -constant*distance(i, size(pole))
-         ! root k lies between poles k and k + 1: factor by factor, nothing overflows
-         do k = 1, size(pole) - 1
-            if (k < i) then
-               weight(i) = weight(i)*(distance(i, k)/(pole(i) - pole(k)))
-            else
-               weight(i) = weight(i)*(-distance(i, k)/(pole(k + 1) - pole(i)))
-            end if
+      weight = total
+      if (constant > 0.0_wp) weight = -constant*distance(:, size(pole))
+      ! root k lies between poles k and k + 1: factor by factor, nothing overflows
+      do k = 1, size(pole) - 1
+         do i = 1, size(pole)
+            weight(i) = weight(i)*(distance(i, k)/(pole(i) - merge(pole(k), pole(k + 1), k < i)))
          end do
       end do
    end subroutine consistent_weights

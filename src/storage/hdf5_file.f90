@@ -6,9 +6,9 @@
 module hdf5_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: fail, failure_t, status_run_failed
-   use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
+   use h5ds, only: h5dsset_scale_f
    use hdf5, only: &
-      h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, h5fclose_f, h5fcreate_f, &
+      h5aclose_f, h5acreate_f, h5awrite_f, h5dcreate_f, h5dwrite_f, h5fclose_f, h5fcreate_f, &
       h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5pclose_f, h5pcreate_f, h5pset_buffer_f, &
       h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
       h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
@@ -17,6 +17,7 @@ module hdf5_file
       h5p_dataset_create_f, &
       h5p_dataset_xfer_f, h5p_file_access_f, h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
    use hdf5_library, only: make_text_type, open_hdf5
+   use hdf5_scales, only: scales_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -40,10 +41,7 @@ module hdf5_file
       integer(hid_t), private :: transfer_properties = -1_hid_t
       !> Dataspace of a scalar
       integer(hid_t), private :: one_value = -1_hid_t
-      !> The dimension scale used last, which stays open, with its group and name
-      integer(hid_t), private :: scale = -1_hid_t
-      integer(hid_t), private :: group_of_scale = -1_hid_t
-      character(:), allocatable, private :: name_of_scale
+      type(scales_t), private :: scales
       !> Description of the first HDF5 call that failed; unallocated: none has failed
       character(:), allocatable :: failed_call
    contains
@@ -57,7 +55,7 @@ module hdf5_file
       procedure :: attach
       procedure :: write_attribute
       procedure :: write_text
-      procedure, private :: open_scale
+      procedure, private :: finish_scales
    end type hdf5_file_t
 
 contains
@@ -123,6 +121,7 @@ contains
       type(c_ptr) :: buffer
 
       length = 0_size_t
+      call self%finish_scales()
       if (.not. allocated(self%failed_call)) then
          call h5fflush_f(self%id, h5f_scope_local_f, status)
          call self%check(status, 'finishing the file')
@@ -145,6 +144,7 @@ contains
 
       integer :: status
 
+      call self%finish_scales()
       call h5sclose_f(self%one_value, status)
       call h5tclose_f(self%text_type, status)
       call h5pclose_f(self%transfer_properties, status)
@@ -231,46 +231,36 @@ contains
       end if
    end subroutine describe
 
-   !> Attach a dimension scale to a dimension of a dataset.
-   subroutine attach(self, dataset, group, scale, index)
+   !> Attach dimension scales to the first dimensions of a dataset, once for each dataset.
+   subroutine attach(self, dataset, group, scales, rank)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: dataset
-      !> Group of the scale
+      !> Group of the scales
       integer(hid_t), intent(in) :: group
-      !> Name of the scale
-      character(*), intent(in) :: scale
-      !> Number of the dimension from 1, in the order of C: the last index of a Fortran array is number 1
-      integer, intent(in) :: index
+      !> Names of the scales, in the order of C: the last index of a Fortran array is number 1
+      character(*), intent(in) :: scales(:)
+      !> Number of dimensions of the dataset; absent: one for each scale
+      integer, intent(in), optional :: rank
 
-      integer :: status
+      integer :: dimensions, status
 
-      call self%open_scale(group, scale)
       if (allocated(self%failed_call)) return
-      call h5dsattach_scale_f(dataset, self%scale, index, status)
-      call self%check(status, scale)
+      dimensions = size(scales)
+      if (present(rank)) dimensions = rank
+      call self%scales%attach(dataset, dimensions, group, scales, status)
+      call self%check(status, trim(scales(1)))
    end subroutine attach
 
-   !> Open a dimension scale unless it is open already, which is usual because datasets of the same scale are written in
-   !> succession.
-   subroutine open_scale(self, group, name)
+   !> Write to all dimension scales which datasets use them.
+   subroutine finish_scales(self)
       class(hdf5_file_t), intent(inout) :: self
-      integer(hid_t), intent(in) :: group
-      character(*), intent(in) :: name
 
       integer :: status
 
       if (allocated(self%failed_call)) return
-      if (self%group_of_scale == group) then
-         if (self%name_of_scale == name) return
-      end if
-      if (self%group_of_scale >= 0_hid_t) call h5dclose_f(self%scale, status)
-      self%group_of_scale = -1_hid_t
-      call h5dopen_f(group, name, self%scale, status)
-      call self%check(status, name)
-      if (allocated(self%failed_call)) return
-      self%group_of_scale = group
-      self%name_of_scale = name
-   end subroutine open_scale
+      call self%scales%write_uses(self%id, status)
+      call self%check(status, 'the dimension scales')
+   end subroutine finish_scales
 
    !> Write an attribute, a value or a list of values.
    subroutine write_attribute(self, object, name, type, address, length)

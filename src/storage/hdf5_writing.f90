@@ -167,8 +167,8 @@ contains
       address = c_null_ptr
       if (size(values) > 0) address = c_loc(values)
       dataset = self%file%make_dataset(self%id, name, h5t_native_double, shape(values, kind=hsize_t), address)
-      call self%file%attach(dataset, self%id, trim(along(1)), 2)
-      call self%label(dataset, units, long_name, trim(along(2)), in_scene_units)
+      call self%file%attach(dataset, self%id, [along(2), along(1)])
+      call self%label(dataset, units, long_name, in_scene_units=in_scene_units)
    end subroutine add_real_table
 
    !> Write one integer.
@@ -267,7 +267,7 @@ contains
       made%is_whole = is_whole
       made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
       call self%file%describe(made%id, units, long_name, in_scene_units)
-      if (present(along)) call self%file%attach(made%id, self%id, along, 1)
+      if (present(along)) call self%file%attach(made%id, self%id, [along])
    end function column
 
    !> Show a list of another group, whose values are stored there alone, as a table whose axes are dimension scales of
@@ -288,7 +288,7 @@ contains
       real(wp), intent(in) :: in_scene_units
 
       integer(hid_t) :: dataset, list, properties, table, type
-      integer :: k, status
+      integer :: status
 
       if (allocated(self%file%failed_call)) return
       type = h5t_native_double
@@ -303,9 +303,7 @@ contains
       call h5dcreate_f(self%id, name, type, table, dataset, status, dcpl_id=properties)
       call self%file%check(status, name)
       call self%file%describe(dataset, units, long_name, in_scene_units)
-      do k = 1, size(scales)
-         call self%file%attach(dataset, self%id, trim(scales(k)), k)
-      end do
+      call self%file%attach(dataset, self%id, scales)
       call h5dclose_f(dataset, status)
       call h5pclose_f(properties, status)
       call h5sclose_f(list, status)
@@ -329,7 +327,7 @@ contains
       made%width = extents(1)
       made%id = self%file%make_dataset(self%id, name, h5t_native_double, int(extents, hsize_t), c_null_ptr)
       call self%file%describe(made%id, units, long_name, in_scene_units)
-      call self%file%attach(made%id, self%id, along, 1)
+      call self%file%attach(made%id, self%id, [along], rank=2)
    end function rows
 
    !> Write values of a list, or rows of a table, from a given index on.
@@ -435,7 +433,7 @@ contains
 
       call self%file%describe(dataset, units, long_name, in_scene_units)
       if (present(along)) then
-         if (along /= '') call self%file%attach(dataset, self%id, along, 1)
+         if (along /= '') call self%file%attach(dataset, self%id, [along])
       end if
       if (dataset >= 0_hid_t) call h5dclose_f(dataset, status)
    end subroutine label
