@@ -301,7 +301,7 @@ contains
       type(contact_state_t) :: states(size(self%now%states))
       ! energy dissipated since the start of the phase in the beam and in each compliant contact
       real(wp) :: lost(1 + size(self%now%set%compliant))
-      integer :: k, place
+      integer :: k
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
@@ -310,6 +310,7 @@ contains
          call update_indentations(self%now, time, term, states)
          call find_losses(self%now, self%interval%at_start, states, self%start_energy, time, modes, term, lost, &
             sample%work)
+         states(set%compliant)%dissipated = states(set%compliant)%dissipated + lost(2:)
          sample%lost = [lost(1), 0.0_wp]
          sample%beam_energy(2) = sample%beam_energy(2) + constrained%static_energy
          do k = 1, size(now%states)
@@ -318,13 +319,8 @@ contains
                   now%states(k)%lost_at_impacts
                cycle
             end if
-            place = findloc(set%compliant, k, dim=1)
-            if (place > 0) then
-               states(k)%dissipated = states(k)%dissipated + lost(1 + place)
-            else
-               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, &
-                  states(k))
-            end if
+            if (all(set%compliant /= k)) call recover_contact(constrained%static_gap(k) &
+               + sum(constrained%value(:, k)*modes(:, 1)), time, states(k))
             if (states(k)%is_node) then
                sample%beam_energy(2) = sample%beam_energy(2) + energy_in(states(k))
                sample%lost(1) = sample%lost(1) + (states(k)%dissipated - now%states(k)%dissipated)

@@ -7,8 +7,8 @@ module row_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
    use row_basis, only: advance, advance_by, bound_rows, evaluate_rows, lowest_step, row_basis_t
-   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, exponent_of, max_steps, &
-      monomial_coefficients, power_of_two, row_path_t, row_signal_t
+   use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, exponent_of, &
+      max_steps, monomial_coefficients, power_of_two, row_path_t, row_signal_t
    implicit none (type, external)
    private
    public :: search_rows
@@ -229,14 +229,14 @@ contains
       integer :: step(size(bound))
 
       ! rounding does not matter in the logarithm of a trial
-      real, parameter :: share(0:2) = 1.0/[6.0, 5.0, 4.0]
+      real(wp), parameter :: share(0:2) = 1.0_wp/[6.0_wp, 5.0_wp, 4.0_wp]
       integer :: k, n, of_bound
 
       do n = 1, size(bound)
          step(n) = lowest_step
          of_bound = exponent_of(max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp)))
          do k = 0, 2
-            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1)*share(k)))
+            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1, wp)*share(k)))
          end do
       end do
    end function trial_exponents

@@ -11,8 +11,8 @@ module row_signals
    use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal, exponent_of, power_of_two
-   public :: bernstein_coefficients, monomial_coefficients, node_at_time, value_at_node
+   public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal, exponent_of
+   public :: power_of_two, bernstein_coefficients, monomial_coefficients, node_at_time, value_at_node
 
    !> Maximum number of steps of a path.
    integer, parameter :: max_steps = 64
@@ -148,8 +148,8 @@ contains
       end associate
    end function bound_of_fifth_root
 
-   !> Exponent e of a number with 2**(e - 1) <= |x| < 2**e, read from its bits because the intrinsic function is a call of
-   !> the library. For zero and subnormal numbers -1022.
+   !> Exponent e of a number with 2**(e - 1) <= |x| < 2**e, read from its bits because the intrinsic function calls the
+   !> library. For zero and subnormal numbers -1022.
    elemental function exponent_of(x) result(power)
       real(wp), intent(in) :: x
       integer :: power
@@ -157,7 +157,7 @@ contains
       power = int(ibits(transfer(x, 0_i8), mantissa_bits, exponent_bits)) - (exponent_bias - 1)
    end function exponent_of
 
-   !> 2**k, which no call of the library computes.
+   !> 2**k, made from its bits.
    elemental function power_of_two(k) result(power)
       !> -1022 to 1023
       integer, intent(in) :: k
