@@ -2,7 +2,7 @@
 !> and values at a time t since the start of a phase (docs/theory.md, sections 17 and 18).
 module coupled_terms
    use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t
-   use damped_oscillators, only: padded
+   use damped_oscillators, only: lanes, padded
    use exponential_powers, only: find_terms
    use kinds, only: wp
    use sorting, only: ascending_order
@@ -373,7 +373,7 @@ contains
       end do
    end subroutine add_stop
 
-   !> Sums over the modes for all terms and all columns of the state. Four modes are read at once for all columns.
+   !> Sums over the modes for all terms and all columns of the state.
    pure subroutine sum_over_modes(terms, modes, weight, state, total)
       !> Number of terms, padded to whole SIMD vectors
       integer, intent(in) :: terms
@@ -386,30 +386,43 @@ contains
       !> Sums of real parts, imaginary parts, magnitudes (these without the last column), [terms, 3, columns]
       real(wp), intent(out) :: total(terms, 3, columns)
 
-      real(wp) :: magnitude(columns - 1, modes)
-      integer :: column, i, m
+      ! sums over the modes for one vector of terms, which stay in registers
+      real(wp), dimension(lanes) :: im_1, im_2, im_3, re_1, re_2, re_3, size_1, size_2
+      integer :: first, i, m
 
-      total = 0.0_wp
-      magnitude = abs(state(:columns - 1, :))
-      do i = 1, modes, 4
-         !$omp simd
-         do m = 1, terms
-            do column = 1, columns
-               total(m, re, column) = total(m, re, column) &
-                  + (weight(m, i, 1)*state(column, i) + weight(m, i + 1, 1)*state(column, i + 1)) &
-                  + (weight(m, i + 2, 1)*state(column, i + 2) + weight(m, i + 3, 1)*state(column, i + 3))
-               total(m, im, column) = total(m, im, column) &
-                  + (weight(m, i, 2)*state(column, i) + weight(m, i + 1, 2)*state(column, i + 1)) &
-                  + (weight(m, i + 2, 2)*state(column, i + 2) + weight(m, i + 3, 2)*state(column, i + 3))
-            end do
-            do column = 1, columns - 1
-               total(m, size_of, column) = total(m, size_of, column) &
-                  + ((abs(weight(m, i, 1)) + abs(weight(m, i, 2)))*magnitude(column, i) &
-                  + (abs(weight(m, i + 1, 1)) + abs(weight(m, i + 1, 2)))*magnitude(column, i + 1)) &
-                  + ((abs(weight(m, i + 2, 1)) + abs(weight(m, i + 2, 2)))*magnitude(column, i + 2) &
-                  + (abs(weight(m, i + 3, 1)) + abs(weight(m, i + 3, 2)))*magnitude(column, i + 3))
+      do first = 0, terms - lanes, lanes
+         re_1 = 0.0_wp
+         re_2 = 0.0_wp
+         re_3 = 0.0_wp
+         im_1 = 0.0_wp
+         im_2 = 0.0_wp
+         im_3 = 0.0_wp
+         size_1 = 0.0_wp
+         size_2 = 0.0_wp
+         do i = 1, modes
+            !$omp simd
+            do m = 1, lanes
+               re_1(m) = re_1(m) + weight(first + m, i, 1)*state(1, i)
+               re_2(m) = re_2(m) + weight(first + m, i, 1)*state(2, i)
+               re_3(m) = re_3(m) + weight(first + m, i, 1)*state(3, i)
+               im_1(m) = im_1(m) + weight(first + m, i, 2)*state(1, i)
+               im_2(m) = im_2(m) + weight(first + m, i, 2)*state(2, i)
+               im_3(m) = im_3(m) + weight(first + m, i, 2)*state(3, i)
+               size_1(m) = size_1(m) + (abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2)))*abs(state(1, i))
+               size_2(m) = size_2(m) + (abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2)))*abs(state(2, i))
             end do
          end do
+         associate (part => total(first + 1:first + lanes, :, :))
+            part(:, re, 1) = re_1
+            part(:, re, 2) = re_2
+            part(:, re, 3) = re_3
+            part(:, im, 1) = im_1
+            part(:, im, 2) = im_2
+            part(:, im, 3) = im_3
+            part(:, size_of, 1) = size_1
+            part(:, size_of, 2) = size_2
+            part(:, size_of, 3) = 0.0_wp
+         end associate
       end do
    end subroutine sum_over_modes
 

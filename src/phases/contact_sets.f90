@@ -337,7 +337,7 @@ contains
 
       bytes = word*real(set%constrained%count, wp)*(real(3*set%constrained%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*real(set%coupled%count, wp))
-      if (allocated(set%shared%form)) bytes = bytes + 2.0_wp*word*real(size(set%shared%form%matrix), wp) &
+      if (allocated(set%shared%form)) bytes = bytes + 2.0_wp*word*real(size(set%shared%form%half), wp) &
          /real(set%shared%users, wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%coupled%count, wp)**2
@@ -442,8 +442,8 @@ contains
          if (allocated(error)) return
          associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
             allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
+            set%gap(:, :) = matmul(transpose(constrained%value), coupled%shape)
             do m = 1, n
-               set%gap(:, m) = matmul(coupled%shape(:, m), constrained%value)
                set%gap(set%compliant, m) = -coupled%indentation(:, m)
                set%gap(constrained%closed, m) = 0.0_wp
                set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &

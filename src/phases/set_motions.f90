@@ -4,7 +4,7 @@ module set_motions
    use compliant_stop, only: is_rigid_stop
    use contact_sets, only: contact_set_t
    use coupled_modes, only: terms_at
-   use damped_oscillators, only: propagate
+   use damped_oscillators, only: lanes, propagate
    use kinds, only: wp
    use point_forces, only: find_point_forces
    use power_integrals, only: find_interval_terms
@@ -93,26 +93,33 @@ contains
       real(wp), dimension(size(set%coupled%shape_parts, 1)) :: lane_z, lane_v
       ! real and minus imaginary parts of the terms, and then of their rates
       real(wp) :: x(4, size(set%coupled%shape_parts, 2))
+      ! products of these parts and the parts of the shapes for one vector of modes, summed in registers
+      real(wp), dimension(lanes) :: v_imag, v_real, z_imag, z_real
       complex(wp) :: rate
-      integer :: i, m
+      integer :: first, i, m
 
       x = 0.0_wp
       do m = 1, set%coupled%count
          rate = term(m)*set%coupled%exponent(m)
          x(:, m) = [real(term(m), wp), -aimag(term(m)), real(rate, wp), -aimag(rate)]
       end do
-      lane_z = 0.0_wp
-      lane_v = 0.0_wp
-      ! two terms at once
       associate (shape_parts => set%coupled%shape_parts)
-         do m = 1, size(x, 2), 2
-            !$omp simd
-            do i = 1, size(lane_z)
-               lane_z(i) = lane_z(i) + (x(1, m)*shape_parts(i, m, 1) + x(2, m)*shape_parts(i, m, 2)) &
-                  + (x(1, m + 1)*shape_parts(i, m + 1, 1) + x(2, m + 1)*shape_parts(i, m + 1, 2))
-               lane_v(i) = lane_v(i) + (x(3, m)*shape_parts(i, m, 1) + x(4, m)*shape_parts(i, m, 2)) &
-                  + (x(3, m + 1)*shape_parts(i, m + 1, 1) + x(4, m + 1)*shape_parts(i, m + 1, 2))
+         do first = 0, size(lane_z) - lanes, lanes
+            z_real = 0.0_wp
+            z_imag = 0.0_wp
+            v_real = 0.0_wp
+            v_imag = 0.0_wp
+            do m = 1, size(x, 2)
+               !$omp simd
+               do i = 1, lanes
+                  z_real(i) = z_real(i) + x(1, m)*shape_parts(first + i, m, 1)
+                  z_imag(i) = z_imag(i) + x(2, m)*shape_parts(first + i, m, 2)
+                  v_real(i) = v_real(i) + x(3, m)*shape_parts(first + i, m, 1)
+                  v_imag(i) = v_imag(i) + x(4, m)*shape_parts(first + i, m, 2)
+               end do
             end do
+            lane_z(first + 1:first + lanes) = z_real + z_imag
+            lane_v(first + 1:first + lanes) = v_real + v_imag
          end do
       end associate
       z = set%rest_modes + lane_z(:size(z))

@@ -20,10 +20,14 @@ module row_integrals
 
    !> The quadratic form of the terms of a row basis.
    type :: row_form_t
-      !> The form for a signal with all coefficients 1; its matrix is moved to `matrix`, its other components are used
+      !> The form for a signal with all coefficients 1; its matrix is moved to `half`, its other components are used
       type(power_form_t) :: power
-      !> The symmetric matrix of the form, padded with zeros to whole SIMD vectors, [padded 2 terms, padded 2 terms]
-      real(wp), allocatable :: matrix(:, :)
+      !> Number of rows of the symmetric matrix of the form, padded with zeros to whole SIMD vectors
+      integer :: order = 0
+      !> The part of the matrix up to its diagonal in panels of `lanes` rows, one after the other, each with the columns
+      !> up to its block on the diagonal, which is halved. Only this part is stored, because many sets share the caches
+      !> of the processor
+      real(wp), allocatable :: half(:)
       !> Real and imaginary part of 1/s, [padded terms, 2]
       real(wp), allocatable :: inverse(:, :)
    end type row_form_t
@@ -71,15 +75,27 @@ contains
       type(row_form_t), intent(out) :: form
 
       complex(wp) :: exponent(basis%terms), rate(1, basis%terms)
-      integer :: n
+      ! the rows of the matrix from `first` on
+      real(wp), allocatable :: panel(:, :)
+      integer :: first, last, n
 
       n = basis%terms
       exponent = cmplx(-basis%decay(:n), basis%omega(:n), wp)
       rate = (1.0_wp, 0.0_wp)
       call make_power_form(exponent, rate, form%power)
-      allocate (form%matrix(padded(2*n), padded(2*n)), form%inverse(size(basis%decay), 2), source=0.0_wp)
-      form%matrix(:2*n, :2*n) = form%power%matrix
-      ! only one copy of the matrix is stored, because many sets share the caches of the processor
+      form%order = padded(2*n)
+      allocate (form%half((form%order*(form%order + lanes))/2), form%inverse(size(basis%decay), 2), source=0.0_wp)
+      last = 0
+      do first = 1, form%order, lanes
+         allocate (panel(lanes, first + lanes - 1), source=0.0_wp)
+         associate (rows => min(lanes, 2*n - first + 1), columns => min(first + lanes - 1, 2*n))
+            panel(:rows, :columns) = form%power%matrix(first:first + rows - 1, :columns)
+         end associate
+         panel(:, first:) = 0.5_wp*panel(:, first:)
+         form%half(last + 1:last + size(panel)) = reshape(panel, [size(panel)])
+         last = last + size(panel)
+         deallocate (panel)
+      end do
       deallocate (form%power%matrix, form%power%product)
       form%inverse(:n, 1) = real(1.0_wp/exponent, wp)
       form%inverse(:n, 2) = aimag(1.0_wp/exponent)
@@ -221,7 +237,7 @@ contains
       real(wp), contiguous, intent(inout) :: sums(:, :)
 
       ! changes of the parts of the terms of each row, and sums of these parts at both ends
-      real(wp) :: changes(signals_at_once, size(form%matrix, 1)), ends(size(form%matrix, 1), signals_at_once)
+      real(wp) :: changes(form%order, signals_at_once), ends(form%order, signals_at_once)
       real(wp) :: change, part, part_change, quadratic(signals_at_once), square, start, total
       complex(wp) :: s
       integer :: i, k, m
@@ -241,10 +257,10 @@ contains
                part_change = c(m, 1)*span%change(m, 1) + c(m, 2)*span%change(m, 2)
                start = start + part
                change = change + part_change
-               changes(i, m) = part_change
+               changes(m, i) = part_change
                ends(m, i) = 2.0_wp*part + part_change
                part_change = c(m, 1)*span%change(m, 2) - c(m, 2)*span%change(m, 1)
-               changes(i, m + terms) = part_change
+               changes(m + terms, i) = part_change
                ends(m + terms, i) = 2.0_wp*(c(m, 1)*span%start(m, 2) - c(m, 2)*span%start(m, 1)) + part_change
                square = square + form%power%diagonal(m)*(c(m, 1)**2 + c(m, 2)**2)*span%square(m)
             end do
@@ -252,7 +268,7 @@ contains
          sums([integral_sum, start_sum, change_sum, square_sum], i) = [total, start, change, square]
       end do
       if (columns < square_sum) return
-      call quadratic_forms(size(form%matrix, 1), size(places), form%matrix, changes, ends, quadratic)
+      call quadratic_forms(form%order, size(places), form%half, changes, ends, quadratic)
       sums(square_sum, :size(places)) = sums(square_sum, :size(places)) + quadratic(:size(places))
       do k = 1, size(form%power%pairs, 2)
          associate (a => form%power%pairs(1, k), b => form%power%pairs(2, k))
@@ -276,46 +292,78 @@ contains
       end function start_of
    end subroutine sum_rows
 
-   !> y^T A x for several pairs of vectors x and y. Eight columns of the matrix are read at once for two of the pairs.
-   pure subroutine quadratic_forms(order, pairs, matrix, x, y, value)
-      !> A multiple of eight
+   !> y^T A x for several pairs of vectors x and y, two pairs at a time. With L the stored half of the symmetric matrix
+   !> A, which is L + L^T, the form is y.(L x) + x.(L y).
+   pure subroutine quadratic_forms(order, pairs, half, x, y, value)
+      !> A multiple of `lanes`
       integer, intent(in) :: order
       !> Number of pairs; an odd number counts as the next even one
       integer, intent(in) :: pairs
-      !> The matrix A
-      real(wp), intent(in) :: matrix(order, order)
-      real(wp), intent(in) :: x(signals_at_once, order)
+      !> `row_form_t%half`
+      real(wp), contiguous, intent(in) :: half(:)
+      real(wp), intent(in) :: x(order, signals_at_once)
       real(wp), intent(in) :: y(order, signals_at_once)
       real(wp), intent(out) :: value(signals_at_once)
 
-      real(wp) :: first, second, product(order, 2)
-      integer :: i, m, n
+      ! x and y of the first pair, then of the second; the rows of the products of L and these vectors in a panel
+      real(wp) :: vectors(4, order), product(lanes, 4)
+      integer :: first, i, last
 
       value = 0.0_wp
       do i = 1, pairs, 2
-         product = 0.0_wp
-         do n = 1, order, 8
-            !$omp simd
-            do m = 1, order
-               product(m, 1) = product(m, 1) + ((matrix(m, n)*x(i, n) + matrix(m, n + 1)*x(i, n + 1)) &
-                  + (matrix(m, n + 2)*x(i, n + 2) + matrix(m, n + 3)*x(i, n + 3))) &
-                  + ((matrix(m, n + 4)*x(i, n + 4) + matrix(m, n + 5)*x(i, n + 5)) &
-                  + (matrix(m, n + 6)*x(i, n + 6) + matrix(m, n + 7)*x(i, n + 7)))
-               product(m, 2) = product(m, 2) + ((matrix(m, n)*x(i + 1, n) + matrix(m, n + 1)*x(i + 1, n + 1)) &
-                  + (matrix(m, n + 2)*x(i + 1, n + 2) + matrix(m, n + 3)*x(i + 1, n + 3))) &
-                  + ((matrix(m, n + 4)*x(i + 1, n + 4) + matrix(m, n + 5)*x(i + 1, n + 5)) &
-                  + (matrix(m, n + 6)*x(i + 1, n + 6) + matrix(m, n + 7)*x(i + 1, n + 7)))
-            end do
+         vectors(1, :) = x(:, i)
+         vectors(2, :) = y(:, i)
+         vectors(3, :) = x(:, i + 1)
+         vectors(4, :) = y(:, i + 1)
+         last = 0
+         do first = 1, order, lanes
+            associate (columns => first + lanes - 1)
+               call multiply_panel(columns, half(last + 1:last + lanes*columns), vectors, product)
+               value(i) = value(i) + sum(y(first:columns, i)*product(:, 1) + x(first:columns, i)*product(:, 2))
+               value(i + 1) = value(i + 1) + sum(y(first:columns, i + 1)*product(:, 3) &
+                  + x(first:columns, i + 1)*product(:, 4))
+               last = last + lanes*columns
+            end associate
          end do
-         first = 0.0_wp
-         second = 0.0_wp
-         !$omp simd reduction(+:first, second)
-         do m = 1, order
-            first = first + product(m, 1)*y(m, i)
-            second = second + product(m, 2)*y(m, i + 1)
-         end do
-         value(i:i + 1) = [first, second]
       end do
    end subroutine quadratic_forms
+
+   !> Products of a panel of a matrix and four vectors. Sums over odd and even columns stay in registers.
+   pure subroutine multiply_panel(columns, panel, vectors, product)
+      !> An even number
+      integer, intent(in) :: columns
+      real(wp), intent(in) :: panel(lanes, columns)
+      real(wp), intent(in) :: vectors(4, columns)
+      real(wp), intent(out) :: product(lanes, 4)
+
+      real(wp), dimension(lanes) :: even_1, even_2, even_3, even_4, odd_1, odd_2, odd_3, odd_4
+      integer :: i, n
+
+      even_1 = 0.0_wp
+      even_2 = 0.0_wp
+      even_3 = 0.0_wp
+      even_4 = 0.0_wp
+      odd_1 = 0.0_wp
+      odd_2 = 0.0_wp
+      odd_3 = 0.0_wp
+      odd_4 = 0.0_wp
+      do n = 1, columns, 2
+         !$omp simd
+         do i = 1, lanes
+            odd_1(i) = odd_1(i) + panel(i, n)*vectors(1, n)
+            odd_2(i) = odd_2(i) + panel(i, n)*vectors(2, n)
+            odd_3(i) = odd_3(i) + panel(i, n)*vectors(3, n)
+            odd_4(i) = odd_4(i) + panel(i, n)*vectors(4, n)
+            even_1(i) = even_1(i) + panel(i, n + 1)*vectors(1, n + 1)
+            even_2(i) = even_2(i) + panel(i, n + 1)*vectors(2, n + 1)
+            even_3(i) = even_3(i) + panel(i, n + 1)*vectors(3, n + 1)
+            even_4(i) = even_4(i) + panel(i, n + 1)*vectors(4, n + 1)
+         end do
+      end do
+      product(:, 1) = even_1 + odd_1
+      product(:, 2) = even_2 + odd_2
+      product(:, 3) = even_3 + odd_3
+      product(:, 4) = even_4 + odd_4
+   end subroutine multiply_panel
 
 end module row_integrals
