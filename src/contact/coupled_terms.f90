@@ -40,9 +40,9 @@ module coupled_terms
       complex(wp), allocatable :: shape(:, :)
       !> 1 + 2 zeta s, [count]
       complex(wp), allocatable :: viscous(:)
-      !> Real and imaginary parts of `shape` in whole SIMD vectors, [padded modes, padded count, 2], shared by terms
+      !> Real and imaginary parts of `shape` in panels of rows (`panels_of`), [lanes, 2, count, panels], shared by terms
       !> with the same stops on other sides
-      real(wp), pointer, contiguous :: shape_parts(:, :, :) => null()
+      real(wp), pointer, contiguous :: shape_parts(:, :, :, :) => null()
       !> Weight of the height of each stop in the amplitudes, [stops, count]
       complex(wp), allocatable :: height_weight(:, :)
       !> Weight of the internal variable of each stop, P2 - beta k u (without a branch: -c u), in the amplitudes,
@@ -51,9 +51,9 @@ module coupled_terms
       !> Weight of the initial state of each mode in the amplitudes, [modes, count]; deallocated after `weight_parts`
       !> has been made
       complex(wp), allocatable :: mode_weight(:, :)
-      !> Real and imaginary parts of `mode_weight` in whole SIMD vectors, [padded count, padded modes, 2], shared
+      !> Real and imaginary parts of the transpose of `mode_weight` in panels of rows, [lanes, 2, modes, panels], shared
       !> likewise
-      real(wp), pointer, contiguous :: weight_parts(:, :, :) => null()
+      real(wp), pointer, contiguous :: weight_parts(:, :, :, :) => null()
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
       !> Displacement of static equilibrium per unit height of each stop, [modes, stops]
@@ -169,19 +169,28 @@ contains
          allocate (modes%decay(padded(n)), modes%omega(padded(n)), source=0.0_wp)
          modes%decay(:n) = -real(modes%exponent, wp)
          modes%omega(:n) = aimag(modes%exponent)
-         associate (beam => size(modes%mode_weight, 1))
-            allocate (modes%weight_parts(padded(n), padded(beam), 2), source=0.0_wp)
-            modes%weight_parts(:n, :beam, 1) = transpose(real(modes%mode_weight, wp))
-            modes%weight_parts(:n, :beam, 2) = transpose(aimag(modes%mode_weight))
-         end associate
-         associate (beam => size(modes%shape, 1))
-            allocate (modes%shape_parts(padded(beam), padded(n), 2), source=0.0_wp)
-            modes%shape_parts(:beam, :n, 1) = real(modes%shape, wp)
-            modes%shape_parts(:beam, :n, 2) = aimag(modes%shape)
-         end associate
+         allocate (modes%weight_parts, source=panels_of(transpose(modes%mode_weight)))
+         allocate (modes%shape_parts, source=panels_of(modes%shape))
          deallocate (modes%mode_weight)
       end associate
    end subroutine pad_terms
+
+   !> A matrix in panels of `lanes` rows, one after the other, so that a product reads the memory in order.
+   pure function panels_of(matrix) result(panels)
+      complex(wp), intent(in) :: matrix(:, :)
+      !> Real and imaginary parts, [lanes, 2, columns, panels]; rows beyond those of the matrix are zero
+      real(wp), allocatable :: panels(:, :, :, :)
+
+      integer :: i, m
+
+      allocate (panels(lanes, 2, size(matrix, 2), padded(size(matrix, 1))/lanes), source=0.0_wp)
+      do m = 1, size(matrix, 2)
+         do i = 1, size(matrix, 1)
+            panels(mod(i - 1, lanes) + 1, re, m, (i - 1)/lanes + 1) = real(matrix(i, m), wp)
+            panels(mod(i - 1, lanes) + 1, im, m, (i - 1)/lanes + 1) = aimag(matrix(i, m))
+         end do
+      end do
+   end function panels_of
 
    !> Are two lists of stops the same, apart from the sides of the beam on which the stops are?
    pure subroutine compare_sides(spring, value, other_spring, other_value, place, sign)
@@ -267,13 +276,13 @@ contains
       real(wp) :: form(size(modes%decay), size_of, 2)
       ! 1/s, and the magnitude of s, [terms, columns of sums]
       real(wp) :: inverse(size(modes%decay), size_of)
-      real(wp) :: square_sum, state(columns, size(modes%weight_parts, 2))
+      real(wp) :: square_sum, state(columns, size(modes%weight_parts, 3))
       ! sums over the modes, and those of alpha z, [terms, columns of sums]
       real(wp) :: total(size(modes%decay), size_of, columns), mass_damping(size(modes%decay), size_of)
       integer :: j, m
 
       state = 0.0_wp
-      associate (rate => modes%mass_rate, beam => size(modes%weight_parts, 2))
+      associate (rate => modes%mass_rate, beam => size(modes%weight_parts, 3))
          mass_damping = 0.0_wp
          if (maxval(rate) > minval(rate)) then
             state(displacements, :size(z)) = rate*z
@@ -377,10 +386,10 @@ contains
    pure subroutine sum_over_modes(terms, modes, weight, state, total)
       !> Number of terms, padded to whole SIMD vectors
       integer, intent(in) :: terms
-      !> Number of modes, padded to whole SIMD vectors
+      !> Number of modes
       integer, intent(in) :: modes
-      !> Real and imaginary parts of `mode_weight`
-      real(wp), intent(in) :: weight(terms, modes, 2)
+      !> `weight_parts` of the terms
+      real(wp), intent(in) :: weight(lanes, 2, modes, terms/lanes)
       !> Columns of the state
       real(wp), intent(in) :: state(columns, modes)
       !> Sums of real parts, imaginary parts, magnitudes (these without the last column), [terms, 3, columns]
@@ -388,9 +397,9 @@ contains
 
       ! sums over the modes for one vector of terms, which stay in registers
       real(wp), dimension(lanes) :: im_1, im_2, im_3, re_1, re_2, re_3, size_1, size_2
-      integer :: first, i, m
+      integer :: i, m, panel
 
-      do first = 0, terms - lanes, lanes
+      do panel = 1, terms/lanes
          re_1 = 0.0_wp
          re_2 = 0.0_wp
          re_3 = 0.0_wp
@@ -402,17 +411,17 @@ contains
          do i = 1, modes
             !$omp simd
             do m = 1, lanes
-               re_1(m) = re_1(m) + weight(first + m, i, 1)*state(1, i)
-               re_2(m) = re_2(m) + weight(first + m, i, 1)*state(2, i)
-               re_3(m) = re_3(m) + weight(first + m, i, 1)*state(3, i)
-               im_1(m) = im_1(m) + weight(first + m, i, 2)*state(1, i)
-               im_2(m) = im_2(m) + weight(first + m, i, 2)*state(2, i)
-               im_3(m) = im_3(m) + weight(first + m, i, 2)*state(3, i)
-               size_1(m) = size_1(m) + (abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2)))*abs(state(1, i))
-               size_2(m) = size_2(m) + (abs(weight(first + m, i, 1)) + abs(weight(first + m, i, 2)))*abs(state(2, i))
+               re_1(m) = re_1(m) + weight(m, re, i, panel)*state(1, i)
+               re_2(m) = re_2(m) + weight(m, re, i, panel)*state(2, i)
+               re_3(m) = re_3(m) + weight(m, re, i, panel)*state(3, i)
+               im_1(m) = im_1(m) + weight(m, im, i, panel)*state(1, i)
+               im_2(m) = im_2(m) + weight(m, im, i, panel)*state(2, i)
+               im_3(m) = im_3(m) + weight(m, im, i, panel)*state(3, i)
+               size_1(m) = size_1(m) + (abs(weight(m, re, i, panel)) + abs(weight(m, im, i, panel)))*abs(state(1, i))
+               size_2(m) = size_2(m) + (abs(weight(m, re, i, panel)) + abs(weight(m, im, i, panel)))*abs(state(2, i))
             end do
          end do
-         associate (part => total(first + 1:first + lanes, :, :))
+         associate (part => total(lanes*(panel - 1) + 1:lanes*panel, :, :))
             part(:, re, 1) = re_1
             part(:, re, 2) = re_2
             part(:, re, 3) = re_3

@@ -90,13 +90,13 @@ contains
 
       real(wp), dimension(size(z0)) :: uncoupled, uncoupled_rate
       ! sums over the terms in whole SIMD vectors
-      real(wp), dimension(size(set%coupled%shape_parts, 1)) :: lane_z, lane_v
+      real(wp), dimension(lanes*size(set%coupled%shape_parts, 4)) :: lane_z, lane_v
       ! real and minus imaginary parts of the terms, and then of their rates
-      real(wp) :: x(4, size(set%coupled%shape_parts, 2))
+      real(wp) :: x(4, size(set%coupled%shape_parts, 3))
       ! products of these parts and the parts of the shapes for one vector of modes, summed in registers
       real(wp), dimension(lanes) :: v_imag, v_real, z_imag, z_real
       complex(wp) :: rate
-      integer :: first, i, m
+      integer :: i, m, panel
 
       x = 0.0_wp
       do m = 1, set%coupled%count
@@ -104,7 +104,7 @@ contains
          x(:, m) = [real(term(m), wp), -aimag(term(m)), real(rate, wp), -aimag(rate)]
       end do
       associate (shape_parts => set%coupled%shape_parts)
-         do first = 0, size(lane_z) - lanes, lanes
+         do panel = 1, size(shape_parts, 4)
             z_real = 0.0_wp
             z_imag = 0.0_wp
             v_real = 0.0_wp
@@ -112,14 +112,14 @@ contains
             do m = 1, size(x, 2)
                !$omp simd
                do i = 1, lanes
-                  z_real(i) = z_real(i) + x(1, m)*shape_parts(first + i, m, 1)
-                  z_imag(i) = z_imag(i) + x(2, m)*shape_parts(first + i, m, 2)
-                  v_real(i) = v_real(i) + x(3, m)*shape_parts(first + i, m, 1)
-                  v_imag(i) = v_imag(i) + x(4, m)*shape_parts(first + i, m, 2)
+                  z_real(i) = z_real(i) + x(1, m)*shape_parts(i, 1, m, panel)
+                  z_imag(i) = z_imag(i) + x(2, m)*shape_parts(i, 2, m, panel)
+                  v_real(i) = v_real(i) + x(3, m)*shape_parts(i, 1, m, panel)
+                  v_imag(i) = v_imag(i) + x(4, m)*shape_parts(i, 2, m, panel)
                end do
             end do
-            lane_z(first + 1:first + lanes) = z_real + z_imag
-            lane_v(first + 1:first + lanes) = v_real + v_imag
+            lane_z(lanes*(panel - 1) + 1:lanes*panel) = z_real + z_imag
+            lane_v(lanes*(panel - 1) + 1:lanes*panel) = v_real + v_imag
          end do
       end associate
       z = set%rest_modes + lane_z(:size(z))
