@@ -4,16 +4,25 @@
 module contact_starts
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
+   use free_modes, only: max_free_square
    use kinds, only: wp
    use load_settings, only: start_balance, start_drop
    use number_text, only: to_text
+   use point_forces, only: find_point_forces
    use run_settings, only: run_settings_t, side_below, side_both
    use stop_contacts, only: penetrates, contact_t
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
-   public :: flexible_beam_t, find_static_equilibrium, find_static_forces, check_start, move_onto_contacts, &
-      place_bodies
+   public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
+      move_onto_contacts, place_bodies
+
+   !> Relative tension or penetration of a contact that is regarded as rounding error.
+   real(wp), parameter :: tolerance = 1.0e-10_wp
+
+   !> Maximum number of contacts of which all subsets are tried as supports of a beam with a mode of nearly zero
+   !> frequency.
+   integer, parameter :: max_supports = 12
 
    !> The beam in the coordinates q of one integration method.
    type, abstract :: flexible_beam_t
@@ -71,6 +80,83 @@ contains
       displacement = displacement + matmul(shape, active_forces)
       forces(place) = active_forces
    end subroutine find_static_equilibrium
+
+   !> Static equilibrium in modes, if the flexibility of a slow mode (a rotation about a pinned root, a body without a
+   !> spring) exceeds that of all other modes by orders of magnitude. Subsets of contacts are tried as bilateral
+   !> supports until the violation (tension in a contact of the subset, or penetration of another contact) is within
+   !> rounding error. The subset with the smallest violation is used.
+   subroutine find_slow_balance(square, row, contacts, is_active, load, body_mode, q, forces, error)
+      !> W^2, squared frequencies, [modes]
+      real(wp), intent(in) :: square(:)
+      !> Rows of the contacts over the modes, [modes, contacts]
+      real(wp), intent(in) :: row(:, :)
+      type(contact_t), intent(in) :: contacts(:)
+      !> Which contacts are active
+      logical, intent(in) :: is_active(:)
+      !> Modal loads, [modes]
+      real(wp), intent(in) :: load(:)
+      !> Index of the mode of each body, [bodies]
+      integer, intent(in) :: body_mode(:)
+      !> Modal displacements, [modes]
+      real(wp), intent(out) :: q(:)
+      !> Force P >= 0 of each contact
+      real(wp), intent(out) :: forces(:)
+      !> Set if no contact carries a beam or a body that moves freely
+      type(failure_t), allocatable, intent(inout) :: error
+
+      ! a subset with a larger violation is no equilibrium
+      real(wp), parameter :: max_violation = 1.0e-6_wp
+      ! a subset with larger displacements, in units of displacement, is no equilibrium
+      real(wp), parameter :: max_displacement = 1.0e15_wp
+      complex(wp), allocatable :: contact_force(:)
+      complex(wp) :: z(size(load))
+      real(wp) :: flexibility(size(contacts)), min_violation, violation
+      real(wp), allocatable :: gap(:)
+      ! `place`: contacts that can carry the beam; `subset`: some of them, by the bits of `choice`
+      integer, allocatable :: place(:), subset(:)
+      integer :: choice, k
+      logical :: is_singular
+
+      place = pack([(k, k=1, size(is_active))], is_active)
+      min_violation = max_violation
+      flexibility = static_stiffness(contacts%settings)
+      where (flexibility > 0.0_wp) flexibility = 1.0_wp/flexibility
+      ! if nothing carries the beam or a body, these displacements lead to the message
+      q = load/square
+      forces = 0.0_wp
+      do choice = 0, 2**min(size(place), max_supports) - 1
+         subset = pack(place, [(btest(choice, k - 1), k=1, size(place))])
+         allocate (contact_force(size(subset)))
+         call find_point_forces(cmplx(square, 0.0_wp, wp), row(:, subset), cmplx(flexibility(subset), 0.0_wp, wp), &
+            cmplx(load, 0.0_wp, wp), cmplx(contacts(subset)%height, 0.0_wp, wp), contact_force, z, is_singular)
+         gap = matmul(real(z, wp), row) - contacts%height
+         gap(subset) = 0.0_wp
+         ! violation: the maximum of relative tension and relative penetration
+         violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
+            + tiny(1.0_wp)), -minval([gap(place), 0.0_wp])/(maxval(abs(contacts(place)%height)) + 1.0_wp))
+         ! huge displacements mean that contacts of the subset support nothing, or that two contacts support the same
+         if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
+            min_violation = violation
+            q = real(z, wp)
+            forces = 0.0_wp
+            forces(subset) = max(real(contact_force, wp), 0.0_wp)
+         end if
+         deallocate (contact_force)
+         if (min_violation <= tolerance) exit
+      end do
+      do k = 1, size(square)
+         if (square(k) > max_free_square .or. abs(load(k)) <= 0.0_wp) cycle
+         if (any(forces > 0.0_wp .and. abs(row(k, :)) > 0.0_wp)) cycle
+         if (any(body_mode == k)) then
+            call fail(error, status_bad_input, 'nothing carries &body number '//to_text(findloc(body_mode, k, dim=1)) &
+               //', which moves freely: it has no balance to start in')
+         else
+            call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has ' &
+               //'no balance to start in')
+         end if
+         return
+      end do
+   end subroutine find_slow_balance
 
    !> Unilateral static forces of contacts whose springs are in series with the beam.
    pure subroutine find_static_forces(contacts, gap, compliance, forces)

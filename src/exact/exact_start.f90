@@ -17,7 +17,7 @@ module exact_start
    use free_modes, only: free_modes_t, max_free_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
-   use mode_choice, only: damps_each_mode, rates_of_modes
+   use mode_choice, only: common_zeta, damps_each_mode, rates_of_modes
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_set_store, phase_state_t
@@ -240,8 +240,8 @@ contains
       integer :: bodies, i, k
 
       beam%has_modal_damping = damps_each_mode(settings)
-      call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square, &
-         modes%body))
+      call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, rates_of_modes(settings, &
+         modes%square, modes%body))
       bodies = count_bodies(settings)
       allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_rest(bodies))
       if (bodies > 0) then

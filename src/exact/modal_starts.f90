@@ -4,30 +4,23 @@
 module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
-   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts, &
-      place_bodies
+   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
+      move_onto_contacts, place_bodies
    use contact_states, only: contact_state_t
-   use failures, only: fail, failure_t, status_bad_input
+   use failures, only: failure_t
    use few_modes, only: number_of_modes
-   use free_modes, only: free_modes_t, max_free_square
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, &
       start_table, start_velocity
    use number_text, only: to_text
    use phase_state, only: phase_state_t
-   use point_forces, only: find_point_forces, slow_frequency
+   use point_forces, only: slow_frequency
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility
-
-   !> Relative tension or penetration of a contact that is regarded as rounding error.
-   real(wp), parameter :: tolerance = 1.0e-10_wp
-
-   !> Maximum number of contacts of which all subsets are tried as supports of a beam with a mode of nearly zero
-   !> frequency.
-   integer, parameter :: max_supports = 12
 
    !> The beam in its free modes, as a flexible body under static contact forces.
    type, extends(flexible_beam_t) :: modal_beam_t
@@ -81,7 +74,6 @@ contains
             end associate
          case (start_balance)
             call find_balance(phase, beam, is_active, q, forces, error)
-            call check_balance(phase, forces, error)
          case (start_velocity, start_drop, start_mode, start_table)
             if (is_in_mode(start)) then
                associate (tip => modes%mode(modes%tip_dof, start%mode))
@@ -141,47 +133,17 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: load(size(q))
-      integer, allocatable :: place(:)
-      integer :: k
 
       load = 0.0_wp
       if (phase%loads%count > 0) load = matmul(phase%loads%mode, value_at(phase%loads%course, 0.0_wp))
       if (any(beam%square < slow_frequency**2)) then
-         place = pack([(k, k=1, size(is_active))], is_active)
-         call find_slow_balance(phase, place, load, q, forces)
+         call find_slow_balance(beam%square, beam%row, phase%states%contact, is_active, load, phase%beam%body_mode, q, &
+            forces, error)
          return
       end if
       q = load/beam%square
       call find_static_equilibrium(beam, phase%states%contact, is_active, q, forces, error)
    end subroutine find_balance
-
-   !> Report an error if no contact supports a beam that rotates freely about its root, or a body without a spring.
-   subroutine check_balance(now, forces, error)
-      type(phase_state_t), intent(in) :: now
-      !> Contact forces, [contacts]
-      real(wp), intent(in) :: forces(:)
-      !> Set if no contact supports the beam
-      type(failure_t), allocatable, intent(inout) :: error
-
-      integer :: b, i
-
-      if (allocated(error) .or. now%loads%count == 0) return
-      do i = 1, size(now%load)
-         if (now%beam%oscillators%square(i) > max_free_square .or. abs(now%load(i)) <= 0.0_wp) cycle
-         if (any(forces > 0.0_wp .and. abs(now%beam%value(i, :)) > 0.0_wp)) cycle
-         b = findloc(now%beam%body_mode, i, dim=1)
-         if (b == 0) then
-            call fail(error, status_bad_input, &
-               'nothing carries the beam, which turns freely about its root: it has no ' &
-               //'balance to start in')
-         else
-            call fail(error, status_bad_input, &
-               'nothing carries &body number '//to_text(b)//', which moves freely: it ' &
-               //'has no balance to start in')
-         end if
-         return
-      end do
-   end subroutine check_balance
 
    !> Static displacements of the modes.
    pure subroutine bend(self, foundation, load, shape, error)
@@ -198,74 +160,5 @@ contains
       if (allocated(error)) return
       shape = load/spread(foundation + self%square, 2, size(load, 2))
    end subroutine bend
-
-   !> Static equilibrium if the flexibility of a slow mode (frequency below `slow_frequency`) exceeds that of all other
-   !> modes by orders of magnitude. Subsets of contacts are tried as bilateral supports until the violation (tension in
-   !> a contact of the subset, or penetration of another contact) is within rounding error. The subset with the smallest
-   !> violation is used.
-   subroutine find_slow_balance(phase, place, load, q, forces)
-      type(phase_state_t), intent(in) :: phase
-      !> Indices of the contacts that can support the beam
-      integer, intent(in) :: place(:)
-      !> Modal loads, [modes]
-      real(wp), intent(in) :: load(:)
-      !> Modal displacements in equilibrium, [modes]
-      real(wp), intent(inout) :: q(:)
-      !> Contact forces P in equilibrium, [contacts]
-      real(wp), intent(inout) :: forces(:)
-
-      ! a subset with a larger violation is no equilibrium
-      real(wp), parameter :: max_violation = 1.0e-6_wp
-      ! a subset with larger displacements, in units of displacement, is no equilibrium
-      real(wp), parameter :: max_displacement = 1.0e15_wp
-      complex(wp), allocatable :: flexibility(:), contact_force(:)
-      complex(wp) :: z(size(load))
-      real(wp) :: gap(size(place)), min_violation, violation
-      integer, allocatable :: subset(:)
-      ! number whose bits state which contacts belong to the subset
-      integer :: choice
-      integer :: k
-      logical :: is_singular
-
-      min_violation = max_violation
-      associate (beam => phase%beam)
-         ! if nothing supports the beam or a body, these displacements lead to the message
-         q = load/beam%oscillators%square
-         forces = 0.0_wp
-         do choice = 0, 2**min(size(place), max_supports) - 1
-            subset = pack([(k, k=1, size(place))], [(btest(choice, k - 1), k=1, size(place))])
-            flexibility = [(cmplx(flexibility_of(place(subset(k))), 0.0_wp, wp), k=1, size(subset))]
-            allocate (contact_force(size(subset)))
-            call find_point_forces(cmplx(beam%oscillators%square, 0.0_wp, wp), beam%value(:, place(subset)), &
-               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(subset)), 0.0_wp, wp), contact_force, z, &
-               is_singular)
-            gap = matmul(real(z, wp), beam%value(:, place)) - beam%height(place)
-            gap(subset) = 0.0_wp
-            ! violation: the maximum of relative tension and relative penetration
-            violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
-               + tiny(1.0_wp)), -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
-            ! huge displacements mean that contacts of the subset support nothing, or that two contacts support the same
-            if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
-               min_violation = violation
-               q = real(z, wp)
-               forces = 0.0_wp
-               forces(place(subset)) = max(real(contact_force, wp), 0.0_wp)
-            end if
-            deallocate (contact_force)
-            if (min_violation <= tolerance) exit
-         end do
-      end associate
-
-   contains
-
-      !> Flexibility of the spring of a compliant contact; 0: the contact is rigid.
-      pure function flexibility_of(k) result(value)
-         integer, intent(in) :: k
-         real(wp) :: value
-
-         value = 0.0_wp
-         if (.not. phase%states(k)%is_rigid) value = 1.0_wp/phase%states(k)%spring%stiffness
-      end function flexibility_of
-   end subroutine find_slow_balance
 
 end module modal_starts

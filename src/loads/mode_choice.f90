@@ -11,7 +11,8 @@ module mode_choice
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes, damps_each_mode
+   public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes, damps_each_mode, &
+      common_zeta
 
    !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
    integer, parameter :: max_all_modes = 32
@@ -113,9 +114,18 @@ contains
       end associate
    end function damps_each_mode
 
+   !> zeta of the stiffness-proportional damping that all modes have; 0 if damping ratios are given mode by mode.
+   pure function common_zeta(settings) result(zeta)
+      type(run_settings_t), intent(in) :: settings
+      real(wp) :: zeta
+
+      zeta = merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios))
+   end function common_zeta
+
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
-   !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, alpha
-   !> of a body is its damping rate 2 xi W + c/m (damping ratio xi, damper c) minus 2 zeta W^2, which all modes have.
+   !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, that
+   !> of a body is 2 xi W + c/m (damping ratio xi, damper c), whatever zeta is: its alpha, which may be negative, is
+   !> this rate less the part 2 zeta W^2 that all modes have.
    pure function rates_of_modes(settings, square, body) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
@@ -135,7 +145,7 @@ contains
       if (.not. present(body)) return
       if (.not. damps_each_mode(settings)) return
       do i = 1, size(square)
-         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i))) - 2.0_wp*settings%zeta*square(i)
+         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i))) - 2.0_wp*common_zeta(settings)*square(i)
       end do
    end function rates_of_modes
 
@@ -160,8 +170,8 @@ contains
          call append_bodies(settings%bodies, mode_count, modes)
          total = size(modes%square)
       end if
-      order = damping_order(modes%square(:total), settings%zeta, rates_of_modes(settings, modes%square(:total), &
-         modes%body))
+      order = damping_order(modes%square(:total), common_zeta(settings), rates_of_modes(settings, &
+         modes%square(:total), modes%body))
       if (allocated(modes%body)) modes%body = modes%body(order)
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)

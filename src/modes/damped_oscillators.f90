@@ -30,7 +30,8 @@ module damped_oscillators
       !> Half the distance of the two exponents. Underdamped: W sqrt(1 - xi^2), the damped frequency; else: W sqrt(xi^2
       !> - 1), with xi the damping ratio, [as `decay`]
       real(wp), allocatable :: spread(:)
-      !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; padded with zeros, [as `decay`]
+      !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; of a body, negative if its
+      !> damper is weaker than 2 zeta W^2; padded with zeros, [as `decay`]
       real(wp), allocatable :: mass_rate(:)
       !> Overdamped: decay rate of the fast exponent less alpha, [as `decay`]
       real(wp), allocatable :: fast_excess(:)

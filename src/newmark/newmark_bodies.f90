@@ -44,12 +44,11 @@ contains
    end subroutine append
 
    !> Give bodies the damping of their own dampers, whatever the damping of the beam.
-   pure subroutine damp_bodies(bodies, zeta, entry, mass, damping)
+   pure subroutine damp_bodies(bodies, zeta, mass, damping)
       type(body_settings_t), intent(in) :: bodies(:)
       !> The step adds 2 zeta K to the damping of all degrees of freedom
       real(wp), intent(in) :: zeta
-      !> Degree of freedom of each body, [bodies]
-      integer, intent(in) :: entry(:)
+      !> Mass matrix, bodies last
       type(skyline_t), intent(in) :: mass
       !> Damping besides 2 zeta K, with the profile of the mass matrix; unallocated: there is none yet
       type(skyline_t), allocatable, intent(inout) :: damping
@@ -58,8 +57,8 @@ contains
          allocate (damping, source=mass)
          damping%values = 0.0_wp
       end if
-      associate (place => mass%diagonal(entry))
-         damping%values(place) = mass%values(place)*(damping_rate_of(bodies) - 2.0_wp*zeta*squared_frequency_of(bodies))
+      associate (place => mass%diagonal(mass%order - size(bodies) + 1:))
+         damping%values(place) = bodies%mass_ratio*(damping_rate_of(bodies) - 2.0_wp*zeta*squared_frequency_of(bodies))
       end associate
    end subroutine damp_bodies
 

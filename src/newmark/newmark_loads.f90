@@ -14,7 +14,7 @@ module newmark_loads
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
-   use mode_choice, only: rates_of_modes
+   use mode_choice, only: common_zeta, rates_of_modes
    use newmark_bodies, only: damp_bodies
    use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: deepest_level, newmark_stepper_t
@@ -182,7 +182,7 @@ contains
       bodies = count_bodies(settings)
       if (allocated(modes)) then
          allocate (damping, source=supported%mass)
-         damping%values = rates_of_modes(settings, modes%square)
+         damping%values = rates_of_modes(settings, modes%square, modes%body)
       else if (allocated(settings%mode_ratios)) then
          ! `find_free_modes` needs the model before its rigid supports are fixed, because it attaches supports to the
          ! modes of the unsupported beam, whose mass matrix includes all degrees of freedom
@@ -210,15 +210,8 @@ contains
          allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
       end if
-      if (bodies == 0) return
-      associate (zeta => merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), order => supported%mass%order)
-         if (allocated(modes)) then
-            call damp_bodies(settings%bodies, zeta, [(findloc(modes%body, i, dim=1), i=1, bodies)], supported%mass, &
-               damping)
-         else
-            call damp_bodies(settings%bodies, zeta, [(order - bodies + i, i=1, bodies)], supported%mass, damping)
-         end if
-      end associate
+      if (bodies > 0 .and. .not. allocated(modes)) call damp_bodies(settings%bodies, common_zeta(settings), &
+         supported%mass, damping)
    end subroutine additional_damping
 
    !> The matrix stored with all entries of each column down to the diagonal, zeros included.

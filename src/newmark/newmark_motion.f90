@@ -15,6 +15,7 @@ module newmark_motion
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
+   use mode_choice, only: common_zeta
    use moment_places, only: open_moments
    use newmark_bodies, only: add_bodies, row_of_contact
    use newmark_contacts, only: resolve_contacts
@@ -121,6 +122,7 @@ contains
       type(response_t), intent(inout) :: response
 
       type(output_settings_t) :: output
+      real(wp), allocatable :: rest(:)
       integer :: k, places, samples
 
       samples = count_samples(settings%response%duration, settings%response%step)
@@ -138,7 +140,9 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
+      allocate (rest(0))
       if (allocated(settings%bodies)) then
+         rest = settings%bodies%rest
          allocate (response%bodies(size(settings%bodies)))
          do k = 1, size(settings%bodies)
             call open_body_record(settings%bodies(k), settings%output, samples + 1, response%bodies(k))
@@ -153,7 +157,7 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval)
+      call open_step_interval(size(run%contacts), places, run%interval, rest)
    end subroutine open_outputs
 
    !> Close the contacts of the first instant, and pass its events to the observers.
@@ -218,7 +222,7 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: point_shape(:, :), shape(:)
-      real(wp) :: kinetic, zeta
+      real(wp) :: kinetic
       integer :: k
 
       run%sample_step = settings%response%step
@@ -249,7 +253,6 @@ contains
          return
       end if
       if (allocated(settings%bodies) .and. .not. allocated(run%modes)) call add_bodies(settings%bodies, supported)
-      zeta = merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios))
       ! a body on a stiff spring may have little damping
       call divide_step(supported, merge(0.0_wp, settings%zeta, allocated(settings%bodies)), settings%response, &
          run%steps_per_sample, error)
@@ -258,7 +261,7 @@ contains
       call additional_damping(settings, model, supported, run%modes, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
-         call make_newmark_stepper(supported, zeta, scheme%newmark_beta, scheme%newmark_gamma, &
+         call make_newmark_stepper(supported, common_zeta(settings), scheme%newmark_beta, scheme%newmark_gamma, &
             scheme%step/real(run%steps_per_sample, wp), run%stepper, error, damping, point_shape)
       end associate
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)

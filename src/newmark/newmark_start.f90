@@ -1,12 +1,12 @@
 !> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with initial velocities; and
 !> the contacts that are closed or hit in this state.
 module newmark_start
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
-   use body_modes, only: count_bodies
+   use body_modes, only: append_bodies, count_bodies
    use contact_rows, only: band
-   use contact_starts, only: find_static_equilibrium, check_start, flexible_beam_t, move_onto_contacts, &
-      place_bodies
+   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
+      move_onto_contacts, place_bodies
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
@@ -58,6 +58,7 @@ contains
 
       displacement = 0.0_wp
       velocity = 0.0_wp
+      shape = 0.0_wp
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
       call make_flexible(model, supported, run%modes, contacts, count_bodies(settings), flexible)
       associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band, &
@@ -83,12 +84,10 @@ contains
                displacement(:size(release_shape)) = release_shape
             end if
          case (start_balance)
-            if (run%loads%count > 0) then
-               call flexible%bend(0.0_wp, reshape(state%beam%load(1:n), [n, 1]), shape, error)
-               if (allocated(error)) return
-               displacement = shape(:, 1)
-            end if
-            call find_static_equilibrium(flexible, contacts, is_active, displacement, state%force, error)
+            if (run%loads%count > 0) shape(:, 1) = state%beam%load(1:n)
+            call find_balance(model, settings, contacts, is_active, flexible, run%modes, shape, state%force, error)
+            if (allocated(error)) return
+            displacement = shape(:, 1)
             where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
                state%force/static_stiffness(contacts%settings)
          case (start_velocity, start_drop, start_mode, start_table)
@@ -110,6 +109,55 @@ contains
          call restart_acceleration(run%stepper, state%beam)
       end associate
    end subroutine make_start
+
+   !> Static equilibrium under the loads at the start with unilateral contact forces. If the beam or a body can move
+   !> freely, its stiffness matrix is singular, so that the equilibrium is found in modes.
+   subroutine find_balance(model, settings, contacts, is_active, flexible, modes, shape, forces, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      type(contact_t), intent(in) :: contacts(:)
+      !> Which contacts are active
+      logical, intent(in) :: is_active(:)
+      type(finite_beam_t), intent(in) :: flexible
+      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
+      type(free_modes_t), allocatable, intent(in) :: modes
+      !> In: loads on the degrees of freedom. Out: displacements, [order, 1]
+      real(wp), intent(inout) :: shape(:, :)
+      !> Force P of each contact
+      real(wp), intent(inout) :: forces(:)
+      !> Set if nothing carries the beam or a body, or its displacements cannot be found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(free_modes_t) :: free
+      real(wp), allocatable :: load(:, :), q(:)
+      logical :: is_free
+      integer :: b, i
+
+      is_free = is_mechanism(model)
+      if (allocated(settings%bodies)) is_free = is_free .or. any(settings%bodies%spring_ratio <= 0.0_wp)
+      allocate (load, source=shape)
+      if (.not. is_free) then
+         call flexible%bend(0.0_wp, load, shape, error)
+         if (allocated(error)) return
+         call find_static_equilibrium(flexible, contacts, is_active, shape(:, 1), forces, error)
+      else if (allocated(modes)) then
+         call find_slow_balance(modes%square, flexible%row, contacts, is_active, load(:, 1), &
+            [(findloc(modes%body, b, dim=1), b=1, count_bodies(settings))], shape(:, 1), forces, error)
+      else
+         call find_free_modes(model, free, error)
+         if (allocated(error)) return
+         if (allocated(settings%bodies)) call append_bodies(settings%bodies, size(free%square), free)
+         allocate (q(size(free%square)))
+         associate (beam => size(q) - count_bodies(settings))
+            call find_slow_balance(free%square, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
+               matmul(load(:, 1), free%mode), [(beam + b, b=1, count_bodies(settings))], q, forces, error)
+         end associate
+         shape(:, 1) = matmul(free%mode, q)
+         do i = 1, size(model%supports)
+            if (model%supports(i)%stiffness <= 0.0_wp) shape(model%supports(i)%dof, 1) = 0.0_wp
+         end do
+      end if
+   end subroutine find_balance
 
    !> Set displacements and velocities of the bodies.
    pure subroutine move_bodies(model, settings, contacts, modes, displacement, velocity)

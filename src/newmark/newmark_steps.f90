@@ -393,7 +393,7 @@ contains
       !> Bending moments at both ends of the step, [places, 2]
       real(wp), intent(in) :: moments(:, :)
 
-      integer :: k
+      integer :: b, k
 
       associate (old => run%states(3 - run%now), new => run%states(run%now), interval => run%interval)
          interval%start = from
@@ -426,6 +426,12 @@ contains
                new%beam%velocity(tip)]
          end associate
          if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
+         do b = 1, interval%bodies
+            associate (body => run%stepper%length - interval%bodies + b)
+               interval%ends(:, k + b) = [interval%rest(b) + [old%beam%displacement(body), &
+                  new%beam%displacement(body)], old%beam%velocity(body), new%beam%velocity(body)]
+            end associate
+         end do
       end associate
       call observe(run%observers, run%interval)
    end subroutine observe_step

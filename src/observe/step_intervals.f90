@@ -1,7 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
 !> velocities at both ends, so that the peak of a rebound within a step is observed. An impact lies between two steps:
 !> the one ends with the velocity before the impact, the other starts with that after it. Forces, moments and energy are
-!> linear. Gaps, displacements, forces and moments are numbered as rows of the interval (module `motion_intervals`).
+!> linear. All these are rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use exponential_sums, only: exponential_sums_t, open_sums
@@ -20,10 +20,13 @@ module step_intervals
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
-      !> Displacements at both ends of the step, then velocities, for the rows of gaps and of the tip, [4, contacts + 1]
+      !> Displacements at both ends of the step, then velocities, for the rows of gaps, of the tip and of bodies, [4,
+      !> contacts + 1 + bodies]
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
+      !> z at which the spring of each body has no force, [bodies]
+      real(wp), allocatable :: rest(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
       !> Energy dissipated in the dampers of each stop over the step, [contacts]
@@ -56,17 +59,21 @@ module step_intervals
 contains
 
    !> Allocate an interval.
-   pure subroutine open_step_interval(contacts, places, interval)
+   pure subroutine open_step_interval(contacts, places, interval, rest)
       integer, intent(in) :: contacts
       integer, intent(in) :: places
       type(step_interval_t), intent(out) :: interval
+      !> z at which the spring of each body has no force, [bodies]
+      real(wp), intent(in) :: rest(:)
 
       interval%contacts = contacts
       interval%places = places
+      interval%bodies = size(rest)
+      interval%rest = rest
       interval%may_gain = .true.
       allocate (interval%seen(contacts))
-      allocate (interval%ends(4, contacts + 1), interval%line(2, contacts + places), interval%lost(contacts), &
-         source=0.0_wp)
+      allocate (interval%ends(4, contacts + 1 + size(rest)), interval%line(2, contacts + places), &
+         interval%lost(contacts), source=0.0_wp)
    end subroutine open_step_interval
 
    !> Status of contact k.
@@ -78,6 +85,18 @@ contains
       contact = self%seen(k)
    end function contact
 
+   !> Index in `ends` of a row that is a cubic; 0: the row is a straight line.
+   pure integer function cubic_index(self, number)
+      class(step_interval_t), intent(in) :: self
+      !> Number of the row
+      integer, intent(in) :: number
+
+      cubic_index = number
+      ! bodies are the rows behind the straight lines
+      if (number > self%contacts + 1) cubic_index = number - size(self%line, 2)
+      if (number > self%contacts + 1 .and. cubic_index <= self%contacts + 1) cubic_index = 0
+   end function cubic_index
+
    !> Value and rate of a row at a time since the start of the step.
    function evaluate(self, row, time) result(state)
       class(step_interval_t), intent(in) :: self
@@ -88,8 +107,8 @@ contains
       type(cubic_t) :: cubic
       real(wp) :: s
 
-      if (.not. time > 0.0_wp .and. row%number <= self%contacts + 1) then
-         state = row%factor*self%ends([1, 3], row%number) + [row%offset, 0.0_wp]
+      if (.not. time > 0.0_wp .and. cubic_index(self, row%number) > 0) then
+         state = row%factor*self%ends([1, 3], cubic_index(self, row%number)) + [row%offset, 0.0_wp]
          return
       end if
       s = min(max(time/self%length, 0.0_wp), 1.0_wp)
@@ -141,9 +160,11 @@ contains
       real(wp) :: bounds(2)
 
       real(wp) :: ends(4)
+      integer :: index
 
-      if (row%number <= self%contacts + 1) then
-         ends = row%factor*self%ends(:, row%number)
+      index = cubic_index(self, row%number)
+      if (index > 0) then
+         ends = row%factor*self%ends(:, index)
          ends(3:) = [ends(1) + self%length*ends(3)/3.0_wp, ends(2) - self%length*ends(4)/3.0_wp]
          bounds = row%offset + [minval(ends), maxval(ends)]
       else
@@ -349,15 +370,17 @@ contains
 
       type(cubic_t) :: whole
       real(wp) :: s(2)
+      integer :: index
 
       s = span/self%length
-      if (row%number > self%contacts + 1) then
+      index = cubic_index(self, row%number)
+      if (index == 0) then
          associate (line => self%line(:, row%number - self%contacts - 1))
             cubic%c(0) = line(1) + s(1)*(line(2) - line(1))
             cubic%c(1) = (s(2) - s(1))*(line(2) - line(1))
          end associate
       else
-         associate (ends => self%ends(:, row%number))
+         associate (ends => self%ends(:, index))
             whole = cubic_of(ends(1:2), self%length*ends(3:4))
          end associate
          cubic = whole

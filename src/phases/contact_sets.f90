@@ -211,7 +211,7 @@ contains
       type(free_beam_t), intent(in) :: beam
       logical :: answer
 
-      answer = beam%has_modal_damping .or. any(beam%oscillators%mass_rate > 0.0_wp)
+      answer = beam%has_modal_damping .or. any(abs(beam%oscillators%mass_rate) > 0.0_wp)
    end function has_mass_damping
 
    !> Deallocate the sets with compliant contacts, because damping changes their terms.

@@ -7,12 +7,11 @@ module scene_bodies
    use name_table, only: table_t
    use name_types, only: name_t, sweep_t
    use number_text, only: to_text
-   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, method_newmark, &
-      side_both, side_names
+   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, side_both, &
+      side_names
    use scene_input, only: scene_input_t
    use scene_stops, only: list_law
    use scene_types, only: scene_t
-   use spectrum_settings, only: signal_table
    use stop_pairs, only: are_at_one_point
    use value_rules, only: load_range, physical_range, place_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
@@ -140,8 +139,6 @@ contains
       integer :: i, k
 
       if (.not. scene%has_bodies) return
-      if (scene%response%method == method_newmark .and. observes_bodies(scene)) call input%complain('response', &
-         'method', "does not go with sections and spectra of bodies yet; take 'exact'")
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal) then
          call input%complain('stop', 'impulse', "does not go with &body; take 'momentum'")
       end if
@@ -160,14 +157,6 @@ contains
          end associate
       end do
    end subroutine check_bodies
-
-   !> Does the scene request Poincare sections, or a spectrum of a body?
-   pure logical function observes_bodies(scene)
-      type(scene_t), intent(in) :: scene
-
-      observes_bodies = scene%wants_poincare
-      if (scene%wants_spectrum) observes_bodies = observes_bodies .or. any(signal_table(scene%spectrum%of)%is_of_body)
-   end function observes_bodies
 
    !> Check the values of one body; a sweep or &cases may give the missing ones.
    subroutine check_values(input, table, scene, k)
@@ -199,9 +188,6 @@ contains
          if (max(body%floor, body%ceiling) <= 0.0_wp .and. min(body%floor, body%ceiling) >= 0.0_wp) then
             call input%complain('body', 'ceiling_ratio ceiling', 'leaves the body no room above its floor', k)
          end if
-         if (scene%start%kind == start_balance .and. .not. may_have_spring .and. &
-            scene%response%method == method_newmark) call input%complain('response', 'method', &
-            "finds no balance of a body without a spring; take 'exact'")
          if (body%side == side_both .and. body%start_gap > 2.0_wp*body%clearance .and. .not. varies) then
             call input%complain('body', 'start_gap_ratio start_gap', &
                'is wider than the cavity, twice clearance_ratio = '//to_text(body%clearance), k)

@@ -2,11 +2,10 @@
 !> supports. A file may have any number of &mass groups.
 module scene_root_and_masses
    use kinds, only: wp
-   use load_settings, only: start_balance, start_release
+   use load_settings, only: start_release
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use root_and_mass_settings, only: mass_settings_t, root_names, root_pinned
-   use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use value_rules, only: physical_range, place_range, range_t, stiffness_range
@@ -101,9 +100,6 @@ contains
       if (scene%start%kind == start_release) then
          call input%complain('root', 'kind', 'a beam that turns freely about its root needs a &support to be pulled ' &
             //'away from a stop; without one give another &start, or only &frequencies')
-      else if (scene%start%kind == start_balance .and. scene%response%method == method_newmark) then
-         call input%complain('root', 'kind', 'the balance of a beam that turns freely about its root is found by ' &
-            //"method = 'exact' alone")
       end if
    end subroutine check_root
 
