@@ -15,7 +15,7 @@ module contact_starts
    implicit none (type, external)
    private
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
-      move_onto_contacts, place_bodies
+      check_mode_count, move_onto_contacts, place_bodies
 
    !> Relative tension or penetration of a contact that is regarded as rounding error.
    real(wp), parameter :: tolerance = 1.0e-10_wp
@@ -110,17 +110,23 @@ contains
       real(wp), parameter :: max_displacement = 1.0e15_wp
       complex(wp), allocatable :: contact_force(:)
       complex(wp) :: z(size(load))
+      ! a force that is comparable with the loads
+      real(wp) :: unit
       real(wp) :: flexibility(size(contacts)), min_violation, violation
       real(wp), allocatable :: gap(:)
-      ! `place`: contacts that can carry the beam; `subset`: some of them, by the bits of `choice`
-      integer, allocatable :: place(:), subset(:)
-      integer :: choice, k
+      ! indices of the contacts that can support the beam
+      integer, allocatable :: place(:)
+      integer, allocatable :: subset(:)
+      ! number whose bits state which of these contacts belong to the subset
+      integer :: choice
+      integer :: k
       logical :: is_singular
 
       place = pack([(k, k=1, size(is_active))], is_active)
       min_violation = max_violation
       flexibility = static_stiffness(contacts%settings)
       where (flexibility > 0.0_wp) flexibility = 1.0_wp/flexibility
+      unit = maxval(abs(load))/max(maxval(abs(row)), epsilon(1.0_wp)) + tiny(1.0_wp)
       ! if nothing carries the beam or a body, these displacements lead to the message
       q = load/square
       forces = 0.0_wp
@@ -132,8 +138,8 @@ contains
          gap = matmul(real(z, wp), row) - contacts%height
          gap(subset) = 0.0_wp
          ! violation: the maximum of relative tension and relative penetration
-         violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
-            + tiny(1.0_wp)), -minval([gap(place), 0.0_wp])/(maxval(abs(contacts(place)%height)) + 1.0_wp))
+         violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) + unit), &
+            -minval([gap(place), 0.0_wp])/(maxval(abs(contacts(place)%height)) + 1.0_wp))
          ! huge displacements mean that contacts of the subset support nothing, or that two contacts support the same
          if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
             min_violation = violation
@@ -216,6 +222,27 @@ contains
          end associate
       end do
    end subroutine place_bodies
+
+   !> Refuse rigid stops at more points than the motion has modes of the beam: if all are closed, their forces are not
+   !> determined.
+   pure subroutine check_mode_count(contacts, dof, modes, error)
+      type(contact_t), intent(in) :: contacts(:)
+      !> Degree of freedom of the beam at each contact
+      integer, intent(in) :: dof(:)
+      !> Number of modes of the beam
+      integer, intent(in) :: modes
+      !> Set if there are too few modes
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer, allocatable :: rigid(:)
+      integer :: k, points
+
+      rigid = pack(dof, static_stiffness(contacts%settings) <= 0.0_wp .and. contacts%settings%body == 0)
+      points = count([(findloc(rigid, rigid(k), dim=1) == k, k=1, size(rigid))])
+      if (points > modes .and. .not. allocated(error)) call fail(error, status_bad_input, to_text(points) &
+         //' rigid stops can be closed at once, but the motion has '//to_text(modes)//' modes, so that their forces ' &
+         //'are not determined: give more modes in &response, or compliant stops')
+   end subroutine check_mode_count
 
    !> Refuse a start with penetration of a contact that bears no static force.
    pure subroutine check_start(beam, contacts, forces, displacement, error)

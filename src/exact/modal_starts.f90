@@ -4,8 +4,8 @@
 module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
-   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
-      move_onto_contacts, place_bodies
+   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
+      flexible_beam_t, move_onto_contacts, place_bodies
    use contact_states, only: contact_state_t
    use failures, only: failure_t
    use few_modes, only: number_of_modes
@@ -48,7 +48,7 @@ contains
       real(wp), allocatable, intent(out) :: v(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
-      !> Set if the beam penetrates a contact, or no contact supports it
+      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
       type(failure_t), allocatable, intent(inout) :: error
 
       type(modal_beam_t) :: beam
@@ -62,6 +62,10 @@ contains
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
+      associate (contacts => phase%states%contact)
+         call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(phase%beam%body_mode), error)
+      end associate
+      if (allocated(error)) return
       beam%row = phase%beam%value
       beam%square = phase%beam%oscillators%square
       associate (start => settings%start)

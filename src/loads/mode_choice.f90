@@ -48,6 +48,8 @@ contains
       end do
       if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))
       count_of_first = max(count_of_first, settings%start%mode)
+      ! as many modes as stops can close (`check_mode_count`)
+      if (allocated(settings%more_stops)) count_of_first = max(count_of_first, 1 + size(settings%more_stops))
    end function first_count
 
    !> Frequency of a load; for a table pi over the minimum time between two reversals. 0: the load has none.

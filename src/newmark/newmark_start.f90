@@ -5,8 +5,8 @@ module newmark_start
    use beam_starts, only: find_start_momenta
    use body_modes, only: append_bodies, count_bodies
    use contact_rows, only: band
-   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
-      move_onto_contacts, place_bodies
+   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
+      flexible_beam_t, move_onto_contacts, place_bodies
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
@@ -56,6 +56,9 @@ contains
          shape(supported%stiffness%order, 1)
       logical :: is_active(size(contacts))
 
+      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - count_bodies(settings), &
+         error)
+      if (allocated(error)) return
       displacement = 0.0_wp
       velocity = 0.0_wp
       shape = 0.0_wp

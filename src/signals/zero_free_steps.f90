@@ -33,6 +33,11 @@ contains
       integer :: best, k, n
 
       n = size(terms, 1)
+      if (n == 0) then
+         ! rigid stops leave no mode
+         step = step_without_zero(max(whole, 0.0_wp), whole_slope, other_terms(bound_curvature))
+         return
+      end if
       sums(:5) = other_terms([term_value, term_rate, bound_curvature, term_curvature, bound_jerk])
       sums(6) = 0.0_wp
       do k = 1, n

@@ -197,7 +197,8 @@ contains
          'too uneven', &
          'contact_tolerance is too small', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
-         'cannot be pulled away from a stop', 'nothing carries ', 'is for one stop below the beam alone', &
+         'cannot be pulled away from a stop', 'nothing carries ', 'rigid stops can be closed', &
+         'is for one stop below the beam alone', &
          'the motion does not repeat itself', 'finds no motion that returns', &
          'the mode of the start ', 'displacements of the table ', 'velocities of the table ', &
          'is too near to that of another', 'the stops at ', 'the support at ']

@@ -5,13 +5,16 @@ module scene_drawing
    use load_settings, only: base_displacement, course_table, start_names, start_release, time_course_t
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
-   use run_settings, only: side_above, side_both
+   use run_settings, only: body_settings_t, side_above, side_both, stop_settings_t
    use scene_draft, only: draft_t, drop, has_name, number_of, put, value_of
    use scene_names, only: kind_logical, kind_number, kind_text, kind_words, name_t
    use scene_types, only: scene_t, support_rotation
    implicit none (type, external)
    private
    public :: draw_scene, draw_steps, bound_periods, give_units, take_ratios, place_of_parameter, table_file
+
+   !> What the names of the contacts of bodies with the beam, and with floor and ceiling, begin with.
+   character(*), parameter :: floors(2) = [character(6) :: '', 'floor_']
 
    !> A table of loads that stands beside the scene.
    character(*), parameter :: table_file = 'loads.txt'
@@ -216,11 +219,26 @@ contains
          call put(draft, 'relay', '', '')
          call draw_group(names, 'relay', 0.7_wp, draft)
       end if
-      if (choice < 0.95_wp .and. chance(0.1_wp)) call draw_bodies(draft)
+      if (choice < 0.95_wp .and. chance(share_of_bodies())) call draw_bodies(names, draft)
    end subroutine draw_scene
 
-   !> Bodies with usual values, which may take the place of the stops.
-   subroutine draw_bodies(draft)
+   !> Share of scenes that have bodies: a tenth, or IMPACTBEAM_RANDOM_BODIES per cent.
+   function share_of_bodies() result(share)
+      real(wp) :: share
+
+      character(12) :: text
+      integer :: code
+
+      share = 10.0_wp
+      call get_environment_variable('IMPACTBEAM_RANDOM_BODIES', text, status=code)
+      if (code == 0) read (text, *) share
+      share = 0.01_wp*share
+   end function share_of_bodies
+
+   !> Bodies, which may take the place of the stops: half of them with usual values, the others with all that is allowed.
+   subroutine draw_bodies(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
       !> The scene
       type(draft_t), intent(inout) :: draft
 
@@ -231,6 +249,11 @@ contains
       if (chance(0.5_wp)) call drop_stops(draft)
       do k = 1, 1 + int(3.0_wp*number())
          group = 'body_'//to_text(k)
+         if (chance(0.5_wp)) then
+            call put_usual('mass_ratio', 1.0_wp)
+            call draw_group(names, 'body_1', 0.4_wp, draft, group)
+            cycle
+         end if
          call put(draft, group, 'side', trim(sides(1 + int(3.0_wp*number()))))
          call put_usual('position', 0.7_wp)
          call put_usual('mass_ratio', 1.0_wp)
@@ -1153,7 +1176,7 @@ contains
          if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list .or. names(i)%name == 'tied') cycle
          ! names of bodies are a third of all, and few scenes have bodies
          if (i /= first .and. index(names(i)%name, 'body_') == 1) then
-            if (.not. chance(0.1_wp)) cycle
+            if (.not. chance(share_of_bodies())) cycle
          end if
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
@@ -1276,6 +1299,10 @@ contains
          group = trim(names(i)%group)
          name = trim(names(i)%name)
          if (group//'_'//name == parameter) return
+         if (group == 'body_1' .and. index(parameter, 'body_') == 1) then
+            group = parameter(:6)
+            if (group//'_'//name == parameter) return
+         end if
          if (group == parameter .and. name == 'mass') return
          ! of several groups the label stands before the name
          if (name == parameter .and. index(group, '_1') == 0) return
@@ -1309,6 +1336,8 @@ contains
       parameter = value_for(names(i))
       call put(draft, 'cases', 'parameter', parameter)
       call place_of_parameter(names, parameter(2:len(parameter) - 1), group, name)
+      ! all bodies have the names of the first
+      if (index(group, 'body_') == 1) group = 'body_1'
       do i = 1, size(names)
          if (names(i)%group == group .and. names(i)%name == name) exit
       end do
@@ -1480,6 +1509,7 @@ contains
          call instead('stop', 'branch_ratio', 'branch_stiffness', &
             scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
+         if (scene%has_bodies) call give_units_of_body(scene%bodies(1), stiffness, time)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)
          if (has_name(draft, 'frequency_response', 'frequency_ratio_range') .and. chance(0.7_wp)) then
@@ -1521,6 +1551,31 @@ contains
 
    contains
 
+      !> What the first body has besides lengths over the unit of displacement.
+      subroutine give_units_of_body(body, stiffness, time)
+         type(body_settings_t), intent(in) :: body
+         !> 3 E Ibar / L^3, and 1/omega1
+         real(wp), intent(in) :: stiffness
+         real(wp), intent(in) :: time
+
+         type(stop_settings_t) :: stop
+         character(:), allocatable :: prefix
+         integer :: k
+
+         call instead('body_1', 'position', 'position_length', body%position*scene%scales%length)
+         call instead('body_1', 'mass_ratio', 'mass', body%mass_ratio*scene%scales%beam_mass)
+         call instead('body_1', 'spring_ratio', 'spring', body%spring_ratio*stiffness)
+         call instead('body_1', 'base_damper_ratio', 'base_damper', body%base_damper_ratio*stiffness*time)
+         do k = 1, 2
+            stop = merge(body%contact, body%base_contact, k == 1)
+            prefix = trim(floors(k))
+            call instead('body_1', prefix//'stiffness_ratio', prefix//'stiffness', stop%stiffness_ratio*stiffness)
+            call instead('body_1', prefix//'branch_ratio', prefix//'branch_stiffness', &
+               stop%branch_ratio*stop%stiffness_ratio*stiffness)
+            call instead('body_1', prefix//'damper_ratio', prefix//'damper', stop%damper_ratio*stiffness*time)
+         end do
+      end subroutine give_units_of_body
+
       !> Loads and start; the unit of displacement is told.
       subroutine give_units_of_loads(scene, stiffness, length, time)
          type(scene_t), intent(in) :: scene
@@ -1556,6 +1611,16 @@ contains
             if (scene%bases(1)%quantity == base_displacement) unit = length
             if (scene%bases(1)%course%kind /= course_table) call instead('base_1', 'amplitude_ratio', 'amplitude', &
                scene%bases(1)%course%amplitude*unit)
+         end if
+         if (scene%has_bodies) then
+            associate (body => scene%bodies(1))
+               call instead('body_1', 'start_velocity_ratio', 'start_velocity', body%start_velocity*length/time)
+               call instead('body_1', 'clearance_ratio', 'clearance', body%clearance*length)
+               call instead('body_1', 'rest_ratio', 'rest', body%rest*length)
+               call instead('body_1', 'start_gap_ratio', 'start_gap', body%start_gap*length)
+               call instead('body_1', 'floor_ratio', 'floor', body%floor*length)
+               call instead('body_1', 'ceiling_ratio', 'ceiling', body%ceiling*length)
+            end associate
          end if
          associate (start => scene%start)
             call instead('start', 'velocity_ratio', 'velocity', start%velocity*length/time)
@@ -1634,6 +1699,7 @@ contains
          call take('mass_1', 'mass_ratio', scene%masses(1)%mass_ratio)
          call take('mass_1', 'rotary_inertia_ratio', scene%masses(1)%rotary_inertia_ratio)
       end if
+      if (scene%has_bodies) call take_body(scene%bodies(1))
       call take('root', 'rotation_stiffness_ratio', scene%root%rotation_stiffness_ratio)
       call take('root', 'translation_stiffness_ratio', scene%root%translation_stiffness_ratio)
       call take('stop', 'position', scene%stop%position)
@@ -1675,6 +1741,32 @@ contains
       call take('stress', 'fatigue_threshold_ratio', scene%stress%fatigue_threshold)
 
    contains
+
+      subroutine take_body(body)
+         type(body_settings_t), intent(in) :: body
+
+         type(stop_settings_t) :: stop
+         character(:), allocatable :: prefix
+         integer :: k
+
+         call take('body_1', 'position', body%position)
+         call take('body_1', 'mass_ratio', body%mass_ratio)
+         call take('body_1', 'spring_ratio', body%spring_ratio)
+         call take('body_1', 'base_damper_ratio', body%base_damper_ratio)
+         call take('body_1', 'start_velocity_ratio', body%start_velocity)
+         call take('body_1', 'clearance_ratio', body%clearance)
+         call take('body_1', 'rest_ratio', body%rest)
+         call take('body_1', 'start_gap_ratio', body%start_gap)
+         call take('body_1', 'floor_ratio', body%floor)
+         call take('body_1', 'ceiling_ratio', body%ceiling)
+         do k = 1, 2
+            stop = merge(body%contact, body%base_contact, k == 1)
+            prefix = trim(floors(k))
+            call take('body_1', prefix//'stiffness_ratio', stop%stiffness_ratio)
+            call take('body_1', prefix//'branch_ratio', stop%branch_ratio)
+            call take('body_1', prefix//'damper_ratio', stop%damper_ratio)
+         end do
+      end subroutine take_body
 
       subroutine take_course(group, course)
          character(*), intent(in) :: group
