@@ -122,7 +122,6 @@ contains
       type(response_t), intent(inout) :: response
 
       type(output_settings_t) :: output
-      real(wp), allocatable :: rest(:)
       integer :: k, places, samples
 
       samples = count_samples(settings%response%duration, settings%response%step)
@@ -140,9 +139,7 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
-      allocate (rest(0))
       if (allocated(settings%bodies)) then
-         rest = settings%bodies%rest
          allocate (response%bodies(size(settings%bodies)))
          do k = 1, size(settings%bodies)
             call open_body_record(settings%bodies(k), settings%output, samples + 1, response%bodies(k))
@@ -157,7 +154,8 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval, rest)
+      call open_step_interval(size(run%contacts), places, run%interval, [(settings%bodies(k)%rest, k=1, &
+         count_bodies(settings))])
    end subroutine open_outputs
 
    !> Close the contacts of the first instant, and pass its events to the observers.
@@ -260,10 +258,9 @@ contains
       call prepare_loads(model, settings, run)
       call additional_damping(settings, model, supported, run%modes, damping, error)
       if (allocated(error)) return
-      associate (scheme => settings%response)
-         call make_newmark_stepper(supported, common_zeta(settings), scheme%newmark_beta, scheme%newmark_gamma, &
-            scheme%step/real(run%steps_per_sample, wp), run%stepper, error, damping, point_shape)
-      end associate
+      call make_newmark_stepper(supported, common_zeta(settings), settings%response%newmark_beta, &
+         settings%response%newmark_gamma, settings%response%step/real(run%steps_per_sample, wp), run%stepper, error, &
+         damping, point_shape)
       if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call explain_mesh_error(error)

@@ -160,17 +160,14 @@ contains
       real(wp) :: bounds(2)
 
       real(wp) :: ends(4)
-      integer :: index
 
-      index = cubic_index(self, row%number)
-      if (index > 0) then
-         ends = row%factor*self%ends(:, index)
+      if (cubic_index(self, row%number) > 0) then
+         ends = self%ends(:, cubic_index(self, row%number))
          ends(3:) = [ends(1) + self%length*ends(3)/3.0_wp, ends(2) - self%length*ends(4)/3.0_wp]
-         bounds = row%offset + [minval(ends), maxval(ends)]
       else
-         ends(:2) = row%factor*self%line(:, row%number - self%contacts - 1)
-         bounds = row%offset + [minval(ends(:2)), maxval(ends(:2))]
+         ends = self%line([1, 2, 1, 2], row%number - self%contacts - 1)
       end if
+      bounds = row%offset + [minval(row%factor*ends), maxval(row%factor*ends)]
    end function range_of
 
    !> Find the maximum of a row on a span of the step.
@@ -370,17 +367,15 @@ contains
 
       type(cubic_t) :: whole
       real(wp) :: s(2)
-      integer :: index
 
       s = span/self%length
-      index = cubic_index(self, row%number)
-      if (index == 0) then
+      if (cubic_index(self, row%number) == 0) then
          associate (line => self%line(:, row%number - self%contacts - 1))
             cubic%c(0) = line(1) + s(1)*(line(2) - line(1))
             cubic%c(1) = (s(2) - s(1))*(line(2) - line(1))
          end associate
       else
-         associate (ends => self%ends(:, index))
+         associate (ends => self%ends(:, cubic_index(self, row%number)))
             whole = cubic_of(ends(1:2), self%length*ends(3:4))
          end associate
          cubic = whole
