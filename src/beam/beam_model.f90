@@ -227,7 +227,8 @@ contains
       answer = has_rigid_mode(model) .and. size(model%supports) == 0
    end function is_mechanism
 
-   !> The beam with its rigid supports constrained: their degrees of freedom are decoupled and remain at rest.
+   !> The beam with its rigid supports constrained: each of their degrees of freedom becomes an oscillator of its own (1
+   !> on both diagonals), which remains at rest if no force acts on it. An eigen-solver would find its eigenvalue 1.
    pure function constrain_supports(model) result(constrained)
       type(beam_model_t), intent(in) :: model
       type(beam_model_t) :: constrained

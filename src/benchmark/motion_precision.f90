@@ -97,7 +97,8 @@ contains
       type(motion_entry_t), allocatable, intent(out) :: entries(:)
 
       type(motion_entry_t) :: entry
-      ! default settings, whose hop tolerance is used unless it is varied
+      ! default settings, whose hop tolerance holds for Newmark's method and for errors against the beam; where modes or
+      ! meshes are varied otherwise, the strictest one adds no error of its own
       type(response_settings_t) :: defaults
       integer :: i, k
 
@@ -129,6 +130,8 @@ contains
                end do
                entry%mode_tolerance = strict_mode_tolerance
             end if
+            ! against the beam, meshes have the consistent matrix and, with a rigid stop, the redistributed one as well;
+            ! otherwise they have the mass matrix of the scene
             if (requested%against_beam) then
                entry%hop_tolerance = defaults%hop_tolerance
                entry%mass = mass_consistent

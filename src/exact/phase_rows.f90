@@ -21,10 +21,9 @@ module phase_rows
    !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
    !> the amplitudes of the two terms become too large.
    real(wp), parameter :: min_spread = 0.02_wp
-   !> Minimum of |s|, per unit of tau, of which the powers that bound the derivatives are representable.
-   real(wp), parameter :: min_frequency = 1.0e-3_wp
-   !> Maximum of |s| for the same reason.
-   real(wp), parameter :: max_frequency = 1.0e20_wp
+   !> Limits of |s|, per unit of tau, far inside the range where |s|**6 and |s|**7, which bound the derivatives of a
+   !> row, neither overflow nor underflow.
+   real(wp), parameter :: min_modulus = 1.0e-3_wp, max_modulus = 1.0e20_wp
 
 contains
 
@@ -140,7 +139,8 @@ contains
       end if
    end function exponents_of
 
-   !> Are the exponents unsuitable because amplitudes or bounds would become too large?
+   !> Do the exponents not suit the rows, because amplitudes or bounds would be out of range, or because modes that have
+   !> nodes at all compliant contacts (`inactive`) have no terms among them?
    pure function is_unsuitable(self, exponent) result(is)
       type(phase_state_t), intent(in) :: self
       complex(wp), intent(in) :: exponent(:)
@@ -148,7 +148,7 @@ contains
 
       is = size(exponent) == 0
       if (is) return
-      is = any(abs(exponent) > max_frequency) .or. any(abs(exponent) < min_frequency)
+      is = any(abs(exponent) > max_modulus) .or. any(abs(exponent) < min_modulus)
       if (size(self%set%compliant) > 0) then
          is = is .or. size(self%set%coupled%inactive) > 0
       else
@@ -390,7 +390,7 @@ contains
       call search_rows(self%set%shared%basis, limit, signals(:n), self%path, first, time)
       do while (passes_undeformed(self, first, contact, kind, signals))
          self%undeformed_at(contact(first)) = time
-         ! from here on the gap of the contact is searched, instead of the two signals of a deformed contact
+         ! the gap is searched instead of the signals of renewed contact, which stands just before, and `end_undeformed`
          signals(first - 1) = row_signal(self, contact(first), end_gap)
          signals(first - 1)%start_order = 1
          kind(first - 1) = end_gap

@@ -92,9 +92,9 @@ contains
       !> [places]
       real(wp) :: moment(size(run%place_weights%stiffness, 2))
 
-      ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in
-      ! K. Bodies, which come after the beam, cause no moment
-      real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
+      ! The moment is that of M times `inertial` and of K times `elastic`. `damped` is M^-1 C' (v + (gamma - 1/2) h a),
+      ! with the damping C' without its term in K. Bodies, which come after the beam, cause no moment
+      real(wp), dimension(run%stepper%order) :: inertial, damped, elastic
       integer :: g
 
       associate (state => run%states(run%now), stepper => run%stepper, n => run%stepper%order)
@@ -106,11 +106,11 @@ contains
             else
                damped = run%mass_damping*(v + run%damping_acceleration_factor*a)
             end if
-            accelerated = a + damped
-            strained = y + stepper%stiffness_damping*v + run%stiffness_acceleration_factor*a
+            inertial = a + damped
+            elastic = y + stepper%stiffness_damping*v + run%stiffness_acceleration_factor*a
          end associate
          associate (beam => size(run%place_weights%stiffness, 1))
-            moment = matmul(strained(:beam), run%place_weights%stiffness) + matmul(accelerated(:beam), &
+            moment = matmul(elastic(:beam), run%place_weights%stiffness) + matmul(inertial(:beam), &
                run%place_weights%mass)
          end associate
          if (allocated(run%contact_moment)) moment = moment + matmul(state%force, run%contact_moment)

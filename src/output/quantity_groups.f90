@@ -56,8 +56,8 @@ contains
       made%symbols_as_units = self%symbols_as_units
    end function subgroup
 
-   !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless or
-   !> their scales differ, the units alone describe the values.
+   !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless,
+   !> or their scales differ, there is no attribute `in_scene_units`, because no single factor holds for all values.
    function unscaled(self, scales_vary) result(same)
       class(quantity_group_t), intent(in) :: self
       !> Whether the scenes differ in their scales, so that no factor converts all values; absent: they do not

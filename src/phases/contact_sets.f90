@@ -58,7 +58,7 @@ module contact_sets
       integer, allocatable :: gap_row(:)
       !> Index of the row of each force that no combination of gap and gap rate gives, [contacts]; 0: there is none
       integer, allocatable :: force_row(:)
-      !> Contact whose gap a row is, [rows]
+      !> Contact from whose gap the coefficients of a row are taken, [rows]; contacts at one place share a row
       integer, allocatable :: row_contact(:)
       !> Gap over its row, 1 or -1, [contacts]
       real(wp), allocatable :: gap_sign(:)

@@ -409,8 +409,7 @@ contains
    end subroutine resolve_cases
 
    !> Check that the parameter applies in the scene, and that the file does not give the same quantity in units, because
-   !> that value would be lost_quantities. The cases replace a value that the parameter has in its own group, as in a
-   !> sweep.
+   !> the cases would ignore that value. They replace a value that the parameter has in its own group, as in a sweep.
    subroutine check_parameter(input, table, parameter)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -443,8 +442,8 @@ contains
       end if
    end subroutine check_taper
 
-   !> Report each quantity in the file that would be lost_quantities because a varied entry determines the same
-   !> quantity.
+   !> Report each quantity in the file whose value would not hold, because the varied entry determines the same
+   !> quantity, or a quantity to which it refers (`lost_quantities`).
    subroutine refuse_lost_units(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file

@@ -71,9 +71,10 @@ contains
          end if
          ratio = ratio_of(quantity, entry%value, scales)
          if (entry%name%relative_to /= '') then
-            associate (unit => table%entries(table%find(entry%group, entry%name%relative_to)))
-               ratio = ratio/table%entries(table%find(entry%group, unit%name%instead_of))%value
-               if (unit%is_given) ratio = entry%value/unit%value
+            ! a quantity relative to another one of the group, which the file gives in units or as a ratio
+            associate (reference => table%entries(table%find(entry%group, entry%name%relative_to)))
+               ratio = ratio/table%entries(table%find(entry%group, reference%name%instead_of))%value
+               if (reference%is_given) ratio = entry%value/reference%value
             end associate
          end if
          if (entry%name%name == 'surface_height') then
