@@ -5,6 +5,10 @@ module small_equations
    private
    public :: solve_small, eliminate
 
+   !> A pivot of this size, beside rows of size 1, is zero. The solution of a singular system is then immense, but its
+   !> squares do not overflow.
+   real(wp), parameter :: min_pivot = 1.0e-70_wp
+
 contains
 
    !> Solve A X = B.
@@ -28,7 +32,7 @@ contains
       complex(wp), intent(inout) :: a(:, :)
       !> In: B. Out: X, [n, number of right-hand sides]
       complex(wp), intent(inout) :: solution(:, :)
-      !> True: a pivot is zero, and X is undefined. If absent, a zero pivot is replaced by the smallest normal number.
+      !> True: a pivot is less than `min_pivot`, and X is undefined. If absent, such a pivot is replaced by `min_pivot`.
       logical, intent(out), optional :: is_singular
 
       complex(wp) :: factor, swap
@@ -62,13 +66,12 @@ contains
                solution(pivot, j) = swap
             end do
          end if
-         if (abs1(a(k, k)) <= tiny(1.0_wp)) then
+         if (abs1(a(k, k)) <= min_pivot) then
             if (present(is_singular)) then
                is_singular = .true.
                return
             end if
-            ! the solution is huge, but no NaN
-            a(k, k) = tiny(1.0_wp)
+            a(k, k) = min_pivot
          end if
          do i = k + 1, n
             factor = a(i, k)/a(k, k)

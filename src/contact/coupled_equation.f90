@@ -177,6 +177,8 @@ contains
 
       ! at a root, a mode that takes part leaves a small fraction of the summands of `value`, another mode a larger one
       real(wp), parameter :: small = 1.0e-9_wp
+      ! maximum of the summands over |s|**2; if T_i is singular, immense summands cancel and look like a root
+      real(wp), parameter :: max_summands = 1.0e6_wp
       real(wp) :: strength(problem%modes)
       integer :: i, strongest, trial
 
@@ -204,9 +206,10 @@ contains
          real(wp), intent(in) :: scale
          real(wp) :: residual
 
-         associate (b => problem%value(vectors%mode, :))
-            residual = abs1(vectors%value)/max(abs1(distance(2*vectors%mode - 1)*distance(2*vectors%mode)) &
-               + sum(abs1(b*vectors%right)), scale, tiny(1.0_wp))
+         associate (summands => sum(abs1(problem%value(vectors%mode, :)*vectors%right)), &
+            remainder => abs1(distance(2*vectors%mode - 1)*distance(2*vectors%mode)))
+            residual = abs1(vectors%value)/max(remainder + summands, scale, tiny(1.0_wp))
+            if (summands > max_summands*max(remainder, abs1(s)**2)) residual = 1.0_wp
          end associate
       end function residual
    end subroutine vectors_at_root
