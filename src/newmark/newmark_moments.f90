@@ -89,12 +89,14 @@ contains
    !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
-      !> [places]
+      !> Moments, [places]
       real(wp) :: moment(size(run%place_weights%stiffness, 2))
-
-      ! `accelerated`: a and, in `damped`, M^-1 C v of the damping without its term in K; `strained`: y and all terms in
-      ! K. Bodies, which come after the beam, cause no moment
-      real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
+      ! a plus `damped`. Bodies, which come after the beam, cause no moment
+      real(wp), dimension(run%stepper%order) :: accelerated
+      ! M^-1 C v of the damping without its term in K
+      real(wp), dimension(run%stepper%order) :: damped
+      ! y plus all terms in K
+      real(wp), dimension(run%stepper%order) :: strained
       integer :: g
 
       associate (state => run%states(run%now), stepper => run%stepper, n => run%stepper%order)

@@ -59,11 +59,13 @@ module scene_groups
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
 
-   ! Ranges that several names have in common, and the maximum numbers of elements: of any mesh, of a mesh for the
-   ! statements of the paper, of a mesh for methods with full matrices
+   !> Maximum number of elements of any mesh.
    integer, parameter :: max_elements = 200000
+   !> Maximum number of elements of a mesh for the statements of the paper.
    integer, parameter :: max_elements_statements = 128
+   !> Maximum number of elements of a mesh for methods with full matrices.
    integer, parameter :: max_elements_full_matrices = 1000
+   ! Ranges that several names have in common
    type(range_t), parameter :: elements_range = range_t(1.0_wp, real(max_elements, wp))
    type(range_t), parameter :: statements_range = range_t(1.0_wp, real(max_elements_statements, wp))
    type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(max_elements, wp))
