@@ -215,8 +215,8 @@ contains
    end subroutine to_free_modes
 
    !> Add to z, v the response of a mode, initially at rest, to the derivative of a load by the load parameter. The
-   !> response is a sum of divided differences of exp(s t) over the exponents of mode and load: exp[0, s] for a constant,
-   !> exp[0, 0, s] for t, exp[sigma, s] for exp(sigma t), exp[sigma, sigma, s] for t exp(sigma t).
+   !> response is a sum of divided differences of exp(s t) over the exponents of mode and load: exp[0, s] for a
+   !> constant, exp[0, 0, s] for t, exp[sigma, s] for exp(sigma t), exp[sigma, sigma, s] for t exp(sigma t).
    pure subroutine add_mode_response(mode, change, load_factor, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
