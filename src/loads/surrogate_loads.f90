@@ -8,7 +8,8 @@ module surrogate_loads
    use compliant_stop, only: dynamic_stiffness_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
-   use forced_responses, only: response_at, forced_response_t, resonant, unit_responses_t
+   use driven_modes, only: resonant
+   use forced_responses, only: response_at, forced_response_t, unit_responses_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
    use power_integrals, only: power_form_t
