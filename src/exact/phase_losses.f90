@@ -26,11 +26,14 @@ contains
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
+      !> Force, indentation, branch force
       real(wp) :: driven(3)
 
-      ! rate of the row, an output of `find_rows_at` that is not used here
+      ! rates of the rows, an output of `find_rows_at` that is not used here
       real(wp) :: rate(1)
-      integer :: i, row(3)
+      ! rows of force, indentation and branch force
+      integer :: row(3)
+      integer :: i
 
       driven = 0.0_wp
       if (self%loads%count == 0) return
@@ -46,7 +49,7 @@ contains
    function force_at(now, k, time, z, v, term) result(force)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> Since the start of the phase
+      !> Time from the start of the phase
       real(wp), intent(in) :: time
       !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
@@ -97,8 +100,9 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      ! integrals of the squared indentation rates, [compliant], and whether they are known
+      ! integrals of the squared indentation rates, [compliant]
       real(wp) :: squares(size(lost) - 1)
+      ! whether these integrals are known
       logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
@@ -109,6 +113,7 @@ contains
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
+         ! energy balance of the beam: its own energy and the work of the loads, less what the stops receive (below)
          lost(1) = start_energy - sum(modal_energy(set%constrained%oscillators, state(:, 1), state(:, 2))) + work
          call integrate_rates_on_path(self, time, has_squares, squares)
          do place = 1, size(set%compliant)
@@ -140,7 +145,11 @@ contains
 
       type(contact_state_t) :: contact
       real(wp), dimension(size(self%z)) :: z, v
-      real(wp) :: lost(1 + size(self%set%compliant)), squares(size(self%set%compliant))
+      ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
+      real(wp) :: lost(1 + size(self%set%compliant))
+      ! integrals of the squared indentation rates, [compliant]
+      real(wp) :: squares(size(self%set%compliant))
+      ! whether these integrals are known
       logical :: has_squares
       ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place
@@ -213,7 +222,7 @@ contains
       end associate
    end subroutine update_indentation
 
-   !> Recovery of the stop of an open compliant contact over a time span. If `is_deformed`, the surface moves with the
+   !> Let the stop of an open compliant contact recover for some time. If `is_deformed`, the surface moves with the
    !> beam, else it recovers freely.
    subroutine recover_contact(gap, time, state)
       !> Distance of the stop point from the undeformed contact surface at the end
@@ -222,6 +231,7 @@ contains
       real(wp), intent(in) :: time
       type(contact_state_t), intent(inout) :: state
 
+      ! energy stored in the stop before the recovery
       real(wp) :: before
 
       if (.not. state%is_deformed) then
@@ -239,7 +249,10 @@ contains
       !> Whether to prepare the dissipation in the beam, too
       logical, intent(in) :: with_beam
 
-      complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
+      ! square root of the power dissipated in each mode, per unit of each term, [modes, terms]
+      complex(wp), allocatable :: rate(:, :)
+      ! square root of the power dissipated in each stop, per unit of each term, [compliant, terms]
+      complex(wp), allocatable :: stop_rate(:, :)
       integer :: j, m
 
       if (size(set%compliant) == 0) return
@@ -310,13 +323,16 @@ contains
    function impulse_in(now, k, time) result(impulse)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> End of the integral, since the start of the phase
+      !> Time from the start of the phase to the end of the integral
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
       complex(wp), allocatable :: amplitude(:)
       real(wp), dimension(size(now%z)) :: z, v
-      real(wp) :: offset, part
+      ! constant part of the force
+      real(wp) :: offset
+      ! integral of p + 2 zeta p' of a mode
+      real(wp) :: part
       integer :: i, place
 
       if (size(now%set%compliant) > 0) then
