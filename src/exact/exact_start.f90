@@ -55,9 +55,11 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
-      ! energy, and contact forces P, in the static equilibrium in which the motion may come to rest
+      ! energy in the static equilibrium in which the motion may come to rest
       real(wp) :: static_energy
+      ! contact forces P in this equilibrium, [contacts]
       real(wp), allocatable :: static_force(:)
+      ! whether each contact is active, i.e. not shadowed by another contact, [contacts]
       logical, allocatable :: is_active(:)
       integer :: k
 

@@ -57,8 +57,10 @@ contains
       type(fit_model_t), allocatable :: model
       type(plan_t) :: plan
       type(response_t) :: response
-      ! fitted parameters, and the unbounded coordinates that stand for them in the minimisation
-      real(wp), allocatable :: parameters(:), coordinates(:)
+      ! fitted parameters
+      real(wp), allocatable :: parameters(:)
+      ! unbounded coordinates that stand for the parameters in the minimisation
+      real(wp), allocatable :: coordinates(:)
       real(wp), allocatable :: signal(:)
       real(wp) :: sum_of_squares, tolerance
       ! samples: number of samples that a pass fits; total_evaluations: those of all passes until now
