@@ -47,11 +47,9 @@ module scene_groups
    !> Names of the groups, in the order of the reference and the echo.
    character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'body', 'support', 'force', 'base', 'start', 'response', 'stress', &
-      request_names, &
-      'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
+      request_names, 'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
 
-   ! Conditions that several names have in common: Rayleigh damping, Newmark's method, refinement in &best, groups that
-   ! the scene must have
+   ! Shared conditions: Rayleigh damping, Newmark's method, refinement in &best, groups that the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
