@@ -63,8 +63,11 @@ contains
       real(wp), allocatable :: coordinates(:)
       real(wp), allocatable :: signal(:)
       real(wp) :: sum_of_squares, tolerance
-      ! samples: number of samples that a pass fits; total_evaluations: those of all passes until now
-      integer :: total_evaluations, samples, evaluations, i, n
+      ! number of samples that a pass fits
+      integer :: samples
+      ! number of evaluations of the signal in a pass, and in all passes until now
+      integer :: evaluations, total_evaluations
+      integer :: i, n
       logical :: is_last
 
       measures = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
