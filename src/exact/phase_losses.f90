@@ -2,7 +2,7 @@
 !> compliant contacts at a time in the phase (docs/theory.md, sections 17 and 18).
 module phase_losses
    use contact_sets, only: contact_set_t
-   use contact_states, only: energy_in, set_indentation, recover, contact_state_t
+   use contact_states, only: energy_in, force_in, set_indentation, recover, contact_state_t
    use damped_oscillators, only: elastic_and_viscous, modal_energy, propagate
    use driven_modes, only: integral_of_free_motion, make_driven_mode
    use driven_signal, only: phasor_of
@@ -46,7 +46,7 @@ contains
    end function load_response_of
 
    !> Force of a closed contact at a time in the phase.
-   function force_at(now, k, time, z, v, term) result(force)
+   function force_at(now, k, time, z, v, term, rate) result(force)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Time from the start of the phase
@@ -57,11 +57,20 @@ contains
       real(wp), intent(in) :: v(:)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
+      !> Rate of the gap, from which the force of a compliant contact follows at time 0: with stiff dampers the sum of
+      !> the terms would lose digits. Absent: the sum is used at time 0, too
+      real(wp), intent(in), optional :: rate
       real(wp) :: force
 
       real(wp) :: driven(3)
       integer :: place
 
+      if (present(rate) .and. .not. time > 0.0_wp) then
+         if (.not. now%states(k)%is_rigid) then
+            force = force_in(now%states(k), rate)
+            return
+         end if
+      end if
       associate (set => now%set, constrained => now%set%constrained)
          driven = load_response_of(now, k, time)
          force = driven(1)
