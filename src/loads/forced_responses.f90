@@ -412,8 +412,9 @@ contains
    pure function forced_rows_at(set, forced, first, last, time, order) result(values)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> First and last row
+      !> Index of the first row
       integer, intent(in) :: first
+      !> Index of the last row
       integer, intent(in) :: last
       real(wp), intent(in) :: time
       !> 0: the rows, 1: their rates
@@ -431,8 +432,9 @@ contains
    pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, phasor)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> First and last row
+      !> Index of the first row
       integer, intent(in) :: first
+      !> Index of the last row
       integer, intent(in) :: last
       real(wp), intent(in) :: time
       !> Values of the rows, [last - first + 1]

@@ -312,8 +312,9 @@ contains
       complex(wp), intent(in) :: s
       !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       type(sums_t), intent(inout) :: total(:)
 
@@ -375,8 +376,9 @@ contains
       complex(wp), intent(in) :: s
       !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       type(sums_t), intent(inout) :: total(:)
 
@@ -405,8 +407,9 @@ contains
       type(band_t), intent(in) :: band
       !> Exponent
       complex(wp), intent(in) :: s
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       !> Real part of the kernel
       real(wp), intent(inout) :: re(band_size)

@@ -235,8 +235,8 @@ contains
       end do
    end subroutine find_row_sums
 
-   !> Sums of up to `signals_at_once` rows over the part of the phase. The integral of a square is a quadratic form of the
-   !> terms; pairs of nearly conjugate exponents (`pairs` of the form) are added one by one.
+   !> Sums of up to `signals_at_once` rows over the part of the phase. The integral of a square is a quadratic form of
+   !> the terms; pairs of nearly conjugate exponents (`pairs` of the form) are added one by one.
    pure subroutine sum_rows(terms, form, span, columns, coefficient, places, sums)
       integer, intent(in) :: terms
       type(row_form_t), intent(in) :: form
