@@ -8,9 +8,11 @@ module bracketed_zero
 
    !> A bracket of the zero, and the state of the search.
    type :: bracket_t
-      !> The function is > 0 at `low` and <= 0 at `high`; if it grows, it is > 0 at `high` and <= 0 at `low`
+      !> Lower end of the bracket; the function is > 0 there, or <= 0 if it grows.
       real(wp) :: low = 0.0_wp
+      !> Upper end of the bracket; the function is <= 0 there, or > 0 if it grows.
       real(wp) :: high = 0.0_wp
+      !> Whether the function grows with the argument.
       logical :: grows = .false.
       !> Next point to evaluate; the zero, if `is_found`
       real(wp) :: point = 0.0_wp
@@ -29,9 +31,10 @@ module bracketed_zero
       integer :: max_evaluations = 200
       !> Number of evaluations so far
       integer :: evaluations = 0
-      !> Values at the ends, for the chord. If an end stays twice in succession, its value is halved (Illinois method),
-      !> so that the chord approaches the zero from both sides
+      !> Value of the function at `low`, for the chord. If an end stays twice in succession, its value is halved
+      !> (Illinois method), so that the chord approaches the zero from both sides
       real(wp) :: value_low = 0.0_wp
+      !> Value of the function at `high`, for the chord; halved likewise
       real(wp) :: value_high = 0.0_wp
       !> End that was replaced last: 1: `low`, -1: `high`, 0: none
       integer :: last_side = 0

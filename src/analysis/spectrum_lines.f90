@@ -24,9 +24,11 @@ module spectrum_lines
       real(wp) :: frequency = 0.0_wp
       !> Amplitude at that maximum
       real(wp) :: amplitude = 0.0_wp
-      !> The frequency is multiple/divisor times the frequency of this load; load 0: of no load
+      !> The frequency is `multiple`/`divisor` times the frequency of the load `load`
       integer :: multiple = 0
+      !> Divisor of the frequency of the load
       integer :: divisor = 1
+      !> Index of the load; 0: the frequency belongs to no load
       integer :: load = 0
    end type line_t
 

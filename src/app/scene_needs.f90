@@ -58,8 +58,10 @@ contains
       integer, intent(in) :: runs
       type(memory_need_t), intent(inout) :: need
 
-      !> Measured number of reals per point, in the scene and in each run
-      real(wp), parameter :: per_scene = 6.0_wp, per_run = 6.0_wp
+      ! measured number of reals per point in the scene
+      real(wp), parameter :: per_scene = 6.0_wp
+      ! measured number of reals per point in each run
+      real(wp), parameter :: per_run = 6.0_wp
       real(wp) :: points
       integer :: k
 

@@ -10,12 +10,16 @@ module program_identity
    !> Version in the files that the programs write.
    character(*), parameter :: program_version = '0.1.0'
 
-   !> Programs as bits: motion (runs, frequencies, sweeps, cases), statements of the paper (Irie, Yamada and
-   !> Asano 1977), benchmark of run time against error. A sum of constants stands for several programs.
+   ! The following constants are programs; each is a bit, so that a sum of constants stands for several programs.
+   !> Program for runs, frequencies, sweeps and cases.
    integer, parameter :: program_motion = 1
+   !> Program that judges the statements of the paper (Irie, Yamada and Asano 1977).
    integer, parameter :: program_paper = 2
+   !> Benchmark of run time against error.
    integer, parameter :: program_benchmark = 4
+   !> All programs.
    integer, parameter :: program_any = program_motion + program_paper + program_benchmark
+   !> The first and the last of these programs.
    integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
 
 contains

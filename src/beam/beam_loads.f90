@@ -366,8 +366,9 @@ contains
    pure function load_on_element(model, element, from, to) result(load)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
-      !> Ends x/L of the loaded interval
+      !> Left end x/L of the loaded interval
       real(wp), intent(in) :: from
+      !> Right end x/L of the loaded interval
       real(wp), intent(in) :: to
       real(wp) :: load(4)
 

@@ -235,10 +235,14 @@ contains
       !> Set if the position is too close to another node
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! lengths of the elements at the left and at the right of x
-      real(wp) :: left, right
-      ! element that contains x; interior node next to x
-      integer :: element, node
+      ! length of the element at the left of x
+      real(wp) :: left
+      ! length of the element at the right of x
+      real(wp) :: right
+      ! index of the element that contains x
+      integer :: element
+      ! index of the interior node next to x
+      integer :: node
 
       if (node_at(mesh, x) > 0) return
       element = count(mesh%position < x)

@@ -18,8 +18,9 @@ module redistributed_mass
 
    !> The continuation y_c = sum weight y_dof, exact for motions that are polynomials of low degree around the node.
    type :: continuation_t
-      !> Degrees of freedom (0: constrained at the root) and their weights
+      !> Degrees of freedom from which the displacement is interpolated; 0: constrained at the root
       integer :: dof(4) = 0
+      !> Weights of these degrees of freedom
       real(wp) :: weight(4) = 0.0_wp
    end type continuation_t
 

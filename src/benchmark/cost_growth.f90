@@ -36,8 +36,10 @@ contains
       ! the default output: all histories, no energies
       type(output_settings_t) :: histories
       type(task_t) :: task
-      ! times of a run that records only events, and of one that records histories, s
-      real(wp) :: events_only, with_histories
+      ! time of a run that records only events, s
+      real(wp) :: events_only
+      ! time of a run that records histories as well, s
+      real(wp) :: with_histories
 
       call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
@@ -156,17 +158,21 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(task_t) :: task
-      ! ordinates of the curves, named by what is timed, and abscissa `modes`
-      real(wp), allocatable :: few_modes(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
-      ! time of a task, and peak memory before a mesh, in bytes
+      ! times of a few modes, of all modes, of exact motion in all modes, and of Newmark's method, s, [meshes]
+      real(wp), allocatable :: few_modes(:), all_modes(:), motion(:), newmark(:)
+      ! time of one sample of exact motion, s, and the number of modes in it, [meshes]
+      real(wp), allocatable :: sample(:), modes(:)
+      ! memory that the computation of a few modes needs, bytes, [meshes]
+      real(wp), allocatable :: memory(:)
+      ! time of a task, s, and peak memory before the computation, bytes
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
-      ! last_dense, last_motion: indices of the last meshes for which all modes and the motion in all modes are timed
-      integer :: i, last_dense, last_motion
+      ! indices of the last meshes for which all modes (`last_dense`) and the motion in all modes are timed
+      integer :: last_dense, last_motion, i
 
       allocate (elements, source=scene%precision%scaling_elements)
-      allocate (few_modes(size(elements)), memory(size(elements)))
-      allocate (newmark(0), all_modes(0), motion(0), sample(0), modes(0))
+      allocate (few_modes(size(elements)), memory(size(elements)), newmark(0), all_modes(0), motion(0), sample(0), &
+         modes(0))
       last_dense = 0
       last_motion = 0
       do i = 1, size(elements)
@@ -223,7 +229,6 @@ contains
          sample = [sample, (with_samples - events_only)/real(size(motion_task%response%tau), wp)]
          motion_task%output = no_output()
       end subroutine add_motion
-
    end subroutine add_growth_with_elements
 
    !> Median time of a task, s.

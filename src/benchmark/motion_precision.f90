@@ -202,8 +202,12 @@ contains
 
       real(wp), parameter :: event_tolerance = 1.0e-13_wp
       type(impulse_balance_t) :: balance
-      ! compared quantities of the reference, of Newmark's runs with two steps, and of their extrapolation
-      type(run_results_t) :: exact, runs(2), limit
+      ! compared quantities of the reference
+      type(run_results_t) :: exact
+      ! compared quantities of Newmark's runs with two steps
+      type(run_results_t) :: runs(2)
+      ! extrapolation of these runs to a vanishing step
+      type(run_results_t) :: limit
       type(failure_t), allocatable :: error
       type(task_t) :: newmark
       integer :: i
@@ -250,12 +254,18 @@ contains
       !> Set if the run or its comparison on half as many elements fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! compared quantities of the run for the beam, of the run on half as many elements, of the runs with the other
-      ! mass matrix on half as many and on as many elements, and of the extrapolation of the latter two
-      type(run_results_t) :: results, half, other(2), other_limit
+      ! compared quantities of the run that represents the beam
+      type(run_results_t) :: results
+      ! compared quantities of the run on half as many elements
+      type(run_results_t) :: half
+      ! compared quantities of the runs with the other mass matrix, on half as many and on as many elements
+      type(run_results_t) :: other(2)
+      ! extrapolation of these two runs to infinitely many elements
+      type(run_results_t) :: other_limit
       type(failure_t), allocatable :: other_error
-      ! the mass matrix that the run for the beam does not use
-      integer :: other_mass, i
+      ! the mass matrix that the run for the beam does not use, one of the `mass_` constants
+      integer :: other_mass
+      integer :: i
 
       allocate (beam)
       beam%elements = finest%elements

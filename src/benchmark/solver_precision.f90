@@ -1,4 +1,5 @@
-!> Run time and error of frequencies for every solver and every mesh of the scene, as entries of a precision study.
+!> Run time and error of the natural frequencies for every solver and every mesh of the scene. A precision study lists
+!> these results as its entries, one for each solver on each mesh.
 module solver_precision
    use failures, only: failure_t
    use frequency_study, only: find_exact

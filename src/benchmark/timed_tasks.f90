@@ -60,15 +60,19 @@ contains
       !> Set if the task fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! a task of more than this time, s, is timed this number of times at most; and maximum number of executions in a
-      ! timing
+      ! a task of more than this time is long, s
       real(wp), parameter :: long_run = 1.0_wp
-      integer, parameter :: max_long_timings = 3, max_runs = 1000000
+      ! maximum number of timings of a long task
+      integer, parameter :: max_long_timings = 3
+      ! maximum number of executions in a timing
+      integer, parameter :: max_runs = 1000000
       real(wp), allocatable :: seconds(:)
       ! time of one execution, s
       real(wp) :: once
-      ! numbers of executions in a timing, and of timings
-      integer :: runs, timings
+      ! number of executions in a timing
+      integer :: runs
+      ! number of timings
+      integer :: timings
       integer :: i
 
       ! the first execution fills the caches; its time starts the search for the number of executions in a timing

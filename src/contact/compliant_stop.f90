@@ -10,7 +10,7 @@ module compliant_stop
    private
    public :: dynamic_stiffness_t, compliant_stop_t, stop_step_t, contact_force, rounding_of_force, &
       mean_force_coefficients
-   public :: has_same_dynamic_stiffness, is_rigid_stop
+   public :: dynamic_stiffness, has_same_dynamic_stiffness, is_rigid_stop
 
    !> Dynamic stiffness of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s
    !> tau).
@@ -148,5 +148,18 @@ contains
       answer = .not. (abs(a%stiffness - b%stiffness) > 0.0_wp .or. abs(a%viscosity - b%viscosity) > 0.0_wp .or. &
          abs(a%branch_stiffness - b%branch_stiffness) > 0.0_wp .or. abs(a%relaxation_rate - b%relaxation_rate) > 0.0_wp)
    end function has_same_dynamic_stiffness
+
+   !> Dynamic stiffness of a stop: P per unit of the indentation u exp(s t).
+   elemental function dynamic_stiffness(spring, s) result(stiffness)
+      type(dynamic_stiffness_t), intent(in) :: spring
+      !> Exponent s
+      complex(wp), intent(in) :: s
+      complex(wp) :: stiffness
+
+      stiffness = spring%stiffness + spring%viscosity*s
+      if (spring%branch_stiffness > 0.0_wp) then
+         stiffness = stiffness + spring%branch_stiffness*s/(s + spring%relaxation_rate)
+      end if
+   end function dynamic_stiffness
 
 end module compliant_stop

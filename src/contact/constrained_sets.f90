@@ -13,8 +13,8 @@ module constrained_sets
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_beam_t, constrained_set_t, are_constraints, make_constrained_set, damp_constrained_set, &
-      find_static_state, to_constrained_modes, to_free_modes
+   public :: free_beam_t, constrained_set_t, are_constraints, has_mass_damping, make_constrained_set, &
+      damp_constrained_set, find_static_state, to_constrained_modes, to_free_modes
 
    !> The beam in its free modes, and its contacts.
    type :: free_beam_t
@@ -101,6 +101,15 @@ contains
 
       answer = .not. beam%has_modal_damping .or. count(abs(beam%value) > 0.0_wp, dim=1) == 1
    end function are_constraints
+
+   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact
+   !> may have to apply a force instead of being a constraint.
+   pure function has_mass_damping(beam) result(answer)
+      type(free_beam_t), intent(in) :: beam
+      logical :: answer
+
+      answer = beam%has_modal_damping .or. any(abs(beam%oscillators%mass_rate) > 0.0_wp)
+   end function has_mass_damping
 
    !> Constrain the beam at one closed rigid contact after the other.
    subroutine make_constrained_set(beam, closed, set)

@@ -52,14 +52,16 @@ module coupled_equation
       complex(wp) :: pole_sum = 0.0_wp
       !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp
-      !> Workspace, allocated once: N and M of each stop, [stops]
+      !> Workspace, allocated once: the coefficients N and M of each stop in the coupled equation, [stops]
       complex(wp), allocatable, private :: n(:), m(:)
       !> Derivatives of N and M, [stops]
       complex(wp), allocatable, private :: n_slope(:), m_slope(:)
       !> Derivative of T_i times `right`, [stops]
       complex(wp), allocatable, private :: slope_times_right(:)
-      !> T_i and its derivative, [stops, stops]
-      complex(wp), allocatable, private :: matrix(:, :), slopes(:, :)
+      !> T_i, [stops, stops]
+      complex(wp), allocatable, private :: matrix(:, :)
+      !> Derivative of T_i by s, [stops, stops]
+      complex(wp), allocatable, private :: slopes(:, :)
       !> Right-hand sides of the elimination, then its solutions, [stops, stops + 1]
       complex(wp), allocatable, private :: solution(:, :)
       !> Copy of T_i for the elimination, [stops, stops]

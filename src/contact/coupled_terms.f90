@@ -62,15 +62,20 @@ module coupled_terms
       real(wp), allocatable :: static_force(:, :)
    end type coupled_modes_t
 
-   !> Columns of sums over the modes: real part, imaginary part, and sum of the magnitudes |Re| + |Im|.
-   integer, parameter :: re = 1, im = 2, size_of = 3
+   !> Column of sums over the modes: real part.
+   integer, parameter :: re = 1
+   !> Column of sums over the modes: imaginary part.
+   integer, parameter :: im = 2
+   !> Column of sums over the modes: sum of the magnitudes |Re| + |Im|.
+   integer, parameter :: size_of = 3
    !> Number of columns of the state of the modes that these sums are taken of.
    integer, parameter :: columns = 3
-   !> Two forms of the Laplace transform of the heights minus the free motion of the stop points, of which the one with
-   !> the smaller magnitudes is used. The second follows from the first by s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D,
-   !> with D = s^2 + (2 zeta W^2 + alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that cancel for large
-   !> s appear as the indentation.
-   integer, parameter :: direct = 1, alternative = 2
+   !> First form of the Laplace transform of the heights minus the free motion of the stop points; of the two forms the
+   !> one with the smaller magnitudes is used.
+   integer, parameter :: direct = 1
+   !> Second form. It follows from the first by s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, with D = s^2 + (2 zeta W^2 +
+   !> alpha) s + W^2, and by (k + c s)/s - c = k/s, so that the parts that cancel for large s appear as the indentation.
+   integer, parameter :: alternative = 2
 
 contains
 

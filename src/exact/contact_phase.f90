@@ -5,7 +5,7 @@
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
    use contact_changes, only: end_starts, skip_blocked
-   use contact_states, only: energy_in, force_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
+   use contact_states, only: energy_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
    use coupled_modes, only: terms_at
    use damped_oscillators, only: modal_energy, next_sample
@@ -25,13 +25,13 @@ module contact_phase
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
       phase_state_t, signal_of, start_phase, observed_gap
    use phase_sums, only: sample_accelerations
-   use phase_transitions, only: apply_transition
+   use phase_transitions, only: apply_transition, project_gap
    use response_types, only: body_record_t, response_t, contact_record_t
    use run_observers, only: reads_losses, observe, observe_events
-   use run_recorder, only: requested_t, charge_event, sample_t
+   use run_recorder, only: requested_t, sample_t
    use section_states, only: record_bodies, record_modes, state_at
    use section_types, only: section_state_t
-   use set_motions, only: find_end_terms, point_response
+   use set_motions, only: find_end_terms
    use stop_contacts, only: datum_of
    use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
    implicit none (type, external)
@@ -45,15 +45,17 @@ module contact_phase
       real(wp) :: force_scale = 0.0_wp
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp) :: hop_tolerance = 0.0_wp
-      !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
+      !> Index of the contact that ends the phase; 0: none
       integer :: ended_at = 0
+      !> How this contact ends the phase: one of the `end_` constants
       integer :: ended_by = end_gap
       !> Whether the flight that ends at contact `ended_at` began with zero velocity on that contact
       logical :: starts_at_rest = .false.
       !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
-      !> Histories of each contact, [contacts], and the number of samples recorded in them
+      !> Histories of each contact, [contacts]
       type(contact_record_t), allocatable :: records(:)
+      !> Number of samples recorded in the histories
       integer :: recorded = 0
       !> Accelerations at the contacts and of the tip in the present phase; unallocated: not requested yet
       type(exponential_sums_t), allocatable :: accelerations
@@ -61,8 +63,8 @@ module contact_phase
       type(body_record_t), allocatable :: bodies(:)
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
-      !> State from which the run continues (if `q` is allocated), and after the run its last state; unallocated: not
-      !> requested
+      !> In: state from which the run continues, if `q` is allocated. Out: state at the end of the run. Unallocated: the
+      !> run neither continues another run nor is continued
       type(section_state_t), allocatable :: carried
    contains
       procedure :: begin
@@ -81,7 +83,7 @@ contains
       class(contact_phase_t), target, intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      ! the run uses this set of closed contacts for the first time
+      ! whether the run uses this set of closed contacts for the first time
       logical :: is_new
 
       call start_phase(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
@@ -115,7 +117,7 @@ contains
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
-      ! whether and when the contact ends the phase is known
+      ! whether it is known already if and when each contact ends the phase, [contacts]
       logical :: is_decided(size(self%now%states))
       integer :: ended_by, k
 
@@ -165,10 +167,12 @@ contains
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
-      ! hop tolerance less the gap, and the result of the search for its zero
+      ! hop tolerance less the gap
       class(transformable_signal_t), allocatable :: margin
       class(transformable_signal_t), pointer :: gap
+      ! result of the search for the zero of `margin`
       type(search_t) :: crossing
+      ! rounding error of the gap
       real(wp) :: rounding
 
       associate (state => self%now%states(k), constrained => self%now%set%constrained)
@@ -211,16 +215,23 @@ contains
    !> Compute the next sample, and record the histories of each contact.
    subroutine take_sample(self, time, step, requested, sample)
       class(contact_phase_t), intent(inout) :: self
+      !> Time from the start of the phase
       real(wp), intent(in) :: time
+      !> Interval of the samples
       real(wp), intent(in) :: step
       type(requested_t), intent(in) :: requested
       type(sample_t), intent(inout) :: sample
 
-      ! state of the constrained modes, with and without the load response, and values of the terms exp(s t)
-      real(wp), dimension(size(self%now%z)) :: z, v, unforced, unforced_rate
+      ! displacements and velocities of the constrained modes, with the load response
+      real(wp), dimension(size(self%now%z)) :: z, v
+      ! the same without the load response
+      real(wp), dimension(size(self%now%z)) :: unforced, unforced_rate
+      ! values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), allocatable :: term(:)
-      real(wp) :: gap, rate, total, node(2)
+      ! gap of a contact and its rate, displacement and velocity of a massless node, and sum of all contact forces
+      real(wp) :: gap, rate, node(2), total
       integer :: k
+      ! whether the contact is closed and rigid, so that gap and rate are zero
       logical :: is_constrained
 
       self%recorded = self%recorded + 1
@@ -255,13 +266,8 @@ contains
                if (allocated(record%eta)) record%eta(self%recorded) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%recorded) = sign*rate
                if (requested%history(force_stop) .and. set%is_closed(k)) then
-                  if (time > 0.0_wp .or. now%states(k)%is_rigid) then
-                     record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
-                        term)
-                  else
-                     ! at time 0 from the state, because with stiff dampers the sum of the terms loses digits
-                     record%force(self%recorded) = self%force_scale*force_in(now%states(k), rate)
-                  end if
+                  record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, term, &
+                     rate)
                   total = total + record%force(self%recorded)
                end if
                ! the histories of the run refer to the release contact: eta = 0 at its undeformed surface
@@ -299,7 +305,7 @@ contains
 
       ! states of the contacts at the time of the sample
       type(contact_state_t) :: states(size(self%now%states))
-      ! energy dissipated since the start of the phase in the beam and in each compliant contact
+      ! energy dissipated since the start of the phase: in the beam, then in each closed compliant contact
       real(wp) :: lost(1 + size(self%now%set%compliant))
       integer :: k
 
@@ -345,7 +351,8 @@ contains
       where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
       if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
-      if (self%ended_at > 0 .and. any(self%ended_by == [end_gap, end_force])) call project_gap(self, motion)
+      if (self%ended_at > 0 .and. any(self%ended_by == [end_gap, end_force])) call project_gap(self%now, &
+         self%ended_at, self%ended_by, self%interval%z_end, motion)
       if (.not. self%now%is_at_rest) call to_free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
          motion%v)
       call end_starts(self%now, self%ended_at, motion)
@@ -370,9 +377,16 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      ! state z, v of the constrained modes with and without the load response; dissipated energies as in `find_losses`
-      real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%compliant)), work
-      complex(wp) :: term(self%now%set%coupled%count), phasor(size(self%now%forced%frequency))
+      ! state z, v of the constrained modes at the end, with and without the load response, [modes, 4]
+      real(wp) :: state(size(self%now%z), 4)
+      ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
+      real(wp) :: lost(1 + size(self%now%set%compliant))
+      ! work of the loads
+      real(wp) :: work
+      ! values of the terms exp(s t) at the end, [terms]
+      complex(wp) :: term(self%now%set%coupled%count)
+      ! exp(i w t) of the load frequencies w at the end, [harmonics]
+      complex(wp) :: phasor(size(self%now%forced%frequency))
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
@@ -422,32 +436,6 @@ contains
       needs = size(self%now%set%compliant) > 0 .and. reads_losses(motion%observers)
       needs = needs .or. motion%recorder%requested%energy
    end function needs_losses
-
-   !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates
-   !> gets gap zero; a stop point that leaves a compliant contact gets the displacement of the contact surface. The
-   !> correction has the static shape of a force at the contact, which needs the minimum energy. The work of that force
-   !> at a rigid contact is charged to the energy balance of the run.
-   subroutine project_gap(self, motion)
-      class(contact_phase_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: motion
-
-      ! smaller penetrations of a rigid contact are not corrected
-      real(wp), parameter :: min_correction = 5.0e-12_wp
-      real(wp) :: correction, force, displacement
-
-      associate (constrained => self%now%set%constrained, state => self%now%states(self%ended_at))
-         if (state%is_rigid .neqv. self%ended_by == end_gap) return
-         displacement = sum(constrained%value(:, self%ended_at)*self%interval%z_end)
-         correction = -state%indentation - constrained%static_gap(self%ended_at) - displacement
-         if (state%is_rigid .and. correction < min_correction) return
-         associate (shape => point_response(self%now%set, self%ended_at, constrained%oscillators%square))
-            force = correction/sum(constrained%value(:, self%ended_at)*shape)
-            if (state%is_rigid) call charge_event(motion%recorder%energy_balance, force*(displacement &
-               + 0.5_wp*correction))
-            self%interval%z_end = self%interval%z_end + shape*force
-         end associate
-      end associate
-   end subroutine project_gap
 
    !> Let the observers measure the phase.
    subroutine measure(self, is_last, motion)

@@ -22,8 +22,9 @@ contains
       !> One of the `event_` constants
       integer, intent(in) :: kind
       type(motion_t), intent(in) :: motion
-      !> Velocities before and after the event, positive away from the contact
+      !> Velocity of the stop point before the event, positive away from the contact
       real(wp), intent(in) :: before
+      !> Velocity of the stop point after the event, positive away from the contact
       real(wp), intent(in) :: after
       type(event_t) :: event
 

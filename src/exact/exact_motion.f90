@@ -44,9 +44,9 @@ contains
    !> Compute the response with the number of modes that the requested accuracy needs.
    subroutine exact_response(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
-      !> Stop, damping, samples, tolerances, output
+      !> Settings of the run: stops, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
-      !> Events and histories
+      !> Events and histories of the run
       type(response_t), intent(out) :: response
       !> Set if the modes cannot be found or the run fails
       type(failure_t), allocatable, intent(out) :: error
@@ -207,11 +207,16 @@ contains
       !> Set if modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      ! last two trials, and the trial whose number of modes suffices
-      type(trial_t), allocatable :: fewer, more, enough
+      ! the last trial but one and the last trial, which has more modes
+      type(trial_t), allocatable :: fewer, more
+      ! trial whose number of modes suffices
+      type(trial_t), allocatable :: enough
       type(trials_t) :: trials
-      ! comparison that agrees up to the first contacts, and comparison of the trial `enough`
-      type(mode_check_t) :: early, enough_check
+      ! comparison of two trials that agree up to the first contacts
+      type(mode_check_t) :: early
+      ! comparison that shows that the trial `enough` suffices
+      type(mode_check_t) :: enough_check
+      ! number of the lowest modes in the present trial
       integer :: count
 
       lowest = 0
@@ -249,7 +254,7 @@ contains
    !> Make a trial run. The first trial run is repeated with new lengths until `settle_length` accepts the length.
    subroutine try_modes(model, trial, sets, trials, check)
       type(beam_model_t), intent(in) :: model
-      !> Receives its response
+      !> The trial, which receives its response
       type(trial_t), intent(inout) :: trial
       type(set_store_t), target, intent(inout) :: sets
       type(trials_t), intent(inout) :: trials
@@ -285,10 +290,10 @@ contains
       type(free_modes_t), intent(in) :: modes
       !> Number of modes used, from the first
       integer, intent(in) :: mode_count
-      !> Stop, damping, samples, tolerances, output
+      !> Settings of the run: stops, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
       type(set_store_t), target, intent(inout) :: sets
-      !> Events and histories
+      !> Events and histories of the run
       type(response_t), intent(out) :: response
       !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
@@ -321,8 +326,10 @@ contains
 
       type(contact_phase_t), target :: phase
       type(motion_t) :: motion
-      ! number of samples, and of consecutive phases of length zero
-      integer :: samples, standstill
+      ! number of samples
+      integer :: samples
+      ! number of consecutive phases of length zero
+      integer :: standstill
       logical :: is_last
 
       samples = count_samples(settings%response%duration, settings%response%step)
@@ -365,7 +372,7 @@ contains
    !> Compute displacements, slopes and velocities of the whole beam at the recorded instants.
    subroutine fill_shapes(modes, height, recorder, response)
       type(free_modes_t), intent(in) :: modes
-      !> delta, the height of the release contact: eta = 0 there
+      !> Height delta of the release contact, where eta = 0, in units of displacement
       real(wp), intent(in) :: height
       type(recorder_t), intent(in) :: recorder
       type(response_t), intent(inout) :: response

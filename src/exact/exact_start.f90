@@ -55,8 +55,9 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
-      ! energy, and contact forces P, in the static equilibrium in which the motion may come to rest
+      ! energy in the static equilibrium in which the motion may come to rest
       real(wp) :: static_energy
+      ! contact forces P in this equilibrium, and whether no other contact shadows the contact, [contacts]
       real(wp), allocatable :: static_force(:)
       logical, allocatable :: is_active(:)
       integer :: k
@@ -70,8 +71,7 @@ contains
          if (has_loads(settings)) call set_up_loads(model, modes, settings, now)
          if (allocated(response%moments)) call make_moments(model, modes, settings, contacts, now%loads, &
             phase%interval%moments)
-         allocate (now%states(size(contacts)), phase%interval%searches(size(contacts)), &
-            phase%records(size(contacts)))
+         allocate (now%states(size(contacts)), phase%interval%searches(size(contacts)), phase%records(size(contacts)))
          do k = 1, size(contacts)
             call make_contact_state(contacts(k), now%states(k))
             if (modes%node_flexibility > 0.0_wp) call add_massless_node(now%states(k), modes%node_flexibility, &

@@ -193,7 +193,7 @@ contains
       type(output_row_t), intent(in) :: row
       !> Start and end of the part of the phase that is searched
       real(wp), intent(in) :: span(2)
-      !> Only a maximum above this value is reported
+      !> Only a maximum above this known value is reported
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
@@ -201,7 +201,7 @@ contains
       class(transformable_signal_t), pointer :: signal
       ! maximum of the signal known from the search for the end of the phase
       real(wp) :: known_max, threshold
-      ! factor 1 and offset 0; the maximum is certain; the span is the whole phase
+      ! whether the factor is 1 and the offset 0, the maximum is certain, and `span` is the whole phase
       logical :: is_unscaled, is_certain, is_whole
 
       is_whole = .not. (span(1) > 0.0_wp .or. span(2) < self%length)
@@ -317,11 +317,11 @@ contains
       class(phase_interval_t), intent(inout) :: self
       !> Start and end of the integrals, since the start of the phase
       real(wp), intent(in) :: span(2)
-      !> Integral of each output row and of its square, [rows]
+      !> Integral of each output row, and of its square, [rows]
       real(wp), intent(out) :: integrals(:)
       real(wp), intent(out) :: square_integrals(:)
 
-      ! rows of displacements at places, of the tip, and of forces of closed contacts; their integrals
+      ! displacements at contacts and tip, forces of closed contacts: as output rows, as signals, and their integrals
       type(output_row_t) :: rows(2*self%contacts + 1)
       type(row_signal_t) :: signals(size(rows))
       real(wp), dimension(size(rows)) :: row_integral, square_integral

@@ -2,7 +2,7 @@
 !> compliant contacts at a time in the phase (docs/theory.md, sections 17 and 18).
 module phase_losses
    use contact_sets, only: contact_set_t
-   use contact_states, only: energy_in, set_indentation, recover, contact_state_t
+   use contact_states, only: energy_in, force_in, set_indentation, recover, contact_state_t
    use damped_oscillators, only: elastic_and_viscous, modal_energy, propagate
    use driven_modes, only: integral_of_free_motion, make_driven_mode
    use driven_signal, only: phasor_of
@@ -26,11 +26,14 @@ contains
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
+      !> Force, indentation, branch force
       real(wp) :: driven(3)
 
-      ! rate of the row, an output of `find_rows_at` that is not used here
+      ! rates of the rows, an output of `find_rows_at` that is not used here
       real(wp) :: rate(1)
-      integer :: i, row(3)
+      ! rows of force, indentation and branch force
+      integer :: row(3)
+      integer :: i
 
       driven = 0.0_wp
       if (self%loads%count == 0) return
@@ -43,10 +46,10 @@ contains
    end function load_response_of
 
    !> Force of a closed contact at a time in the phase.
-   function force_at(now, k, time, z, v, term) result(force)
+   function force_at(now, k, time, z, v, term, rate) result(force)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> Since the start of the phase
+      !> Time from the start of the phase
       real(wp), intent(in) :: time
       !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
@@ -54,11 +57,20 @@ contains
       real(wp), intent(in) :: v(:)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
+      !> Rate of the gap, from which the force of a compliant contact follows at time 0: with stiff dampers the sum of
+      !> the terms would lose digits. Absent: the sum is used at time 0, too
+      real(wp), intent(in), optional :: rate
       real(wp) :: force
 
       real(wp) :: driven(3)
       integer :: place
 
+      if (present(rate) .and. .not. time > 0.0_wp) then
+         if (.not. now%states(k)%is_rigid) then
+            force = force_in(now%states(k), rate)
+            return
+         end if
+      end if
       associate (set => now%set, constrained => now%set%constrained)
          driven = load_response_of(now, k, time)
          force = driven(1)
@@ -97,8 +109,9 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      ! integrals of the squared indentation rates, [compliant], and whether they are known
+      ! integrals of the squared indentation rates, [compliant]
       real(wp) :: squares(size(lost) - 1)
+      ! whether these integrals are known
       logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
@@ -109,6 +122,7 @@ contains
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
+         ! energy balance of the beam: its own energy and the work of the loads, less what the stops receive (below)
          lost(1) = start_energy - sum(modal_energy(set%constrained%oscillators, state(:, 1), state(:, 2))) + work
          call integrate_rates_on_path(self, time, has_squares, squares)
          do place = 1, size(set%compliant)
@@ -140,7 +154,11 @@ contains
 
       type(contact_state_t) :: contact
       real(wp), dimension(size(self%z)) :: z, v
-      real(wp) :: lost(1 + size(self%set%compliant)), squares(size(self%set%compliant))
+      ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
+      real(wp) :: lost(1 + size(self%set%compliant))
+      ! integrals of the squared indentation rates, [compliant]
+      real(wp) :: squares(size(self%set%compliant))
+      ! whether these integrals are known
       logical :: has_squares
       ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place
@@ -213,7 +231,7 @@ contains
       end associate
    end subroutine update_indentation
 
-   !> Recovery of the stop of an open compliant contact over a time span. If `is_deformed`, the surface moves with the
+   !> Let the stop of an open compliant contact recover for some time. If `is_deformed`, the surface moves with the
    !> beam, else it recovers freely.
    subroutine recover_contact(gap, time, state)
       !> Distance of the stop point from the undeformed contact surface at the end
@@ -222,6 +240,7 @@ contains
       real(wp), intent(in) :: time
       type(contact_state_t), intent(inout) :: state
 
+      ! energy stored in the stop before the recovery
       real(wp) :: before
 
       if (.not. state%is_deformed) then
@@ -239,7 +258,10 @@ contains
       !> Whether to prepare the dissipation in the beam, too
       logical, intent(in) :: with_beam
 
-      complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
+      ! square root of the power dissipated in each mode, per unit of each term, [modes, terms]
+      complex(wp), allocatable :: rate(:, :)
+      ! square root of the power dissipated in each stop, per unit of each term, [compliant, terms]
+      complex(wp), allocatable :: stop_rate(:, :)
       integer :: j, m
 
       if (size(set%compliant) == 0) return
@@ -310,13 +332,16 @@ contains
    function impulse_in(now, k, time) result(impulse)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> End of the integral, since the start of the phase
+      !> Time from the start of the phase to the end of the integral
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
       complex(wp), allocatable :: amplitude(:)
       real(wp), dimension(size(now%z)) :: z, v
-      real(wp) :: offset, part
+      ! constant part of the force
+      real(wp) :: offset
+      ! integral of p + 2 zeta p' of a mode
+      real(wp) :: part
       integer :: i, place
 
       if (size(now%set%compliant) > 0) then

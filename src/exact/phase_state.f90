@@ -26,11 +26,19 @@ module phase_state
    public :: driven_terms, find_state, find_homogeneous_state, to_free_state, force_terms
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, observed_gap, observed_tip
 
-   !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
-   !> an unloaded but deformed contact, and the negative of the force that such a contact would have if closed.
-   integer, parameter :: end_gap = 1, end_force = 2, end_undeformed = 3, end_renewed_contact = 4
-   !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
-   integer, parameter :: observed_gap = 5, observed_tip = 6
+   ! The following constants are kinds of signals. A zero of an `end_` signal ends the phase.
+   !> Gap of an open contact.
+   integer, parameter :: end_gap = 1
+   !> Force of a closed contact.
+   integer, parameter :: end_force = 2
+   !> Indentation of an open contact that has not yet recovered its undeformed surface.
+   integer, parameter :: end_undeformed = 3
+   !> Negative of the force that such a contact would have if closed.
+   integer, parameter :: end_renewed_contact = 4
+   !> Gap to the undeformed contact.
+   integer, parameter :: observed_gap = 5
+   !> Displacement of the tip.
+   integer, parameter :: observed_tip = 6
 
    !> The beam in its free modes, the states of its contacts, and the present phase of its motion.
    type :: phase_state_t
@@ -38,15 +46,17 @@ module phase_state
       type(contact_state_t), allocatable :: states(:)
       !> Index of the contact from which the beam is released; 0: none
       integer :: release_contact = 1
-      !> Store of contact sets, which later runs share, and the set of the present phase
+      !> Store of contact sets, which later runs use as well
       type(set_store_t), pointer :: store => null()
+      !> Contact set of the present phase: its closed contacts, with the constrained modes
       type(contact_set_t), pointer :: set => null()
-      !> Homogeneous part (without the load response) of the initial state of the phase, stored in `set`, [modes]
+      !> State z, v of the constrained modes at the start of the phase, homogeneous part, stored in `set`, [modes]
       real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
       !> Indentation of a massless node (`is_node` of its contact) at the start of the phase
       real(wp) :: node_depth = 0.0_wp
-      !> Loads on the beam (none: `count` = 0), and the load response in the present phase
+      !> Loads on the beam; none: `count` = 0
       type(applied_loads_t) :: loads
+      !> Load response in the present phase
       type(forced_response_t) :: forced
       !> Whether the beam does not move until loads change
       logical :: is_at_rest = .false.
@@ -54,27 +64,31 @@ module phase_state
       type(reactions_t) :: reactions
       !> Maximum length of the phase, the end of the load segments
       real(wp) :: max_length = huge(1.0_wp)
-      !> Modal loads now, and their rates d/dtau, [free modes]
+      !> Modal loads at the instant of `find_load`, and their rates d/dtau, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
       !> Values of the terms exp(s t) at the start of a phase with closed compliant contacts, [terms]
       complex(wp), allocatable :: amplitude(:)
       !> The signal that `signal_of` returned last
       class(transformable_signal_t), allocatable :: signal
-      !> The last force signal that was searched in the phase, and its contact; 0: none
+      !> The last force signal that was searched in the phase
       class(transformable_signal_t), allocatable :: force_signal
+      !> Index of the contact of `force_signal`; 0: none was searched
       integer :: force_signal_at = 0
-      !> History of the search of the gap that ends the phase at a rigid contact, and this contact; 0: none
+      !> History of the search of the gap that ends the phase at a rigid contact
       type(search_history_t) :: history
+      !> Index of the contact of `history`; 0: none
       integer :: history_of = 0
-      !> Index of the first contact at the same place of the beam, which may be the contact itself, and 1 if both are on
-      !> the same side of the beam, else -1, [contacts]
+      !> Index of the first contact at the same point of the beam, which may be the contact itself, [contacts]
       integer, allocatable :: colocated(:)
+      !> 1: the contact and `colocated` are on the same side of the beam; -1: on opposite sides, [contacts]
       real(wp), allocatable :: colocated_sign(:)
-      !> The phase need not end when an open contact becomes undeformed; time at which that happens in it, [contacts]
+      !> Whether the phase goes on when an open contact becomes undeformed
       logical :: passes_undeformed = .false.
+      !> Time in the phase at which each contact becomes undeformed, [contacts]
       real(wp), allocatable :: undeformed_at(:)
-      !> Steps of the simultaneous search of all contacts, and terms of the rows over the part integrated last
+      !> Steps of the simultaneous search of all contacts
       type(row_path_t) :: path
+      !> Terms of the output rows over the interval of the phase that was integrated last
       type(row_interval_terms_t) :: span
    end type phase_state_t
 
@@ -95,10 +109,9 @@ contains
       self%colocated_sign = [(1.0_wp, k=1, size(self%states))]
       do k = 1, size(self%states)
          do j = 1, k - 1
-            associate (apart => self%beam%value(:, j) - self%beam%value(:, k), mirrored => self%beam%value(:, j) &
-               + self%beam%value(:, k))
-               if (any(abs(apart) > 0.0_wp) .and. any(abs(mirrored) > 0.0_wp)) cycle
-               if (any(abs(apart) > 0.0_wp)) self%colocated_sign(k) = -1.0_wp
+            associate (b => self%beam%value)
+               if (any(abs(b(:, j) - b(:, k)) > 0.0_wp) .and. any(abs(b(:, j) + b(:, k)) > 0.0_wp)) cycle
+               if (any(abs(b(:, j) - b(:, k)) > 0.0_wp)) self%colocated_sign(k) = -1.0_wp
             end associate
             self%colocated(k) = j
             exit
@@ -110,9 +123,8 @@ contains
    subroutine start_phase(self, tau, q, v, is_new, error)
       type(phase_state_t), target, intent(inout) :: self
       real(wp), intent(in) :: tau
-      !> State in the free modes, [free modes]
-      real(wp), contiguous, intent(in) :: q(:)
-      real(wp), contiguous, intent(in) :: v(:)
+      !> Displacements q and velocities v of the free modes, [free modes]
+      real(wp), contiguous, intent(in) :: q(:), v(:)
       !> Whether the run uses the set for the first time
       logical, intent(out) :: is_new
       type(failure_t), allocatable, intent(inout) :: error
@@ -137,10 +149,8 @@ contains
          if (self%loads%count > 0) call start_load_response(self, tau, is_new)
          if (self%loads%count > 0) call subtract_load_response(self, indentation, branch_force)
          if (size(compliant) > 0) then
-            if (allocated(self%amplitude)) then
-               if (size(self%amplitude) /= coupled%count) deallocate (self%amplitude)
-            end if
             if (.not. allocated(self%amplitude)) allocate (self%amplitude(coupled%count))
+            if (size(self%amplitude) /= coupled%count) self%amplitude = spread((0.0_wp, 0.0_wp), 1, coupled%count)
             call coupled_amplitudes(constrained%oscillators%square, coupled, -constrained%static_gap(compliant), &
                indentation(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
             self%amplitude = coupled%weight*self%amplitude
@@ -196,8 +206,7 @@ contains
    subroutine subtract_load_response(self, indentation, branch_force)
       type(phase_state_t), intent(inout) :: self
       !> Indentation and branch force of each contact, [contacts]
-      real(wp), intent(inout) :: indentation(:)
-      real(wp), intent(inout) :: branch_force(:)
+      real(wp), intent(inout) :: indentation(:), branch_force(:)
 
       real(wp), dimension(self%set%forced%at%tip) :: rows, rates
       integer :: k
@@ -216,7 +225,7 @@ contains
    subroutine signal_of(self, k, kind, signal)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
-      !> One of the `end_` or `observed_` constants
+      !> One of the `end_` or `observed_` constants, here and in the procedures below
       integer, intent(in) :: kind
       class(transformable_signal_t), pointer, intent(out) :: signal
 
@@ -271,11 +280,10 @@ contains
       gap%last => null()
    end subroutine find_gap_signal
 
-   !> Contribution of the load response to a signal: a factor times a row plus another factor times its rate.
+   !> Contribution of the load response to a signal: a factor times an output row plus another factor times its rate.
    subroutine driven_terms(self, k, kind, terms)
       type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      integer, intent(in) :: kind
+      integer, intent(in) :: k, kind
       type(driven_terms_t), intent(inout) :: terms
 
       real(wp) :: factor, rate_factor
@@ -307,8 +315,7 @@ contains
    !> A signal other than a gap as a sum over modes.
    subroutine modal_signal_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      integer, intent(in) :: kind
+      integer, intent(in) :: k, kind
       class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(modal_signal_t), allocatable :: modal
@@ -341,8 +348,7 @@ contains
    !> A signal as a sum of exponential terms if a compliant contact is closed.
    subroutine exponential_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      integer, intent(in) :: kind
+      integer, intent(in) :: k, kind
       class(transformable_signal_t), allocatable, intent(out) :: signal
 
       type(exponential_signal_t), allocatable :: sum
@@ -373,8 +379,7 @@ contains
    !> Add the motion of the modes that vanish at all compliant contacts, which are not among the terms of the set.
    subroutine add_inactive_modes(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      integer, intent(in) :: kind
+      integer, intent(in) :: k, kind
       class(transformable_signal_t), allocatable, intent(inout) :: signal
 
       class(transformable_signal_t), allocatable :: modes
@@ -406,7 +411,7 @@ contains
    pure subroutine force_terms(self, k, factor, offset, amplitude)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> Factors of the terms: amplitudes, or their integrals, [terms]
+      !> Amplitudes of the terms exp(s t), or the integrals of the terms with these amplitudes, [terms]
       complex(wp), intent(in) :: factor(:)
       real(wp), intent(out) :: offset
       !> Amplitudes of the result, [terms]
@@ -451,8 +456,7 @@ contains
    pure subroutine find_state(self, time, z, v, phasor)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp), contiguous, intent(out) :: z(:)
-      real(wp), contiguous, intent(out) :: v(:)
+      real(wp), contiguous, intent(out) :: z(:), v(:)
       !> exp(i w t) of the load frequencies w if already known, [harmonics]
       complex(wp), intent(in), optional :: phasor(:)
 
@@ -469,8 +473,7 @@ contains
    pure subroutine find_homogeneous_state(self, time, z, v)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp), contiguous, intent(out) :: z(:)
-      real(wp), contiguous, intent(out) :: v(:)
+      real(wp), contiguous, intent(out) :: z(:), v(:)
 
       if (.not. time > 0.0_wp) then
          z = self%z
@@ -488,10 +491,8 @@ contains
    !> State q, rate of the free modes, [free modes], from the state z, v of the constrained modes, [modes].
    pure subroutine to_free_state(self, z, v, q, rate)
       type(phase_state_t), intent(in) :: self
-      real(wp), contiguous, intent(in) :: z(:)
-      real(wp), contiguous, intent(in) :: v(:)
-      real(wp), contiguous, intent(out) :: q(:)
-      real(wp), contiguous, intent(out) :: rate(:)
+      real(wp), contiguous, intent(in) :: z(:), v(:)
+      real(wp), contiguous, intent(out) :: q(:), rate(:)
 
       call to_free_modes(self%beam, self%set%constrained, z, v, q, rate)
    end subroutine to_free_state

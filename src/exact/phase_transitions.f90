@@ -12,12 +12,13 @@ module phase_transitions
    use impact_problem, only: max_rounds
    use kinds, only: wp
    use motion_phases, only: found_segment_end, found_cancelled, motion_t
-   use phase_state, only: end_force, end_undeformed, end_renewed_contact, find_load, phase_state_t
+   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, find_load, phase_state_t
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
+   use set_motions, only: point_response
    implicit none (type, external)
    private
-   public :: apply_transition, begin_contacts_at_start, update_contacts
+   public :: apply_transition, begin_contacts_at_start, project_gap, update_contacts
 
 contains
 
@@ -337,5 +338,40 @@ contains
          end associate
       end function bears_nothing
    end subroutine update_rigid_contacts
+
+   !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates
+   !> gets gap zero; a stop point that leaves a compliant contact gets the displacement of the contact surface. The
+   !> correction has the static shape of a force at the contact, which needs the minimum energy. The work of that force
+   !> at a rigid contact is charged to the energy balance of the run.
+   subroutine project_gap(self, k, ended_by, z, motion)
+      type(phase_state_t), intent(in) :: self
+      !> Index of the contact that ends the phase
+      integer, intent(in) :: k
+      !> How the contact ends the phase: one of the `end_` constants
+      integer, intent(in) :: ended_by
+      !> Displacements of the constrained modes at the end of the phase, [modes]
+      real(wp), intent(inout) :: z(:)
+      type(motion_t), intent(inout) :: motion
+
+      ! smaller penetrations of a rigid contact are not corrected
+      real(wp), parameter :: min_correction = 5.0e-12_wp
+      ! displacement of the stop point, and its correction
+      real(wp) :: displacement, correction
+      ! force that causes the correction
+      real(wp) :: force
+
+      associate (constrained => self%set%constrained, state => self%states(k))
+         if (state%is_rigid .neqv. ended_by == end_gap) return
+         displacement = sum(constrained%value(:, k)*z)
+         correction = -state%indentation - constrained%static_gap(k) - displacement
+         if (state%is_rigid .and. correction < min_correction) return
+         associate (shape => point_response(self%set, k, constrained%oscillators%square))
+            force = correction/sum(constrained%value(:, k)*shape)
+            if (state%is_rigid) call charge_event(motion%recorder%energy_balance, force*(displacement &
+               + 0.5_wp*correction))
+            z = z + shape*force
+         end associate
+      end associate
+   end subroutine project_gap
 
 end module phase_transitions

@@ -60,9 +60,13 @@ contains
       type(tangent_t), intent(inout) :: tangent
 
       type(state_rates_t) :: rates
-      ! derivatives of the loads by the load parameter and by time, and zeros for columns of the initial state
-      real(wp), dimension(now%loads%count) :: by_parameter, load_rate, no_change
-      ! rate of the signal that ends the phase
+      ! derivatives of the loads by the load parameter, [loads]
+      real(wp) :: by_parameter(now%loads%count)
+      ! rates of the loads d/dtau, [loads]
+      real(wp) :: load_rate(now%loads%count)
+      ! zeros: the initial state does not change the loads, [loads]
+      real(wp) :: no_change(now%loads%count)
+      ! rate d/dtau of the signal that ends the phase
       real(wp) :: slope
       integer :: i
 
@@ -82,6 +86,7 @@ contains
          min(tangent%min_speed, abs(slope))
       ! at a grazing event (zero rate) the derivative does not exist: a large finite delay stands for it
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
+      ! delay of the event by a variation: - (change of the signal)/(rate of the signal)
       do i = 1, size(tangent%delay)
          tangent%delay(i) = -signal_change(now, ended_at, ended_by, tangent%q(:, i), tangent%v(:, i), &
             tangent%branch_force(:, i), merge(by_parameter, no_change, i == size(tangent%delay) .and. &
@@ -93,8 +98,9 @@ contains
    !> Record the logarithm of the size of the first column at the sections in the phase.
    subroutine record_sizes(now, tau, length, tangent, sections)
       type(phase_state_t), intent(in) :: now
-      !> Start of the phase, and its length
+      !> Start of the phase
       real(wp), intent(in) :: tau
+      !> Length of the phase
       real(wp), intent(in) :: length
       !> Variations at the start of the phase
       type(tangent_t), intent(in) :: tangent
@@ -122,9 +128,8 @@ contains
       integer, intent(in) :: k
       !> One of the `end_` constants
       integer, intent(in) :: ended_by
-      !> Changes of the free modes, [modes]
-      real(wp), intent(in) :: q(:)
-      real(wp), intent(in) :: v(:)
+      !> Changes of displacements q and velocities v of the free modes, [free modes]
+      real(wp), intent(in) :: q(:), v(:)
       !> Changes of branch forces P2, [contacts]
       real(wp), intent(in) :: branch_force(:)
       !> Changes of the loads, [loads]
@@ -156,11 +161,11 @@ contains
    pure function force_change(now, k, q, v, branch_force) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      real(wp), intent(in) :: q(:)
-      real(wp), intent(in) :: v(:)
-      real(wp), intent(in) :: branch_force(:)
+      !> Changes of q, v and branch forces as in `signal_change`
+      real(wp), intent(in) :: q(:), v(:), branch_force(:)
       real(wp) :: change
 
+      ! force of the spring, damper and Maxwell branch: P = P2 - c v - k1 q at the contact
       associate (spring => now%states(k)%spring, b => now%beam%value(:, k))
          change = branch_force(k) - spring%viscosity*sum(b*v) - spring%stiffness*sum(b*q)
       end associate
@@ -170,19 +175,24 @@ contains
    function reaction_change(now, k, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      real(wp), intent(in) :: q(:)
-      real(wp), intent(in) :: v(:)
-      real(wp), intent(in) :: branch_force(:)
-      real(wp), intent(in) :: load(:)
+      !> Changes of q, v, branch forces and loads as in `signal_change`
+      real(wp), intent(in) :: q(:), v(:), branch_force(:), load(:)
       real(wp) :: change
 
-      real(wp), allocatable :: forces(:), mobility(:, :), reaction(:)
+      ! change of the modal forces that the contact reactions must balance, [free modes]
+      real(wp), allocatable :: forces(:)
+      ! acceleration at each closed rigid contact by a unit reaction at each of them, [rigid, rigid]
+      real(wp), allocatable :: mobility(:, :)
+      ! changes of the reactions, [rigid]
+      real(wp), allocatable :: reaction(:)
+      ! indices of the closed rigid contacts, [rigid]
       integer, allocatable :: rigid(:)
       integer :: i, place
 
       associate (set => now%set, constrained => now%set%constrained, beam => now%beam)
          place = findloc(constrained%closed, k, dim=1)
          allocate (forces(size(q)), source=0.0_wp)
+         ! the contact is a constraint of the set: change of its reaction by the constrained equations of motion
          if (place > 0) then
             change = sum(constrained%reaction(place, :)*matmul(q + constrained%oscillators%two_zeta*v, &
                constrained%mode))

@@ -19,10 +19,12 @@ module tangent_flow
    private
    public :: propagate_columns, find_rates, has_branch_force, find_load_changes
 
-   !> Derivative of a load by the load parameter: the load segment (constant + slope t + Re(harmonic exp(i frequency
-   !> t))) plus Re(secular t exp(i frequency t)), with the frequency of the segment.
+   !> Derivative of a load by the load parameter, at time t in the phase: constant + slope t + Re((harmonic + secular t)
+   !> exp(i frequency t)).
    type :: load_change_t
+      !> Constant, slope, harmonic and frequency
       type(load_segment_t) :: segment
+      !> Amplitude of the term that grows in proportion to time; a change of the frequency of a load causes it
       complex(wp) :: secular = (0.0_wp, 0.0_wp)
    end type load_change_t
 
@@ -37,16 +39,20 @@ contains
       if (allocated(state%spring)) answer = state%spring%branch_stiffness > 0.0_wp
    end function has_branch_force
 
-   !> Rates of change of the state at a time in the phase.
+   !> Rates of change of the state at a time in the phase: velocities and accelerations of the free modes, and rates of
+   !> the branch forces.
    subroutine find_rates(now, time, rates)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(state_rates_t), intent(inout) :: rates
 
+      ! displacements, velocities and accelerations of the constrained modes
       real(wp), dimension(size(now%z)) :: z, v, a
+      ! terms exp(s t) of the motion with their amplitudes
       complex(wp), allocatable :: term(:)
+      ! forces of the closed compliant contacts, [compliant]
       real(wp), allocatable :: force(:)
-      real(wp) :: branch
+      real(wp) :: branch_force
       integer :: g, k, place
 
       call find_state(now, time, z, v)
@@ -62,23 +68,20 @@ contains
             if (now%loads%count > 0) force = force + row_at(set%forced%at%forces + set%compliant)
             a = a + matmul(constrained%value(:, set%compliant), force)
          end if
-         if (allocated(constrained%mode)) then
-            rates%q = matmul(constrained%mode, v)
-            rates%v = matmul(constrained%mode, a)
-         else
-            rates%q = v
-            rates%v = a
-         end if
+         rates%q = [(0.0_wp, k=1, size(now%beam%value, 1))]
+         rates%v = rates%q
+         call to_free_modes(constrained, v, a, rates%q, rates%v)
+         ! branch force P2 of a Maxwell branch: dP2/dtau = -k2 u - P2/(c2/k2), u: velocity of the beam
          rates%branch_force = [(0.0_wp, k=1, size(now%states))]
          do k = 1, size(now%states)
             if (.not. has_branch_force(now%states(k))) cycle
             associate (spring => now%states(k)%spring)
                place = findloc(set%compliant, k, dim=1)
                if (place > 0) then
-                  branch = sum(real(set%coupled%branch(place, :)*term, wp))
-                  if (now%loads%count > 0) branch = branch + sum(row_at([set%forced%at%branches + k]))
+                  branch_force = sum(real(set%coupled%branch(place, :)*term, wp))
+                  if (now%loads%count > 0) branch_force = branch_force + sum(row_at([set%forced%at%branches + k]))
                   rates%branch_force(k) = -spring%branch_stiffness*sum(constrained%value(:, k)*v) &
-                     - spring%relaxation_rate*branch
+                     - spring%relaxation_rate*branch_force
                else
                   rates%branch_force(k) = -spring%recovery_rate*now%states(k)%branch_force &
                      *exp(-spring%recovery_rate*time)
@@ -102,7 +105,7 @@ contains
       end function row_at
    end subroutine find_rates
 
-   !> Value of a load at a time since the start of the phase.
+   !> Value of a load at a time from the start of the phase.
    elemental function value_of(segment, time) result(value)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
@@ -112,14 +115,16 @@ contains
          wp)), wp)
    end function value_of
 
-   !> Propagate the columns to a time in the phase.
+   !> Propagate the variations from the start of the phase to a time in the phase.
    subroutine propagate_columns(now, time, tangent)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(tangent_t), intent(inout) :: tangent
 
+      ! derivatives of the loads by the load parameter, [loads]
       type(load_change_t) :: change(now%loads%count)
       integer :: i, k
+      ! whether the column is the derivative by a load parameter, so that the changes of the loads drive it
       logical :: is_driven
 
       do i = 1, now%loads%count
@@ -148,24 +153,19 @@ contains
    subroutine flow_uncoupled(now, time, change, is_driven, q, v)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
+      !> Derivatives of the loads by the load parameter, [loads]
       type(load_change_t), intent(in) :: change(:)
-      !> Whether the column is the derivative by a load parameter, so the change of the loads drives it
+      !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
       logical, intent(in) :: is_driven
-      !> One column, [free modes]
-      real(wp), intent(inout) :: q(:)
-      real(wp), intent(inout) :: v(:)
+      !> Variations of the displacements q and velocities v of the free modes, [free modes]
+      real(wp), intent(inout) :: q(:), v(:)
 
+      ! variations of the constrained modes at the start of the phase, and at the time
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       integer :: g, i
 
       associate (constrained => now%set%constrained)
-         if (allocated(constrained%mode)) then
-            z0 = matmul(q, constrained%mode)
-            v0 = matmul(v, constrained%mode)
-         else
-            z0 = q
-            v0 = v
-         end if
+         call project_on_modes(constrained, q, v, z0, v0)
          call propagate(constrained%oscillators, time, z0, v0, z1, v1)
          if (is_driven) then
             do i = 1, constrained%count
@@ -179,12 +179,30 @@ contains
       end associate
    end subroutine flow_uncoupled
 
+   !> State of the constrained modes from that of the free modes.
+   pure subroutine project_on_modes(constrained, q, v, z, rate)
+      type(constrained_set_t), intent(in) :: constrained
+      !> Displacements q and velocities v of the free modes, [free modes]
+      real(wp), intent(in) :: q(:), v(:)
+      !> Displacements z of the constrained modes, and their rates, [modes]
+      real(wp), intent(out) :: z(:), rate(:)
+
+      ! without a closed rigid contact the constrained modes are the free modes
+      if (allocated(constrained%mode)) then
+         z = matmul(q, constrained%mode)
+         rate = matmul(v, constrained%mode)
+      else
+         z = q
+         rate = v
+      end if
+   end subroutine project_on_modes
+
    !> State of the free modes from that of the constrained modes.
    pure subroutine to_free_modes(constrained, z, rate, q, v)
       type(constrained_set_t), intent(in) :: constrained
-      !> State of the constrained modes, [modes]
+      !> Displacements z of the constrained modes, and their rates, [modes]
       real(wp), intent(in) :: z(:), rate(:)
-      !> State of the free modes, [free modes]
+      !> Displacements q and velocities v of the free modes, [free modes]
       real(wp), intent(out) :: q(:), v(:)
 
       if (allocated(constrained%mode)) then
@@ -196,20 +214,27 @@ contains
       end if
    end subroutine to_free_modes
 
-   !> Add the response of a mode, initially at rest, to the derivative of a load. The response is a sum of divided
-   !> differences of exp(s t) over the exponents of mode and load.
+   !> Add to z, v the response of a mode, initially at rest, to the derivative of a load by the load parameter. The
+   !> response is a sum of divided differences of exp(s t) over the exponents of mode and load: exp[0, s] for a
+   !> constant, exp[0, 0, s] for t, exp[sigma, s] for exp(sigma t), exp[sigma, sigma, s] for t exp(sigma t).
    pure subroutine add_mode_response(mode, change, load_factor, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
       !> Modal load per unit of load
       real(wp), intent(in) :: load_factor
       real(wp), intent(in) :: time
-      real(wp), intent(inout) :: z
-      real(wp), intent(inout) :: v
+      !> Displacement and velocity of the mode
+      real(wp), intent(inout) :: z, v
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
-      ! responses to an impulse, to the constant or exp(sigma t), and to t exp(sigma t)
-      complex(wp) :: impulse_response, response, sigma, repeated
+      ! response to a unit impulse
+      complex(wp) :: impulse_response
+      ! response to the constant 1, afterwards to exp(sigma t)
+      complex(wp) :: response
+      ! response to t exp(sigma t)
+      complex(wp) :: secular_response
+      ! i times the frequency of the load
+      complex(wp) :: sigma
 
       associate (exponent => mode%exponent, segment => change%segment)
          impulse_response = exponential_difference(exponent, time)
@@ -220,10 +245,10 @@ contains
          if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
          sigma = cmplx(0.0_wp, segment%frequency, wp)
          response = exponential_difference([sigma, exponent], time)
-         repeated = exponential_difference([sigma, sigma, exponent], time)
-         z = z + load_factor*real(segment%harmonic*response + change%secular*repeated, wp)
+         secular_response = exponential_difference([sigma, sigma, exponent], time)
+         z = z + load_factor*real(segment%harmonic*response + change%secular*secular_response, wp)
          v = v + load_factor*real(segment%harmonic*(sigma*response + impulse_response) + change%secular*(response &
-            + sigma*repeated), wp)
+            + sigma*secular_response), wp)
       end associate
    end subroutine add_mode_response
 
@@ -231,29 +256,27 @@ contains
    subroutine flow_compliant(now, time, change, is_driven, q, v, branch_force)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
+      !> Derivatives of the loads by the load parameter, [loads]
       type(load_change_t), intent(in) :: change(:)
-      !> Whether the column is the derivative by a load parameter, so the change of the loads drives it
+      !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
       logical, intent(in) :: is_driven
-      !> One column, [free modes], [free modes], [contacts]
-      real(wp), intent(inout) :: q(:)
-      real(wp), intent(inout) :: v(:)
+      !> Variations of the displacements q and velocities v of the free modes, [free modes]
+      real(wp), intent(inout) :: q(:), v(:)
+      !> Variations of the branch forces, [contacts]
       real(wp), intent(inout) :: branch_force(:)
 
-      ! state of the constrained modes at the start and at the time
+      ! variations of the constrained modes at the start of the phase, and at the time
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
-      ! terms exp(s t) of the column, and their amplitudes after an impulse of a load
-      complex(wp), dimension(now%set%coupled%count) :: term, impulse_term
+      ! values of the terms exp(s t) of the column at the time
+      complex(wp) :: term(now%set%coupled%count)
+      ! amplitudes of the terms after a unit impulse of a load
+      complex(wp) :: impulse_term(now%set%coupled%count)
+      ! a static gap of zero at each contact, and the variations of the indentations
       real(wp), dimension(size(now%set%compliant)) :: zeros, indentation
       integer :: g, i, m
 
       associate (constrained => now%set%constrained, coupled => now%set%coupled, compliant => now%set%compliant)
-         if (allocated(constrained%mode)) then
-            z0 = matmul(q, constrained%mode)
-            v0 = matmul(v, constrained%mode)
-         else
-            z0 = q
-            v0 = v
-         end if
+         call project_on_modes(constrained, q, v, z0, v0)
          zeros = 0.0_wp
          indentation = -matmul(z0, constrained%value(:, compliant))
          call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, indentation, branch_force(compliant), &
@@ -278,11 +301,12 @@ contains
 
    contains
 
-      !> Propagate the modes that vanish at all compliant contacts.
+      !> Propagate the constrained modes that vanish at all compliant contacts.
       subroutine flow_inactive(z, rate)
-         real(wp), intent(inout) :: z(:)
-         real(wp), intent(inout) :: rate(:)
+         !> Displacements z of the constrained modes, and their rates; those of the other modes remain, [modes]
+         real(wp), intent(inout) :: z(:), rate(:)
 
+         ! state of all constrained modes if they were uncoupled
          real(wp), dimension(size(z)) :: uncoupled, uncoupled_rate
          integer :: j
 
@@ -302,15 +326,17 @@ contains
       end subroutine flow_inactive
    end subroutine flow_compliant
 
-   !> Response of a term exp(s t) to the derivative of a load, if the term has amplitude 1 after a unit impulse of the
-   !> load.
+   !> Response of a term exp(s t) to the derivative of a load by the load parameter, per unit of the amplitude that a
+   !> unit impulse of the load gives to the term.
    pure function term_response(exponent, change, time) result(response)
+      !> Exponent s of the term
       complex(wp), intent(in) :: exponent
       type(load_change_t), intent(in) :: change
       real(wp), intent(in) :: time
       complex(wp) :: response
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
+      ! i times the frequency of the load
       complex(wp) :: sigma
 
       associate (segment => change%segment)
@@ -328,6 +354,7 @@ contains
    !> Derivative of a load by the load parameter during the present phase.
    pure subroutine change_load(now, load, tangent, change)
       type(phase_state_t), intent(in) :: now
+      !> Index of the load
       integer, intent(in) :: load
       type(tangent_t), intent(in) :: tangent
       type(load_change_t), intent(out) :: change
@@ -355,13 +382,14 @@ contains
       end associate
    end subroutine change_load
 
-   !> Derivatives of all loads by the parameter, and rates of all loads, at a time in the phase.
+   !> Derivatives of all loads by the load parameter, and by time, at a time in the phase.
    pure subroutine find_load_changes(now, time, tangent, by_parameter, rate)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(tangent_t), intent(in) :: tangent
-      !> [loads]
+      !> Derivatives by the load parameter, [loads]
       real(wp), intent(out) :: by_parameter(:)
+      !> Derivatives by time, [loads]
       real(wp), intent(out) :: rate(:)
 
       type(load_change_t) :: change

@@ -31,10 +31,13 @@ module difference_derivatives
       real(wp) :: value = 0.0_wp
       !> Estimated error of the derivative
       real(wp) :: error = 0.0_wp
-      !> The derivatives from above and from below
+      !> One-sided derivative from above
       real(wp) :: above = 0.0_wp
+      !> Estimated error of `above`
       real(wp) :: above_error = 0.0_wp
+      !> One-sided derivative from below
       real(wp) :: below = 0.0_wp
+      !> Estimated error of `below`
       real(wp) :: below_error = 0.0_wp
       !> Whether the error from above is relatively small or negligible
       logical :: above_converges = .false.

@@ -27,8 +27,9 @@ module fit_model
 
    !> Model of a signal as a function for the least-squares method.
    type, extends(residuals_t) :: fit_model_t
-      !> Runner of the cases, and sets of closed contacts that its runs share
+      !> Runs the cases
       type(runner_t), pointer :: runner => null()
+      !> Contact sets that the runs share
       type(set_store_t), pointer :: sets => null()
       type(fit_settings_t) :: fit
       !> Minimum of each fitted parameter (those of the sweep first), [fitted parameters]

@@ -57,12 +57,17 @@ contains
       type(fit_model_t), allocatable :: model
       type(plan_t) :: plan
       type(response_t) :: response
-      ! fitted parameters, and the unbounded coordinates that stand for them in the minimisation
-      real(wp), allocatable :: parameters(:), coordinates(:)
+      ! fitted parameters
+      real(wp), allocatable :: parameters(:)
+      ! unbounded coordinates that stand for the parameters in the minimisation
+      real(wp), allocatable :: coordinates(:)
       real(wp), allocatable :: signal(:)
       real(wp) :: sum_of_squares, tolerance
-      ! samples: number of samples that a pass fits; total_evaluations: those of all passes until now
-      integer :: total_evaluations, samples, evaluations, i, n
+      ! number of samples that a pass fits
+      integer :: samples
+      ! number of evaluations of the signal in a pass, and in all passes until now
+      integer :: evaluations, total_evaluations
+      integer :: i, n
       logical :: is_last
 
       measures = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)

@@ -141,8 +141,10 @@ contains
       type(set_store_t), target :: sets
       type(fit_model_t), allocatable :: model
       real(wp), allocatable :: jacobian(:, :), step(:), x(:)
-      ! relative noise of the values, with a mean square of 1; residuals over it
-      real(wp), allocatable :: relative_noise(:), residual(:)
+      ! noise of each value relative to the RMS of the noise, [samples]
+      real(wp), allocatable :: relative_noise(:)
+      ! residuals divided by `relative_noise`, [samples]
+      real(wp), allocatable :: residual(:)
       real(wp) :: noise, sum_of_squares
       integer :: best, evaluations, i, k
 
@@ -201,8 +203,11 @@ contains
       !> Minimum sum of squares
       real(wp), intent(inout) :: minimum
 
-      !> Half width of the neighbourhood and precision of the search, in coordinates (a range is -pi/2 to pi/2)
-      real(wp), parameter :: box = 0.04_wp, precision = 1.0e-5_wp
+      !> Half width of the neighbourhood, in the unbounded coordinates, whose range is -pi/2 to pi/2
+      real(wp), parameter :: box = 0.04_wp
+      !> Precision of the search, in the unbounded coordinates
+      real(wp), parameter :: precision = 1.0e-5_wp
+      ! number of searches, and maximum number of points in each
       integer, parameter :: rounds = 2, max_points = 600
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), residual(:), sums(:)

@@ -10,9 +10,11 @@ module driven_modes
    use load_courses, only: load_segment_t
    implicit none (type, external)
    private
-   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, &
-      work_on_free_motion, &
-      integral_of_free_motion
+   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, adjoint_of, &
+      work_on_free_motion, integral_of_free_motion, resonant, resonates
+
+   !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
+   real(wp), parameter :: resonant = 0.02_wp
 
    !> A mode and the load that drives it from rest.
    type :: driven_mode_t
@@ -22,9 +24,11 @@ module driven_modes
       real(wp) :: frequency = 0.0_wp
       !> Whether the load is the ramp t instead of exp(sigma t), and sigma = 0
       logical :: is_ramp = .false.
-      !> 2 a, W^2 and the exponents of the free motion of the mode
+      !> Damping coefficient 2 a = 2 zeta W^2 + alpha
       real(wp) :: damping = 0.0_wp
+      !> W^2, squared circular frequency of the mode without damping
       real(wp) :: square = 0.0_wp
+      !> Exponents of the free motion of the mode
       complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
    end type driven_mode_t
 
@@ -61,7 +65,10 @@ contains
       integer, intent(in) :: highest
       real(wp) :: derivative(0:highest)
 
-      complex(wp) :: points(0:max_points), differences(max_points)
+      ! points of the divided differences, as `find_points` gives them
+      complex(wp) :: points(0:max_points)
+      ! i: derivative of order k of the divided difference over the points i to `last`
+      complex(wp) :: differences(max_points)
       integer :: i, k, last
 
       call find_points(mode, points, last)
@@ -80,6 +87,7 @@ contains
    pure subroutine find_points(mode, points, last)
       type(driven_mode_t), intent(in) :: mode
       complex(wp), intent(out) :: points(0:max_points)
+      !> Index of the last point
       integer, intent(out) :: last
 
       points = (0.0_wp, 0.0_wp)
@@ -101,7 +109,8 @@ contains
       value = real(mode%force*exponential_difference(points(:last), time), wp)
    end function integral_of
 
-   !> Work of a load on the motion.
+   !> Work of a load on the motion, the integral of load times E': by parts for a slope, as half the sum of conjugates
+   !> for a harmonic.
    pure function work_on(mode, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> The load per unit of its modal load
@@ -109,6 +118,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: work
 
+      ! displacement and velocity of the mode
       real(wp) :: motion(0:1)
 
       motion = driven_mode_at(mode, time, 1)
@@ -151,7 +161,10 @@ contains
       real(wp) :: work
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
-      complex(wp) :: change, theta
+      ! change of the displacement since time 0
+      complex(wp) :: change
+      ! i times the frequency of the load
+      complex(wp) :: theta
 
       change = start(2)*exponential_difference(mode%exponent, time) &
          - mode%square*start(1)*exponential_difference([zero, mode%exponent], time)
@@ -199,9 +212,15 @@ contains
 
       ! the square of the time must not overflow
       real(wp), parameter :: max_time = 1.0e100_wp
-      ! bound on the load's derivative of the order k - 2; maximum of the response to a unit impulse; length of the time
-      ! span before an instant after which the response to an impulse has decayed, and bound that follows from it
-      real(wp) :: load_bound, max_response, length, decayed_bound, time
+      ! bound on the load's derivative of the order k - 2
+      real(wp) :: load_bound
+      ! maximum of the response to a unit impulse
+      real(wp) :: max_response
+      ! time in which the response to an impulse decays
+      real(wp) :: length
+      ! bound on the motion if earlier impulses have decayed
+      real(wp) :: decayed_bound
+      real(wp) :: time
       integer :: k
 
       time = min(until, max_time)
@@ -252,14 +271,17 @@ contains
 
       ! minimum distance of two distinct points
       real(wp), parameter :: min_distance = sqrt(tiny(1.0_wp))
+      ! exponents of the load and of the mode
       complex(wp) :: points(3)
-      real(wp) :: distance(3), amplitude(3), magnitude(3)
+      ! distance of each point from the next, then product of its distances from the other two
+      real(wp) :: distance(3)
+      ! magnitudes of the amplitudes and of the exponents
+      real(wp) :: amplitude(3), magnitude(3)
       integer :: k
 
       bounds = huge(1.0_wp)
       points = [cmplx(0.0_wp, mode%frequency, wp), mode%exponent]
       distance = sqrt(square_of(points - cshift(points, 1)))
-      ! product of the distances from the other two points
       distance = distance*cshift(distance, -1)
       if (any(distance < min_distance)) return
       amplitude = 1.0_wp/distance
@@ -270,5 +292,34 @@ contains
          amplitude = magnitude*amplitude
       end do
    end function sums_of_exponentials
+
+   !> Response of uncoupled modes to a harmonic load by the adjoint equation (damping of the other sign).
+   pure function adjoint_of(oscillators, load, frequency, left_out) result(response)
+      type(oscillators_t), intent(in) :: oscillators
+      !> Modal loads, [modes]
+      real(wp), intent(in) :: load(:)
+      real(wp), intent(in) :: frequency
+      !> Whether a mode has no response, because it is driven from rest, [modes]
+      logical, intent(in) :: left_out(:)
+      complex(wp) :: response(size(load))
+
+      real(wp) :: damping(size(load))
+
+      response = (0.0_wp, 0.0_wp)
+      damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
+      where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
+   end function adjoint_of
+
+   !> Which modes are in resonance with a harmonic load?
+   pure function resonates(oscillators, frequency) result(answer)
+      type(oscillators_t), intent(in) :: oscillators
+      real(wp), intent(in) :: frequency
+      logical :: answer(oscillators%count)
+
+      answer = .false.
+      associate (n => oscillators%underdamped)
+         answer(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
+      end associate
+   end function resonates
 
 end module driven_modes

@@ -110,22 +110,31 @@ contains
       type(bounds_t), intent(out) :: bounds
 
       complex(wp) :: phasor(size(self%terms%frequency))
-      real(wp) :: floor, response, magnitude, underdamped(term_columns), linear(0:1), rounding, slope
+      ! lower bound of the load response from this instant on
+      real(wp) :: floor
+      ! columns of `certified_search` for the harmonics and modes driven from rest, then for the whole load response
+      real(wp) :: response_terms(term_columns)
+      ! constant and slope of the load response at this instant, or their derivatives
+      real(wp) :: linear(0:1)
+      ! relative rounding error of the harmonics, and the magnitude that it refers to
+      real(wp) :: rounding, magnitude
+      ! load response and its slope
+      real(wp) :: response, slope
 
       phasor = phasor_of(self%terms%frequency, self%from + t)
       linear = linear_part_of(self, t, order)
-      call sum_oscillating_terms(self, t, phasor, order, underdamped, magnitude)
-      underdamped(term_value) = linear(0) + underdamped(term_value)
-      underdamped(term_rate) = linear(1) + underdamped(term_rate)
-      floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - underdamped(bound_value)
+      call sum_oscillating_terms(self, t, phasor, order, response_terms, magnitude)
+      response_terms(term_value) = linear(0) + response_terms(term_value)
+      response_terms(term_rate) = linear(1) + response_terms(term_rate)
+      floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - response_terms(bound_value)
       select type (free => self%free)
       type is (modal_signal_t)
-         call free%find_bounds_of_sum(t, order, bounds, underdamped, floor, needs_step)
+         call free%find_bounds_of_sum(t, order, bounds, response_terms, floor, needs_step)
       class default
          call free%find_bounds(t, order, bounds)
          ! the step that the free motion certifies does not include the load response
          bounds%zero_free_step = 0.0_wp
-         call add_to_bounds(underdamped, floor, bounds)
+         call add_to_bounds(response_terms, floor, bounds)
       end select
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
       bounds%rounding = bounds%rounding + rounding*(abs(linear(0)) + magnitude)
@@ -143,7 +152,7 @@ contains
    !> The signal offset + factor times a derivative of this signal, with its time starting at an instant.
    subroutine transform(self, from, factor, offset, order, transformed)
       class(driven_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant that becomes time 0 of the new signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: factor
       real(wp), intent(in) :: offset
@@ -230,8 +239,12 @@ contains
 
       complex(wp) :: term
       real(wp), allocatable :: derivative(:), bounds(:)
-      real(wp) :: amplitude, time
-      integer :: first, i
+      real(wp) :: amplitude
+      ! time in the load response
+      real(wp) :: time
+      ! order of the derivative of the load response
+      integer :: first
+      integer :: i
 
       first = order + self%order
       time = self%from + t
@@ -303,9 +316,11 @@ contains
    subroutine find_short_driven(modes, slope, harmonic, frequency, limit, search)
       !> Free motion of the gap
       type(modal_signal_t), intent(in) :: modes
-      !> Load response as in `driven_terms_t`
+      !> Slope of the load response of the gap
       real(wp), intent(in) :: slope
+      !> Complex amplitudes of its harmonics, [harmonics]
       complex(wp), intent(in) :: harmonic(:)
+      !> Circular frequencies of its harmonics, [harmonics]
       real(wp), intent(in) :: frequency(:)
       !> End of the search
       real(wp), intent(in) :: limit

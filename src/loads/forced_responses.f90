@@ -9,10 +9,10 @@
 module forced_responses
    use applied_loads, only: applied_loads_t, drop_balanced
    use complementarity, only: solve_active
-   use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
+   use compliant_stop, only: dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: free_beam_t, constrained_set_t
    use damped_oscillators, only: oscillators_t
-   use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
+   use driven_modes, only: adjoint_of, driven_mode_at, driven_mode_t, make_driven_mode, resonates
    use driven_signal, only: driven_signal_t, phasor_of
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
@@ -22,16 +22,14 @@ module forced_responses
    private
    public :: unit_responses_t, forced_response_t, make_unit_responses, start_forced_response, &
       forced_rows_at, find_rows_at
-   public :: response_at, by_constant, by_harmonic, resonant
-
-   !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
-   real(wp), parameter :: resonant = 0.02_wp
+   public :: response_at, by_constant, by_harmonic
 
    !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest. The bounds
    !> on a gap and its derivatives, by which the search for events proceeds, grow with the length of the phase.
    real(wp), parameter :: max_periods = 2.0_wp
 
-   !> Index of the row before the first row of each kind, and number of all rows.
+   !> Index of the row before the first row of each kind (modes, gaps, contact forces, indentations, branch forces, tip
+   !> displacement, work-conjugate displacements of the loads), and number of all rows.
    type :: row_places_t
       integer :: modes = 0
       integer :: gaps = 0
@@ -57,8 +55,10 @@ module forced_responses
       integer :: part = 0
       !> Index of the load; 0: all loads
       integer :: load = 0
-      !> Rows per unit of the modal displacement, and per unit of the modal velocity, [rows]
-      real(wp), allocatable :: row(:), row_of_rate(:)
+      !> Value of each row per unit of the modal displacement, [rows]
+      real(wp), allocatable :: row(:)
+      !> Value of each row per unit of the modal velocity, [rows]
+      real(wp), allocatable :: row_of_rate(:)
    end type mode_from_rest_t
 
    !> Responses of the beam with a set of closed contacts to unit loads.
@@ -82,10 +82,17 @@ module forced_responses
       !> Modes driven from rest, which the other components omit
       type(mode_from_rest_t), allocatable :: driven(:)
       !> With closed compliant contacts: generalized unit load of each term exp(s t) of the motion (`coupled_terms`),
-      !> and these times s/(s + i W) and s/(s - i W), as in the integral of load times velocity with the frequency W of
-      !> the load, [count, loads]. `work_minus` omits terms in resonance; these terms, and the load of each
-      complex(wp), allocatable :: term_load(:, :), work_plus(:, :), work_minus(:, :)
-      integer, allocatable :: resonant_terms(:), resonant_load(:)
+      !> [count, loads]
+      complex(wp), allocatable :: term_load(:, :)
+      !> `term_load` times s/(s + i W), as in the integral of load times velocity with the frequency W of the load,
+      !> [count, loads]
+      complex(wp), allocatable :: work_plus(:, :)
+      !> `term_load` times s/(s - i W), and 0 for terms in resonance with the load, [count, loads]
+      complex(wp), allocatable :: work_minus(:, :)
+      !> Indices of the terms in resonance with a load
+      integer, allocatable :: resonant_terms(:)
+      !> Index of the load of each of these terms
+      integer, allocatable :: resonant_load(:)
       !> Integrals of the products of these terms, the harmonics and a constant; empty: not requested yet
       type(power_form_t) :: products
       !> Whether, with closed compliant contacts, a term hardly decays during a phase, so that sums of harmonics
@@ -97,12 +104,16 @@ module forced_responses
 
    !> Load response during a phase.
    type :: forced_response_t
-      !> tau at the start of the phase, and the latest tau at its end
-      real(wp) :: tau = 0.0_wp, until = huge(1.0_wp)
+      !> tau at the start of the phase
+      real(wp) :: tau = 0.0_wp
+      !> Latest tau at the end of the phase
+      real(wp) :: until = huge(1.0_wp)
       !> Segments of the loads, [loads]
       type(load_segment_t), allocatable :: segment(:)
-      !> Constant and slope of each row, [rows]
-      real(wp), allocatable :: constant(:), slope(:)
+      !> Constant of each row, [rows]
+      real(wp), allocatable :: constant(:)
+      !> Slope of each row, [rows]
+      real(wp), allocatable :: slope(:)
       !> Harmonics of each row, [rows, harmonics]
       complex(wp), allocatable :: harmonic(:, :)
       !> Circular frequencies, [harmonics]
@@ -128,10 +139,15 @@ contains
 
       ! step of the complex-step derivative by s, which has no cancellation error
       real(wp), parameter :: tiny_step = 1.0e-100_wp
+      ! complex amplitude of each row under a unit load exp(s t), [rows]
       complex(wp), allocatable :: response(:)
-      logical, dimension(constrained%count) :: is_slow, is_driven
-      real(wp) :: mobility(size(constrained%closed), size(constrained%closed))
-      integer :: g, i, contacts, total
+      ! whether the stiffness of each mode hardly matters during a phase, [modes]
+      logical :: is_slow(constrained%count)
+      ! whether a harmonic load drives each mode from rest, [modes]
+      logical :: is_driven(constrained%count)
+      ! number of contacts, and number of loads
+      integer :: contacts, total
+      integer :: g, i
 
       contacts = size(constrained%gap)
       total = loads%count
@@ -154,18 +170,7 @@ contains
          allocate (forced%load, source=loads%mode)
       end if
       allocate (forced%adjoint(constrained%count, total), source=(0.0_wp, 0.0_wp))
-      do i = 1, size(constrained%closed)
-         mobility(:, i) = [(sum(beam%value(:, constrained%closed(g))*beam%value(:, constrained%closed(i))), g=1, &
-            size(constrained%closed))]
-      end do
-      allocate (forced%balanced_fraction(size(constrained%closed), total), source=0.0_wp)
-      do g = 1, total
-         if (size(constrained%closed) == 0) exit
-         call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, constrained%closed)), &
-            spread(.true., 1, size(constrained%closed)), forced%balanced_fraction(:, g))
-         call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%balanced_fraction(:, g), &
-            forced%load(:, g))
-      end do
+      call balance_loads(beam, constrained, loads, forced)
       allocate (forced%driven(0))
       ! modes that vanish at all compliant contacts are uncoupled
       is_slow = constrained%oscillators%frequency < loads%slow .and. &
@@ -196,34 +201,31 @@ contains
       end do
    end subroutine make_unit_responses
 
-   !> Response of uncoupled modes to a harmonic load by the adjoint equation (damping of the other sign).
-   pure function adjoint_of(oscillators, load, frequency, left_out) result(response)
-      type(oscillators_t), intent(in) :: oscillators
-      !> Modal loads, [modes]
-      real(wp), intent(in) :: load(:)
-      real(wp), intent(in) :: frequency
-      !> Whether a mode has no response, because it is driven from rest, [modes]
-      logical, intent(in) :: left_out(:)
-      complex(wp) :: response(size(load))
+   !> Find the parts of unit loads that go directly into the reactions of the closed rigid contacts, and subtract them
+   !> from the modal loads.
+   pure subroutine balance_loads(beam, constrained, loads, forced)
+      type(free_beam_t), intent(in) :: beam
+      type(constrained_set_t), intent(in) :: constrained
+      type(applied_loads_t), intent(in) :: loads
+      type(unit_responses_t), intent(inout) :: forced
 
-      real(wp) :: damping(size(load))
+      ! acceleration at each closed rigid contact by a unit reaction at each of them, [closed, closed]
+      real(wp) :: mobility(size(constrained%closed), size(constrained%closed))
+      integer :: g, i
 
-      response = (0.0_wp, 0.0_wp)
-      damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
-      where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
-   end function adjoint_of
-
-   !> Which modes are in resonance with a harmonic load?
-   pure function resonates(oscillators, frequency) result(answer)
-      type(oscillators_t), intent(in) :: oscillators
-      real(wp), intent(in) :: frequency
-      logical :: answer(oscillators%count)
-
-      answer = .false.
-      associate (n => oscillators%underdamped)
-         answer(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
-      end associate
-   end function resonates
+      do i = 1, size(constrained%closed)
+         mobility(:, i) = [(sum(beam%value(:, constrained%closed(g))*beam%value(:, constrained%closed(i))), g=1, &
+            size(constrained%closed))]
+      end do
+      allocate (forced%balanced_fraction(size(constrained%closed), loads%count), source=0.0_wp)
+      do g = 1, loads%count
+         if (size(constrained%closed) == 0) exit
+         call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, constrained%closed)), &
+            spread(.true., 1, size(constrained%closed)), forced%balanced_fraction(:, g))
+         call drop_balanced(beam%value(:, constrained%closed), loads%mode(:, g), forced%balanced_fraction(:, g), &
+            forced%load(:, g))
+      end do
+   end subroutine balance_loads
 
    !> Add a mode driven from rest, which the response to a load leaves out.
    subroutine add_driven(constrained, mode, part, load, forced)
@@ -270,7 +272,11 @@ contains
       !> Complex amplitudes of the rows, [rows]
       complex(wp), intent(out) :: response(:)
 
-      complex(wp), dimension(constrained%count) :: dynamic, z, viscous
+      ! 1 + 2 zeta s, and dynamic stiffness s^2 + alpha s + (1 + 2 zeta s) W^2 of each mode, [modes]
+      complex(wp), dimension(constrained%count) :: viscous, dynamic
+      ! amplitudes of the modal displacements, [modes]
+      complex(wp) :: z(constrained%count)
+      ! dynamic flexibility and force of each closed compliant contact, and a static gap of zero, [compliant]
       complex(wp), dimension(size(compliant)) :: flexibility, force, zero_gap
       integer :: k
 
@@ -310,18 +316,6 @@ contains
          response(at%loads + 1:) = matmul(z, forced%load)
       end associate
    end subroutine response_at
-
-   !> Dynamic stiffness of a stop: P per unit of u exp(s t).
-   elemental function dynamic_stiffness(spring, s) result(stiffness)
-      type(dynamic_stiffness_t), intent(in) :: spring
-      complex(wp), intent(in) :: s
-      complex(wp) :: stiffness
-
-      stiffness = spring%stiffness + spring%viscosity*s
-      if (spring%branch_stiffness > 0.0_wp) then
-         stiffness = stiffness + spring%branch_stiffness*s/(s + spring%relaxation_rate)
-      end if
-   end function dynamic_stiffness
 
    !> Start the load response of a phase at an instant.
    subroutine start_forced_response(set, oscillators, loads, tau, forced)
@@ -380,6 +374,7 @@ contains
       !> Contains the load segments
       type(forced_response_t), intent(inout) :: forced
 
+      ! complex amplitude of the modal load of each mode driven from rest
       complex(wp) :: force(size(set%driven))
       integer :: i
 
@@ -413,12 +408,13 @@ contains
       end do
    end subroutine start_modes
 
-   !> Rows of the load response at a time since the start of the phase, or their rates.
+   !> Rows of the load response at a time from the start of the phase, or their rates.
    pure function forced_rows_at(set, forced, first, last, time, order) result(values)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> First and last row
+      !> Index of the first row
       integer, intent(in) :: first
+      !> Index of the last row
       integer, intent(in) :: last
       real(wp), intent(in) :: time
       !> 0: the rows, 1: their rates
@@ -436,8 +432,9 @@ contains
    pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, phasor)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> First and last row
+      !> Index of the first row
       integer, intent(in) :: first
+      !> Index of the last row
       integer, intent(in) :: last
       real(wp), intent(in) :: time
       !> Values of the rows, [last - first + 1]

@@ -13,10 +13,10 @@ module mode_terms
    private
    public :: mode_terms_t, find_mode_terms, slow_points, slow_exponents
 
-   !> The slow poles of all modes have one circle around 0 in common. Number of its points in the upper half-plane; the
-   !> other points are their conjugates.
+   !> Number of points, in the upper half-plane, of the circle around 0 that the slow poles of all modes have in common;
+   !> the other points of this slow circle are their conjugates.
    integer, parameter :: slow_points = 16
-   !> Radius of this circle times the length of the phase.
+   !> Radius of the slow circle times the length of the phase.
    real(wp), parameter :: slow_radius = 4.0_wp
    !> An exponent is slow if its magnitude times the length of the phase is less than this.
    real(wp), parameter :: max_slow = 1.0_wp
@@ -38,10 +38,12 @@ module mode_terms
    !> The radius of that circle is at least this fraction of the decay rate.
    real(wp), parameter :: fraction_of_decay = 0.125_wp
 
-   !> Directions of the points of the slow circle, and of all points of a circle without conjugate points
+   ! index of the array constructors of the constants
    integer :: k
+   !> Directions of the points of the slow circle in the upper half-plane.
    complex(wp), parameter :: slow_direction(slow_points) = [(exp(cmplx(0.0_wp, pi*(real(k, wp) - 0.5_wp) &
       /real(slow_points, wp), wp)), k=1, slow_points)]
+   !> Directions of all points of a circle around two exponents.
    complex(wp), parameter :: direction(2*half_circle) = [(exp(cmplx(0.0_wp, pi*(real(k, wp) - 0.5_wp) &
       /real(half_circle, wp), wp)), k=1, 2*half_circle)]
 
@@ -93,8 +95,10 @@ contains
 
       type(single_mode_t) :: mode
       type(driven_mode_t) :: free_mode
+      ! displacement and velocity at the start of the free motion
       real(wp) :: free_start(2)
       integer :: k
+      ! whether the pole of each load gives a term of its own
       logical :: separate(size(driven_motions))
 
       free_mode = make_driven_mode(oscillators, place)
@@ -133,7 +137,12 @@ contains
       type(driven_mode_t), intent(in) :: driven_motions(:)
       type(mode_terms_t), intent(inout) :: terms
 
-      real(wp) :: fast, rates(2), free_start(2)
+      ! amplitude of the term of the fast exponent
+      real(wp) :: fast
+      ! magnitudes of the exponents
+      real(wp) :: rates(2)
+      ! displacement and velocity at the start of the free motion
+      real(wp) :: free_start(2)
       integer :: k
 
       rates = abs(mode%exponent)
@@ -199,9 +208,16 @@ contains
       real(wp), intent(in) :: fast
       type(mode_terms_t), intent(inout) :: terms
 
-      complex(wp) :: forced, reaction, s, transfer, z
+      ! a point of the circle
+      complex(wp) :: s
+      ! Laplace transforms of the loads on the mode, of z, and of z + 2 zeta z'
+      complex(wp) :: forced, z, reaction
+      ! transfer function of the mode, from load to displacement
+      complex(wp) :: transfer
+      ! z + 2 zeta z' and its rate at the start
       real(wp) :: viscous(2)
       integer :: j
+      ! whether the stiffness of the mode outweighs its inertia at the radius of the circle
       logical :: is_stiff
 
       associate (radius => slow_radius/mode%length, alpha => mode%mass_rate)
@@ -232,10 +248,11 @@ contains
    pure subroutine add_steady(mode, forced, free_start, terms)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
-      !> z and z' at the start of the free motion, reduced by those of the response
+      !> Displacement z and velocity z' at the start of the free motion, from which those of the response are subtracted
       real(wp), intent(inout) :: free_start(2)
       type(mode_terms_t), intent(inout) :: terms
 
+      ! constant and slope of the response
       real(wp) :: static, rate
 
       static = real(forced%force, wp)/mode%square
@@ -253,7 +270,7 @@ contains
    pure subroutine add_harmonic(mode, forced, free_start, terms)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
-      !> z and z' at the start of the free motion, reduced by those of the response
+      !> Displacement z and velocity z' at the start of the free motion, from which those of the response are subtracted
       real(wp), intent(inout) :: free_start(2)
       type(mode_terms_t), intent(inout) :: terms
 
@@ -269,12 +286,16 @@ contains
    pure subroutine add_resonance(mode, forced, free_start, terms)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
-      !> z and z' at the start of the free motion, increased by those of the term with the conjugate exponent
+      !> Displacement z and velocity z' at the start of the free motion, to which those of the term with the conjugate
+      !> exponent are added
       real(wp), intent(inout) :: free_start(2)
       type(mode_terms_t), intent(inout) :: terms
 
+      ! points of the circle, their positions relative to its centre, and Laplace transform of z at the points
       complex(wp), dimension(2*half_circle) :: s, arm, z
-      complex(wp) :: load_exponent, conjugate_term
+      complex(wp) :: load_exponent
+      ! amplitude of the term with the conjugate exponent of the mode
+      complex(wp) :: conjugate_term
 
       load_exponent = cmplx(0.0_wp, forced%frequency, wp)
       arm = radius_times_length/mode%length*direction
@@ -292,7 +313,13 @@ contains
       real(wp), intent(in) :: start(2)
       type(mode_terms_t), intent(inout) :: terms
 
-      complex(wp) :: arm(half_circle), amplitude, viscous(2)
+      ! positions of the points of a circle relative to its centre
+      complex(wp) :: arm(half_circle)
+      ! amplitude of the faster of two real exponents
+      complex(wp) :: amplitude
+      ! 1 + 2 zeta s at the exponents
+      complex(wp) :: viscous(2)
+      ! minus the centre of the circle, and its radius
       real(wp) :: center, radius
 
       center = 0.5_wp*mode%damping
@@ -322,7 +349,7 @@ contains
    pure subroutine add_slower(mode, amplitude, viscous, terms)
       type(single_mode_t), intent(in) :: mode
       complex(wp), intent(in) :: amplitude
-      !> 1 + 2 zeta s
+      !> 1 + 2 zeta s at the exponent s
       complex(wp), intent(in) :: viscous
       type(mode_terms_t), intent(inout) :: terms
 

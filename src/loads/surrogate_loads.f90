@@ -8,7 +8,8 @@ module surrogate_loads
    use compliant_stop, only: dynamic_stiffness_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
-   use forced_responses, only: response_at, forced_response_t, resonant, unit_responses_t
+   use driven_modes, only: resonant
+   use forced_responses, only: response_at, forced_response_t, unit_responses_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
    use power_integrals, only: power_form_t
@@ -19,16 +20,18 @@ module surrogate_loads
    !> A term is slow if the magnitude of its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
 
-   !> Number of surrogate harmonics. Their frequencies times the length of the phase lie between `lowest` and `highest`,
-   !> and the squares of these products are Chebyshev points (`square`): the harmonics interpolate exp(i w t) to
-   !> rounding for w times the length up to `lowest`. The length is stretched by one of several factors to keep all
-   !> frequencies away from the exponents.
+   !> Number of surrogate harmonics. They interpolate exp(i w t) to rounding for w times the length up to `lowest`.
    integer, parameter :: surrogate_count = 12
+   !> Factors of the length of the phase; the first one that keeps all frequencies away from the exponents is taken.
    real(wp), parameter :: stretches(4) = [1.0_wp, 1.05_wp, 1.11_wp, 1.18_wp]
+   !> Minimum of the frequencies of the harmonics times the length of the phase.
    real(wp), parameter :: lowest = 0.5_wp
+   !> Maximum of the frequencies of the harmonics times the length of the phase.
    real(wp), parameter :: highest = 3.5_wp
 
+   ! index of the array constructor of the constant
    integer :: k
+   !> Squares of these products: the Chebyshev points between lowest^2 and highest^2.
    real(wp), parameter :: square(surrogate_count) = [(0.5_wp*(highest**2 + lowest**2) &
       + 0.5_wp*(highest**2 - lowest**2)*cos(pi*(real(k, wp) - 0.5_wp)/real(surrogate_count, wp)), k=1, surrogate_count)]
 

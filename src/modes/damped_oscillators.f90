@@ -271,8 +271,10 @@ contains
       integer, intent(in) :: blocks
       !> Time, > 0
       real(wp), intent(in) :: t
-      !> exp(-decay t), and the parameters of the oscillators
-      real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread, square
+      !> exp(-decay t)
+      real(wp), intent(in) :: factors(lanes*blocks)
+      !> Parameters of the oscillators, as in `oscillators_t`
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
       !> In: displacement at time 0. Out: displacement at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z
       !> In: velocity at time 0. Out: velocity at time t
@@ -310,8 +312,10 @@ contains
       integer, intent(in) :: first
       !> Time, > 0
       real(wp), intent(in) :: t
-      !> exp(-decay t), and the parameters of the oscillators
-      real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread
+      !> exp(-decay t)
+      real(wp), intent(in) :: factors(lanes*blocks)
+      !> Parameters of the oscillators, as in `oscillators_t`
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
       !> In: displacement at time 0. Out: displacement at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z
       !> In: velocity at time 0. Out: velocity at time t
@@ -321,8 +325,12 @@ contains
       ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
       real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
          6227020800.0_wp, 1307674368000.0_wp]
+      ! exp(-2 s t), with s the spread
       real(wp), dimension(lanes*blocks) :: fast_factors
-      real(wp) :: separation, ratio, fast_velocity, y
+      ! 2 s t, (1 - exp(-2 s t))/(2 s), and v + decay z at time 0
+      real(wp) :: separation, ratio, fast_velocity
+      ! (s t)^2 in the series, then the new displacement
+      real(wp) :: y
       integer :: i
 
       do i = 1, lanes*blocks
@@ -371,7 +379,10 @@ contains
       real(wp), intent(in) :: v0(:)
       real(wp) :: value(oscillators%count)
 
-      real(wp) :: slow, fast, fast_part
+      ! decay rates of the slow and of the fast exponential
+      real(wp) :: slow, fast
+      ! amplitude of the fast exponential
+      real(wp) :: fast_part
       integer :: i
 
       do i = 1, oscillators%unseparated
@@ -422,8 +433,9 @@ contains
    pure subroutine apply_step(matrices, z, v)
       !> From `step_matrices`
       type(step_matrices_t), intent(in) :: matrices
-      !> State
+      !> Displacements, [count]
       real(wp), intent(inout) :: z(:)
+      !> Velocities, [count]
       real(wp), intent(inout) :: v(:)
 
       integer :: i

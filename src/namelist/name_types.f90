@@ -10,11 +10,15 @@ module name_types
    public :: entry_t, group_t, name_t, condition_t, sweep_t, max_name_length
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
-   !> Kinds of values; a value of `kind_word` is one of several allowed words
+   !> Kind of a value: a number.
    integer, parameter :: kind_number = 1
+   !> Kind of a value: a whole number.
    integer, parameter :: kind_whole = 2
+   !> Kind of a value: true or false.
    integer, parameter :: kind_logical = 3
+   !> Kind of a value: any text.
    integer, parameter :: kind_text = 4
+   !> Kind of a value: one of several allowed words.
    integer, parameter :: kind_word = 5
 
    !> Maximum length of a name.

@@ -47,12 +47,17 @@ module namelist_text
    type :: namelist_t
       !> The text with one newline at the end of each line, without byte order mark
       character(:), allocatable :: text
-      !> All groups, items and values in order; only the first `group_count`, `item_count` and `value_count` are used
+      !> Groups in the order of the text; only the first `group_count` are used
       type(group_t), allocatable :: groups(:)
+      !> Items of all groups in the order of the text; only the first `item_count` are used
       type(item_t), allocatable :: items(:)
+      !> Values of all items in the order of the text; only the first `value_count` are used
       type(value_t), allocatable :: values(:)
+      !> Number of groups
       integer :: group_count = 0
+      !> Number of items
       integer :: item_count = 0
+      !> Number of values
       integer :: value_count = 0
    end type namelist_t
 

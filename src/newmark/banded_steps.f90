@@ -24,8 +24,9 @@ contains
       real(wp), intent(in) :: v(1 - band:order + band)
       !> Accelerations at the beginning of the step
       real(wp), intent(in) :: a(1 - band:order + band)
-      !> Predictors
+      !> Predictors of the displacements
       real(wp), intent(inout) :: y_new(1 - band:order + band)
+      !> Predictors of the velocities
       real(wp), intent(inout) :: v_new(1 - band:order + band)
       !> Predictor of displacement + `stiffness_damping` times that of velocity
       real(wp), intent(inout) :: combined(1 - band:order + band)
@@ -95,8 +96,9 @@ contains
    pure subroutine add_column(length, force, column, acceleration)
       !> Number of entries of a vector without its padding
       integer, intent(in) :: length
+      !> The contact force f
       real(wp), intent(in) :: force
-      !> A^-1 w or M*^-1 w, padded
+      !> A^-1 w or M*^-1 w with the row w of the contact, padded
       real(wp), intent(in) :: column(1 - band:length + band)
       !> Accelerations, which are changed
       real(wp), intent(inout) :: acceleration(1 - band:length + band)
@@ -113,9 +115,9 @@ contains
    pure subroutine add_column_and_correct(length, force, column, factor_y, factor_v, y, v, a)
       !> Number of entries of a vector without its padding
       integer, intent(in) :: length
-      !> f
+      !> The contact force f
       real(wp), intent(in) :: force
-      !> A^-1 w
+      !> A^-1 w with the row w of the contact, padded
       real(wp), intent(in) :: column(1 - band:length + band)
       !> h^2/4
       real(wp), intent(in) :: factor_y
@@ -149,7 +151,7 @@ contains
       real(wp), intent(inout) :: y(1 - band:length + band)
       !> Predictors of the velocities; on return the velocities
       real(wp), intent(inout) :: v(1 - band:length + band)
-      !> On return the accelerations
+      !> Accelerations at the end of the step
       real(wp), intent(in) :: a(1 - band:length + band)
 
       integer :: i

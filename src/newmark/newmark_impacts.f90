@@ -104,8 +104,8 @@ contains
 
 
    !> Capture the beam at contacts to which it returns from a low flight. If no event has occurred since the flight
-   !> began, the capture takes place at the beginning of the flight. If captures at one contact open another again and
-   !> again, and all flights are low though interrupted by events, these contacts bring the beam to rest together.
+   !> began, the capture takes place at the beginning of the flight. If each capture at one contact opens another
+   !> contact, and all flights are low but interrupted by events, these contacts bring the beam to rest together.
    pure subroutine capture_low_flights(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events

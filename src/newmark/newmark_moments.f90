@@ -89,7 +89,7 @@ contains
    !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
-      !> [places]
+      !> Moments, [places]
       real(wp) :: moment(size(run%place_weights%stiffness, 2))
 
       ! The moment is that of M times `inertial` and of K times `elastic`. `damped` is M^-1 C' (v + (gamma - 1/2) h a),

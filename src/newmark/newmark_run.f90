@@ -1,10 +1,10 @@
 !> Data of a Newmark run with any number of contacts: the beam, the status of each contact, the present state, and its
 !> position on the time grid, and quantities of a contact that follow from a state.
 !>
-!> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The row w of a contact at height d is a
-!> vector whose only entry is the sign s: 1 for a contact below the beam, -1 for one above it. The gap is w . y - s d,
-!> with y the displacements of the degrees of freedom. M, K and C are the matrices of mass, stiffness and damping, M*
-!> and C* those with which the steps are taken (module `newmark_stepper`).
+!> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The gap of a contact is w . y - s d,
+!> with w the row of the contact (module `contact_rows`), y the displacements of the degrees of freedom, d the height of
+!> the contact surface, and s = 1 for a contact below the beam, -1 for one above it. M, K and C are the matrices of
+!> mass, stiffness and damping, M* and C* those with which the steps are taken (module `newmark_stepper`).
 module newmark_run
    use applied_loads, only: applied_loads_t
    use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
@@ -48,18 +48,20 @@ module newmark_run
    !> front of it. An inactive contact never closes.
    integer, parameter :: is_inactive = 5
 
-   !> Values of `flight_events` that are not numbers of events: the flight begins at this instant; or the run has not
-   !> stored the state at its beginning (before the first flight, or in a flight that began in an earlier run), so that
-   !> it cannot be cancelled.
+   !> Value of `flight_events` if the flight begins at this instant.
    integer, parameter :: begins_now = -1
+   !> Value of `flight_events` if the run has not stored the state at the beginning of the flight (before the first
+   !> flight, or in a flight that began in an earlier run), so that the flight cannot be cancelled.
    integer, parameter :: no_stored_start = -2
 
-   !> State of the beam, and force P = k u + P2, indentation u and branch force P2 of each contact (module
-   !> `compliant_stop`).
+   !> State of the beam and of the contacts (module `compliant_stop`).
    type :: run_state_t
       type(newmark_state_t) :: beam
+      !> Force P = k u + P2 of each contact, [contacts]
       real(wp), allocatable :: force(:)
+      !> Indentation u of the stop of each contact, [contacts]
       real(wp), allocatable :: indentation(:)
+      !> Force P2 in the branch of each stop, [contacts]
       real(wp), allocatable :: branch_force(:)
       !> Instant at which the load was evaluated; at a jump of the load, just before or just after the jump
       real(wp) :: load_tau = 0.0_wp
@@ -157,9 +159,13 @@ module newmark_run
 
    !> State of the run at which the last flight after a rebound began.
    type :: flight_start_t
+      !> State of beam and contacts
       type(run_state_t) :: state
+      !> Position on the time grid, and accumulated sums
       type(run_progress_t) :: progress
+      !> Status and history of each contact
       type(contact_progress_t), allocatable :: contacts(:)
+      !> Measures of each contact
       type(measurer_t), allocatable :: measurers(:)
       !> Minimum moment, its instant, maximum moment, its instant, [4, places]
       real(wp), allocatable :: moments(:, :)

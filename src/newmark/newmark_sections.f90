@@ -29,7 +29,7 @@ contains
          state%is_deformed = run%contacts%status == is_unloaded
          state%indentation = now%indentation
          state%branch_force = now%branch_force
-         ! of Newmark's method, `hop_tolerance` of a stored state holds the maximum gap of the flight so far
+         ! with Newmark's method, `flight_height` of a stored state is the maximum gap of the flight so far
          state%flight_height = run%contacts%peak
          state%may_be_captured = run%contacts%may_be_captured
       end associate

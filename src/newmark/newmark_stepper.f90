@@ -77,6 +77,7 @@ module newmark_stepper
       real(wp), allocatable :: diagonals(:, :)
    end type newmark_factors_t
 
+   !> The beam with the matrices, factors and work arrays of its steps.
    type :: newmark_stepper_t
       !> Number of degrees of freedom
       integer :: order = 0
@@ -307,14 +308,15 @@ contains
       end associate
    end subroutine place_points_in_column
 
-   !> Set w . x to an exact value; before, it differs from this value by rounding errors only. In modes these rounding
-   !> errors are removed from the modes, too, because they would add up from step to step.
+   !> Remove the rounding error of w . x, which must already be close to the given value: x is changed so that w . x has
+   !> this value. In modes the rounding errors are removed from the modes, too, because they would add up from step to
+   !> step.
    pure subroutine impose_row_value(stepper, row, value, vector)
       type(newmark_stepper_t), intent(in) :: stepper
       !> Row vector w of the contact
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value
-      !> x, padded
+      !> x: displacements, velocities or accelerations, padded
       real(wp), intent(inout) :: vector(1 - band:)
 
       real(wp) :: change, norm

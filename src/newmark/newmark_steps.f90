@@ -167,10 +167,12 @@ contains
       real(wp) :: y
       ! normal velocity, likewise
       real(wp) :: v
-      ! derivatives by the acceleration at the end of the step: of displacement (h^2/4, h: step) and velocity (h/2), for
-      ! any beta and gamma, because the stepper has turned the scheme into average acceleration (`newmark_stepper`); and
-      ! of the contact force with reversed sign, > 0 because the force falls as the beam moves away
-      real(wp) :: displacement_factor, velocity_factor, factor
+      ! derivatives of displacement, h^2/4, and velocity, h/2, by the acceleration at the end of a step of length h;
+      ! they hold for any beta and gamma, because the stepper has turned the scheme into average acceleration
+      real(wp) :: displacement_factor, velocity_factor
+      ! minus the derivative of the contact force by that acceleration; > 0, because the force falls as the beam moves
+      ! away
+      real(wp) :: factor
       ! mean force of a three-element stop = slope u+ + intercept
       real(wp) :: slope, intercept
       integer :: i, j, k

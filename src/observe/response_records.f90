@@ -141,8 +141,9 @@ contains
    pure subroutine record_body(place, coordinate, velocity, force, record)
       !> Index in the histories, from 1
       integer, intent(in) :: place
-      !> Displacement from the position in which the spring has no force, and velocity
+      !> Displacement of the body from the position in which its spring has no force
       real(wp), intent(in) :: coordinate
+      !> Velocity of the body
       real(wp), intent(in) :: velocity
       !> Sum of the contact forces on the body, as Pbar
       real(wp), intent(in) :: force

@@ -360,22 +360,27 @@ module response_types
       logical, allocatable :: starts_closed(:)
       !> Instants of the recorded shapes of the whole beam
       real(wp), allocatable :: shape_tau(:)
-      !> Displacement eta, slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
+      !> Displacement eta at the nodes, clamp first, [nodes, instants]
       real(wp), allocatable :: shape_displacement(:, :)
+      !> Slope d eta/d(x/L), [nodes, instants]
       real(wp), allocatable :: shape_slope(:, :)
+      !> Velocity d eta/d tau, [nodes, instants]
       real(wp), allocatable :: shape_velocity(:, :)
+      !> Rate of the slope d/d tau, [nodes, instants]
       real(wp), allocatable :: shape_slope_velocity(:, :)
       !> Energy at the start
       real(wp) :: initial_energy = 0.0_wp
       !> Whether a contact is closed at the end of the run
       logical :: ends_in_contact = .false.
-      !> Numbers of steps taken (newmark) or of modal sums evaluated (exact), of rejected steps, and of factorisations
-      !> or eigenvalue problems
+      !> Number of steps taken (newmark) or of modal sums evaluated (exact)
       integer(i8) :: evaluations = 0_i8
+      !> Number of rejected steps (newmark)
       integer(i8) :: rejected = 0_i8
+      !> Number of factorisations (newmark) or eigenvalue problems (exact)
       integer :: factorisations = 0
-      !> Choice of the modes of the run (exact), and of the mesh
+      !> How the number of modes was chosen (exact)
       type(mode_check_t) :: mode_check
+      !> How the mesh was chosen
       type(mesh_check_t) :: mesh_check
    end type response_t
 

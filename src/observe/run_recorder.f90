@@ -12,9 +12,11 @@ module run_recorder
    !> Energy balance: the energies dissipated and supplied since the start of the run, up to the start of the present
    !> phase or the end of the last step.
    type :: energy_balance_t
-      !> Energy dissipated inside the beam, in the stops, and at impacts
+      !> Energy dissipated inside the beam
       real(wp) :: dissipated_beam = 0.0_wp
+      !> Energy dissipated in the stops
       real(wp) :: dissipated_stop = 0.0_wp
+      !> Energy dissipated at impacts
       real(wp) :: dissipated_impact = 0.0_wp
       !> Energy created by impacts that replace the velocity of one node
       real(wp) :: created = 0.0_wp
@@ -24,8 +26,9 @@ module run_recorder
 
    !> Selection of the quantities that are recorded at the samples.
    type :: requested_t
-      !> Whether each history of `history_table` is recorded, and whether energies are
+      !> Whether each history of `history_table` is recorded
       logical :: history(history_count) = .false.
+      !> Whether energies are recorded
       logical :: energy = .false.
    end type requested_t
 
@@ -33,8 +36,9 @@ module run_recorder
    type :: sample_t
       !> Values of the histories of `history_table`
       real(wp) :: history(history_count) = 0.0_wp
-      !> Kinetic and strain energy of the beam, and strain energy of the stops' springs
+      !> Kinetic energy, then strain energy of the beam
       real(wp) :: beam_energy(2) = 0.0_wp
+      !> Strain energy of the springs of the stops
       real(wp) :: stop_energy = 0.0_wp
       !> Energy dissipated in beam and stops since the instant of `energy_balance_t`
       real(wp) :: lost(2) = 0.0_wp
@@ -50,15 +54,18 @@ module run_recorder
       type(energy_balance_t) :: energy_balance
       !> Time between samples, tau
       real(wp) :: step = 0.0_wp
-      !> Number of the last sample (sample 0 is at tau = 0; -1: no samples are recorded), and of the next one to record
+      !> Number of the last sample; sample 0 is at tau = 0; -1: no samples are recorded
       integer :: last = -1
+      !> Number of the next sample to record
       integer :: next = 0
-      !> Instants at which the shape of the beam is recorded, and index of the next one
+      !> Instants at which the shape of the beam is recorded, tau
       real(wp), allocatable :: shape_tau(:)
+      !> Index of the next of these instants
       integer :: next_shape = 1
-      !> Displacements and velocities of the free modes at the instants of shapes, [modes, instants], and displacement
-      !> and velocity of a massless node, [2, instants]
-      real(wp), allocatable :: shape_z(:, :), shape_v(:, :), shape_node(:, :)
+      !> Displacements z and velocities v of the free modes at these instants, [modes, instants]
+      real(wp), allocatable :: shape_z(:, :), shape_v(:, :)
+      !> Displacement and velocity of a massless node at these instants, [2, instants]
+      real(wp), allocatable :: shape_node(:, :)
    end type recorder_t
 
 contains

@@ -46,9 +46,10 @@ contains
       !> Observed order of convergence; NaN: none was observed
       real(wp), intent(out) :: order
 
-      ! Relative differences below `rounding` are rounding errors. The elements converge with order four, peaks seldom
-      ! faster.
-      real(wp), parameter :: rounding = 1.0e-11_wp, min_order = 0.5_wp, max_order = 6.0_wp
+      ! relative differences below this are rounding errors
+      real(wp), parameter :: rounding = 1.0e-11_wp
+      ! range of plausible orders of convergence; the elements converge with order four, peaks seldom faster
+      real(wp), parameter :: min_order = 0.5_wp, max_order = 6.0_wp
       ! differences of neighbouring meshes
       real(wp) :: coarse_difference, fine_difference
 

@@ -11,6 +11,9 @@ module quantity_groups
    !> Name of the attribute of a dimensionless dataset with the unit in which the attribute `in_scene_units` is given.
    character(*), parameter :: scale_unit = 'scene_units'
 
+   !> A group of a results file, with the units of its datasets. In its procedures `quantity` is a name in
+   !> `quantity_table`, `meaning` the description of a dataset, and `along` the name of the dimension scale of its
+   !> values.
    type, extends(hdf5_group_t) :: quantity_group_t
       !> Units of the results in the group
       type(units_t) :: units
@@ -45,6 +48,7 @@ module quantity_groups
 
 contains
 
+   !> Make a subgroup with the units of this group.
    function subgroup(self, name) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -73,6 +77,7 @@ contains
       if (scales_vary) same%units%factor = 0.0_wp
    end function unscaled
 
+   !> Write a number.
    subroutine put_real(self, name, value, quantity, meaning)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -88,6 +93,7 @@ contains
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_real
 
+   !> Write a list of numbers.
    subroutine put_reals(self, name, values, quantity, meaning, along, is_scale)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -137,6 +143,7 @@ contains
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_table
 
+   !> Write a whole number.
    subroutine put_integer(self, name, value, meaning)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -146,6 +153,7 @@ contains
       call self%add(self%named(name), value, '1', self%resolved(meaning))
    end subroutine put_integer
 
+   !> Write a list of whole numbers.
    subroutine put_integers(self, name, values, meaning, along, is_scale)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -182,6 +190,7 @@ contains
       call self%write_scale_unit(name, quantity, scene_factor)
    end function put_column
 
+   !> Make a table whose rows are written later, in the unit of the table.
    function put_rows(self, name, extents, quantity, meaning, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -222,6 +231,7 @@ contains
       call self%view(self%named(name), source, extents, scales, unit, self%resolved(meaning), is_whole, scene_factor)
    end subroutine put_view
 
+   !> Write a numeric attribute of the group.
    subroutine put_attribute(self, name, value, quantity)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -235,6 +245,7 @@ contains
       call self%attribute(self%named(name), value*factor)
    end subroutine put_attribute
 
+   !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units.
    pure function resolved(self, text)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: text
@@ -243,6 +254,7 @@ contains
       resolved = words_in(self%units, trim(text))
    end function resolved
 
+   !> Unit of a quantity in units of the scene, whatever the units of the file.
    pure function scene_unit(self, quantity) result(unit)
       class(quantity_group_t), intent(in) :: self
       !> Empty for a pure number

@@ -52,10 +52,10 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Positions x/L of the nodes, clamp first, if the scene has a single mesh
       real(wp), contiguous, intent(in), optional :: node_position(:)
-      !> Results that were computed
+      !> Table of frequencies; absent: not computed
       type(frequency_table_t), intent(in), optional :: frequencies
+      !> Response of the run; absent: not computed
       type(response_t), intent(in), optional :: response
-
       type(quantity_group_t) :: root
 
       call begin_results(root, expected_size(response), scene)
@@ -137,8 +137,10 @@ contains
       type(response_t), intent(in), optional :: response
       integer(c_size_t) :: bytes
 
-      ! numbers stored for an event and for a node in a shape; bytes of the scene and of all other contents
-      integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t, overhead = 262144_c_size_t
+      ! numbers stored for an event, and for a node in a shape
+      integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t
+      ! size of the scene and of all other contents, bytes
+      integer(c_size_t), parameter :: overhead = 262144_c_size_t
       integer :: histories, i
 
       bytes = 0_c_size_t

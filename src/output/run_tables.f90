@@ -450,7 +450,7 @@ contains
             //'period: add &statistics, with a start after the start-up')
          return
       end if
-      ! a tip that is held does not move
+      ! a rigidly supported tip does not move
       if (value_of('maximum_tip') > value_of('minimum_tip')) then
          call print_line(unit, 'amplitude of tip', value_in_units(units, 'displacement', 0.5_wp*( &
             value_of('maximum_tip') - value_of('minimum_tip')), decimals)//', half of its range')

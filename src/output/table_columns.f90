@@ -22,10 +22,18 @@ module table_columns
    integer, parameter :: page_width = 80
    !> Maximum width of a heading that is never broken into two lines
    integer, parameter :: short_heading = 8
-   !> Formats of numbers on a terminal besides a number of decimals: an integer; at most six digits; two digits and an
-   !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits;
-   !> two digits
-   integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
+   ! The following constants are formats of numbers on a terminal; a positive format is a number of decimals.
+   !> Format: a whole number.
+   integer, parameter :: whole = 0
+   !> Format: at most six digits.
+   integer, parameter :: six_digits = -1
+   !> Format: two digits and an exponent.
+   integer, parameter :: with_exponent = -2
+   !> Format: an error in percent with four decimals, or with two digits and an exponent if the error is small.
+   integer, parameter :: percent = -3
+   !> Format: all digits.
+   integer, parameter :: all_digits = -4
+   !> Format: two digits.
    integer, parameter :: two_digits = -5
    !> Errors in percent below this are written with an exponent.
    real(wp), parameter :: min_decimal_error = 0.001_wp

@@ -24,10 +24,11 @@ contains
       type(statements_t), intent(inout) :: list
 
       real(wp), parameter :: period = 2.0_wp*pi
-      ! results of `compare` for each kappa, and for kappa = 10 in each variant
+      ! results of `compare` for one variant, [kappa]
       real(wp), dimension(size(soft%cases)) :: difference, indentation, contact_fraction
+      ! the same results for kappa = 10, [variants]
       real(wp), dimension(variant_count) :: difference_10, indentation_10, fraction_10
-      ! conditions of statements 2a, 2b and 2c at kappa = 10
+      ! whether at kappa = 10 the models differ little (2a), the indentation is small (2b), contacts are short (2c)
       logical, dimension(variant_count) :: similar, stiff, short
       character(240) :: detail(3)
       character(60) :: remark(3)
@@ -117,8 +118,10 @@ contains
       type(series_t), intent(in) :: preload
       type(statements_t), intent(inout) :: list
 
-      ! value that decides, for each variant, and ends of motion on the fine mesh
-      real(wp) :: deciding_value(variant_count), end_tau(size(preload%cases))
+      ! value that decides the judgement of each variant
+      real(wp) :: deciding_value(variant_count)
+      ! ends of motion on the fine mesh, tau, [cases]
+      real(wp) :: end_tau(size(preload%cases))
       ! whether the end of motion is earlier with larger preload
       logical :: sooner(definition_count, variant_count)
       integer :: variant, definition
@@ -162,10 +165,14 @@ contains
       type(series_t), intent(in) :: restitution
       type(statements_t), intent(inout) :: list
 
-      ! relative reduction of the end of motion from eps = 0.6 to 0, and relative spread of the ends from 0.6 on
-      real(wp), dimension(variant_count) :: reduction, spread_above
-      ! whether the end is earlier with eps = 0, and whether the ends from 0.6 on are similar
-      logical, dimension(definition_count, variant_count) :: sooner, similar
+      ! relative reduction of the end of motion from eps = 0.6 to 0, [variants]
+      real(wp) :: reduction(variant_count)
+      ! relative spread of the ends of motion from eps = 0.6 on, [variants]
+      real(wp) :: spread_above(variant_count)
+      ! whether the end of motion is earlier with eps = 0 than with 0.6
+      logical :: sooner(definition_count, variant_count)
+      ! whether the ends of motion from eps = 0.6 on are similar
+      logical :: similar(definition_count, variant_count)
       real(wp) :: end_tau(size(restitution%cases)), peaks(size(restitution%cases))
       integer :: variant, i, definition
       ! index of the first case with eps of at least 0.6

@@ -12,8 +12,9 @@ contains
 
    !> Do the two halves of the period exchange their section values between two points of a branch?
    pure function halves_swap(last, next) result(answer)
-      !> Orbit of an even number of load periods
+      !> Last point of the branch, an orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: last
+      !> Next point of the branch
       type(orbit_point_t), intent(in) :: next
       logical :: answer
 
@@ -74,26 +75,28 @@ contains
       !> Whether the start lies between the two points
       logical, intent(out) :: has_returned
 
-      ! section values at the start, at `last` and `next`, and their initial change (`second` less start)
-      real(wp), dimension(1 + 2*next%periods) :: begin, from, to, move
+      ! parameter and section values at the start, at `last` and at `next`
+      real(wp), dimension(1 + 2*next%periods) :: at_start, at_last, at_next
+      ! initial change of these values, from the start to the second point
+      real(wp) :: initial_change(1 + 2*next%periods)
       ! distance of the two points
       real(wp) :: length
       ! number of load periods by which the orbit is shifted
       integer :: shift
 
-      from = section_values(last, units, 0)
-      to = section_values(next, units, 0)
-      length = norm2(to - from)
+      at_last = section_values(last, units, 0)
+      at_next = section_values(next, units, 0)
+      length = norm2(at_next - at_last)
       is_away = .true.
       has_returned = .false.
       do shift = 0, next%periods - 1
-         begin = section_values(start, units, shift)
-         move = section_values(second, units, shift) - begin
+         at_start = section_values(start, units, shift)
+         initial_change = section_values(second, units, shift) - at_start
          ! the start lies on the path between the points to 10 %, at an angle of less than 45 degrees to the initial
          ! direction
-         has_returned = has_returned .or. norm2(begin - from) + norm2(to - begin) <= 1.1_wp*length .and. &
-            dot_product(to - from, move) > 0.7_wp*length*norm2(move)
-         is_away = is_away .and. norm2(to - begin) > 4.0_wp*length
+         has_returned = has_returned .or. norm2(at_start - at_last) + norm2(at_next - at_start) <= 1.1_wp*length .and. &
+            dot_product(at_next - at_last, initial_change) > 0.7_wp*length*norm2(initial_change)
+         is_away = is_away .and. norm2(at_next - at_start) > 4.0_wp*length
       end do
    end subroutine check_closure
 

@@ -31,9 +31,11 @@ module orbit_branches
       real(wp) :: step = 0.0_wp
       !> Minimum and maximum of the parameter
       real(wp) :: limit(2) = 0.0_wp
+      !> Points after the start, in the order of the continuation
       type(orbit_point_t), allocatable :: point(:)
-      !> Initial states at period doublings, and their indices in `point`
+      !> Initial states of the orbits at period doublings
       type(initial_state_t), allocatable :: doubling(:)
+      !> Indices of the period doublings in `point`
       integer, allocatable :: doubling_index(:)
       !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: parent_doublings(:)
@@ -41,8 +43,10 @@ module orbit_branches
       logical :: is_over = .false.
       !> First and second point of the branch
       type(orbit_point_t) :: start, second
-      !> Whether the branch has moved away from its start, and whether it has returned to it
-      logical :: has_left = .false., is_closed = .false.
+      !> Whether the branch has moved away from its start
+      logical :: has_left = .false.
+      !> Whether the branch has returned to its start
+      logical :: is_closed = .false.
    end type trace_t
 
 contains
@@ -94,8 +98,10 @@ contains
       integer, intent(in) :: levels
       type(orbit_branch_t), allocatable, intent(inout) :: branch(:)
 
-      ! orbit at the period doubling, and first orbit of the new branch
-      type(solution_t) :: at_doubling, branched
+      ! orbit at the period doubling, on the parent branch
+      type(solution_t) :: at_doubling
+      ! first orbit of the new branch
+      type(solution_t) :: branched
       type(trace_t) :: trace
       type(orbit_branch_t) :: new_branch
       real(wp), allocatable :: direction(:)
@@ -171,12 +177,8 @@ contains
       real(wp), intent(in) :: side
       type(trace_t), intent(out) :: trace
 
-      real(wp), allocatable :: along(:)
-
       call open_trace(map, options, orbit, trace)
-      allocate (along(size(map%unit)), source=0.0_wp)
-      along(size(along)) = side
-      call find_direction(map, orbit%map, along, trace%direction)
+      call find_direction(map, orbit%map, [spread(0.0_wp, 1, size(map%unit) - 1), side], trace%direction)
       if (allocated(trace%direction)) call continue_trace(map, options, trace)
    end subroutine trace_from
 
@@ -248,9 +250,6 @@ contains
       type(initial_state_t) :: guess
       type(solution_t) :: end
       type(failure_t), allocatable :: error
-      real(wp), allocatable :: along(:)
-      ! 1: the parameter increases along the branch, -1: it decreases
-      real(wp) :: side
       logical :: is_shifted
       ! index of the parameter, the last component of the tangent
       integer :: n
@@ -277,7 +276,6 @@ contains
       ! after a shift of the section the tangent is found anew, with the sign of the parameter's change; near a fold
       ! this sign is uncertain, so the section is not shifted there
       if (abs(direction(n)) < 1.0e-3_wp) return
-      side = sign(1.0_wp, direction(n))
       call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_shifted, error)
       if (.not. is_shifted .or. allocated(error)) return
       trace%last%initial%section_phase = map%section_phase
@@ -285,9 +283,7 @@ contains
       trace%is_over = .not. end%converged
       if (trace%is_over) return
       trace%last = end
-      allocate (along(n), source=0.0_wp)
-      along(n) = side
-      call find_direction(map, end%map, along, trace%direction)
+      call find_direction(map, end%map, [spread(0.0_wp, 1, n - 1), sign(1.0_wp, direction(n))], trace%direction)
       trace%is_over = .not. allocated(trace%direction)
    end subroutine add_step
 
@@ -339,7 +335,7 @@ contains
       type(trace_t), intent(inout) :: trace
 
       type(solution_t) :: bifurcation
-      ! test function at the last point and at the next
+      ! value of the test function at the last point and at the next
       real(wp) :: before, after
       ! fold, period doubling, Neimark-Sacker bifurcation
       integer :: kind
@@ -452,21 +448,24 @@ contains
       !> Whether the branch continues with other impacts
       logical, intent(in) :: continues
 
-      ! numbers of restarts and of bisections in each: the distance from which Newton's method converges shrinks towards
-      ! the end of the branch
+      ! number of restarts, because the distance from which Newton's method converges shrinks towards the end of the
+      ! branch, and number of bisections after each
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this fraction of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp
       ! last orbit found with the same impacts
-      type(solution_t) :: best, trial
+      type(solution_t) :: best
+      type(solution_t) :: trial
       real(wp), allocatable :: direction(:)
-      ! bounds of the step to the end of the branch, minimum speed of an impact in all trials, and trial step
-      real(wp) :: high, low, speed, trial_step
+      ! bounds of the step from the last orbit to the end of the branch, and the step between them that is tried
+      real(wp) :: low, high, trial_step
+      ! minimum speed of an impact in all trials
+      real(wp) :: min_speed
       integer :: i, round
 
       best = trace%last
       direction = trace%direction
-      speed = min(best%point%min_speed, next%min_speed)
+      min_speed = min(best%point%min_speed, next%min_speed)
       high = trace%step
       do round = 1, rounds
          trace%last = best
@@ -475,7 +474,7 @@ contains
             trial_step = 0.5_wp*(low + high)
             call solve_orbit(map, predictor(map, trace%last%initial, direction, trial_step), options%tolerance, &
                max_corrections, trial, direction)
-            speed = min(speed, trial%min_speed)
+            min_speed = min(min_speed, trial%min_speed)
             if (trial%converged .and. trial%point%impacts == best%point%impacts) then
                best = trial
                low = trial_step
@@ -491,7 +490,7 @@ contains
       end do
       best%point%mark = mark_lost
       associate (velocity_unit => map%unit(size(best%initial%state%q) + 1))
-         if (continues .or. speed < grazing_ratio*velocity_unit) best%point%mark = mark_grazing
+         if (continues .or. min_speed < grazing_ratio*velocity_unit) best%point%mark = mark_grazing
       end associate
       trace%point = [trace%point, best%point]
       trace%is_over = .not. continues

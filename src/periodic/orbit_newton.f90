@@ -42,6 +42,7 @@ contains
       type(initial_state_t), intent(in) :: guess
       !> Tolerance of the residual, in units of the map
       real(wp), intent(in) :: tolerance
+      !> Maximum number of Newton steps
       integer, intent(in) :: max_steps
       type(solution_t), intent(out) :: solution
       !> Direction in units of the map, the parameter last, [unknowns + 1]
@@ -50,8 +51,11 @@ contains
       integer, parameter :: max_halvings = 12
       type(initial_state_t) :: trial
       type(map_result_t) :: result
+      ! Newton step, [unknowns + 1], and residual, [unknowns], both in units of the map
       real(wp), allocatable :: correction(:), residual(:)
-      real(wp) :: step_fraction, size_of_residual
+      ! fraction of the Newton step that is taken
+      real(wp) :: step_fraction
+      real(wp) :: size_of_residual
       logical :: is_admissible
       integer :: halving, step
 
@@ -289,8 +293,10 @@ contains
       !> Direction, [unknowns + 1]; unallocated if the inverse iteration fails
       real(wp), allocatable, intent(out) :: direction(:)
 
+      ! number of inverse iterations
       integer, parameter :: rounds = 3
-      ! slightly off the multiplier, so that the matrix is regular
+      ! the matrix is the derivative of the map plus this number times the unit matrix; for exactly 1 it would be
+      ! singular
       real(wp), parameter :: shift = 1.0_wp + 1.0e-9_wp
       real(wp), allocatable :: matrix(:, :), rhs(:, :), vector(:)
       integer :: i, n, round

@@ -9,16 +9,22 @@ module orbit_types
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
    public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
 
-   !> Kind of a point of a branch: regular; fold (a Floquet multiplier of 1); period doubling (a multiplier of -1);
-   !> Neimark-Sacker bifurcation, at which a torus arises (a complex pair of modulus 1); grazing, at which an impact
-   !> appears or vanishes; end of the parameter range; point after which Newton's method fails.
+   ! The following constants are kinds of points of a branch.
+   !> Regular point.
    integer, parameter :: mark_none = 0
+   !> Fold: a Floquet multiplier is 1.
    integer, parameter :: mark_fold = 1
+   !> Period doubling: a Floquet multiplier is -1.
    integer, parameter :: mark_doubling = 2
+   !> Neimark-Sacker bifurcation, at which a torus arises: a complex pair of multipliers has modulus 1.
    integer, parameter :: mark_torus = 3
+   !> Grazing point, at which an impact appears or vanishes.
    integer, parameter :: mark_grazing = 4
+   !> End of the range of the parameter.
    integer, parameter :: mark_limit = 5
+   !> Point after which Newton's method fails.
    integer, parameter :: mark_lost = 6
+   !> Names of these kinds in results files.
    character(*), parameter :: mark_names(0:6) = [character(20) :: 'regular', 'fold', 'period_doubling', &
       'neimark_sacker', 'grazing', 'end_of_range', 'lost']
 

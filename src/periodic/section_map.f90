@@ -38,7 +38,7 @@ module section_map
       real(wp) :: section_phase = 0.0_wp
       !> Parameter of the map besides the state: `no_parameter`, `load_amplitude` or `load_frequency`
       integer :: parameter = no_parameter
-      !> Number of its load among the harmonic loads, forces first
+      !> Number of the load with the parameter among the harmonic loads, forces first
       integer :: load = 0
       !> Contacts with their laws
       type(contact_state_t), allocatable :: contacts(:)
@@ -87,8 +87,10 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
-      ! number of modes in the runs, and number of lowest modes among them, chosen by `choose_modes`
-      integer :: mode_count, lowest
+      ! number of modes in the runs, chosen by `choose_modes`
+      integer :: mode_count
+      ! number of lowest modes among them; the others are residual modes
+      integer :: lowest
       integer :: k
 
       map%model = model
@@ -280,8 +282,10 @@ contains
       ! length of the run, tau
       real(wp) :: length
       integer :: i, k
-      ! numbers of modes and of unknowns
-      integer :: modes, total
+      ! number of modes
+      integer :: modes
+      ! number of unknowns
+      integer :: total
 
       modes = size(state%q)
       total = 2*modes + size(map%branch_contacts)
@@ -345,7 +349,7 @@ contains
       !> Whether the state penetrates no contact
       logical, intent(out) :: is_admissible
 
-      ! permitted penetration, eta
+      ! permitted penetration of a stop, eta
       real(wp), parameter :: rounding = 1.0e-11_wp
       real(wp) :: gap
       integer :: k, n
@@ -407,14 +411,21 @@ contains
       !> Set if the run to the shifted section fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! relative to the period
+      ! an event within this fraction of the load period from the section lies near it
       real(wp), parameter :: near = 0.01_wp
       type(response_t) :: unused
-      ! instants of the events, and intervals between them, in load periods
-      real(wp), allocatable :: instant(:), interval(:)
-      ! shift of the section, and length of the run, in load periods
-      real(wp) :: shift, length
-      integer :: longest, n
+      ! instants of the events in load periods, [events]
+      real(wp), allocatable :: instant(:)
+      ! intervals from each event to the next in load periods, [events]
+      real(wp), allocatable :: interval(:)
+      ! shift of the section in load periods
+      real(wp) :: shift
+      ! length of the run in load periods
+      real(wp) :: length
+      ! index of the longest interval
+      integer :: longest
+      ! number of events
+      integer :: n
 
       is_shifted = .false.
       n = response%event_count

@@ -5,7 +5,7 @@
 module contact_sets
    use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
-      make_constrained_set, find_static_state
+      has_mass_damping, make_constrained_set, find_static_state
    use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms
    use damped_oscillators, only: sampler_t, step_matrices_t
    use failures, only: failure_t
@@ -32,17 +32,23 @@ module contact_sets
       integer, allocatable :: compliant(:)
       !> Terms exp(s t) of the motion with these contacts
       type(coupled_modes_t) :: coupled
-      !> Terms per unit of amplitude: of gaps, [contacts, terms], and of reactions, [constraints, terms]
-      complex(wp), allocatable :: gap(:, :), reaction(:, :)
-      !> In static equilibrium: modal displacements, [modes]; forces of the contacts in `compliant`; gaps, [contacts];
-      !> and reactions, [constraints]
-      real(wp), allocatable :: rest_modes(:), rest_force(:), rest_gap(:), rest_reaction(:)
+      !> Gap of each contact in each term exp(s t) of amplitude 1, [contacts, terms]
+      complex(wp), allocatable :: gap(:, :)
+      !> Reaction of each constraint in each term exp(s t) of amplitude 1, [constraints, terms]
+      complex(wp), allocatable :: reaction(:, :)
+      !> Modal displacements in static equilibrium without loads, [modes]
+      real(wp), allocatable :: rest_modes(:)
+      !> Forces of the contacts in `compliant`, gaps of all contacts, and reactions of the constraints in static
+      !> equilibrium, [compliant], [contacts], [constraints]
+      real(wp), allocatable :: rest_force(:), rest_gap(:), rest_reaction(:)
       !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
       !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
       type(power_form_t), allocatable :: losses(:)
-      !> Whether the dissipated power of the beam, and that of the compliant contacts, has been prepared
-      logical :: has_beam_losses = .false., has_stop_losses = .false.
+      !> Whether `losses` holds the dissipated power of the beam
+      logical :: has_beam_losses = .false.
+      !> Whether `losses` holds the dissipated power of the compliant contacts
+      logical :: has_stop_losses = .false.
       !> Values of the terms at the start of the phase and at the last requested time
       type(interval_terms_t) :: span
       !> Responses of the set to unit loads; unallocated: no loads, or not used yet
@@ -52,8 +58,10 @@ module contact_sets
       !> Output rows (gaps, forces, tip) as sums of terms and load harmonics, which sets with the same stops on other
       !> sides use in common
       type(shared_rows_t), pointer :: shared => null()
-      !> Whether the rows have been made, and whether they suit the simultaneous search of all contacts
-      logical :: has_rows = .false., can_search_rows = .false.
+      !> Whether the output rows have been made
+      logical :: has_rows = .false.
+      !> Whether the output rows suit the simultaneous search of all contacts
+      logical :: can_search_rows = .false.
       !> Index of the row of each gap, [contacts]
       integer, allocatable :: gap_row(:)
       !> Index of the row of each force that no combination of gap and gap rate gives, [contacts]; 0: there is none
@@ -62,8 +70,9 @@ module contact_sets
       integer, allocatable :: row_contact(:)
       !> Gap over its row, 1 or -1, [contacts]
       real(wp), allocatable :: gap_sign(:)
-      !> Index of the row of the tip displacement, which may be that of a gap; tip displacement over this row
+      !> Index of the row of the tip displacement, which may be that of a gap
       integer :: tip_row = 0
+      !> Tip displacement over its row, 1 or -1
       real(wp) :: tip_row_sign = 1.0_wp
       !> Number of terms besides load harmonics
       integer :: motion_terms = 0
@@ -204,15 +213,6 @@ contains
          all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
          (beam%has_modal_damping .eqv. old%has_modal_damping)
    end function has_same_damping
-
-   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact
-   !> may have to apply a force instead of being a constraint.
-   pure function has_mass_damping(beam) result(answer)
-      type(free_beam_t), intent(in) :: beam
-      logical :: answer
-
-      answer = beam%has_modal_damping .or. any(abs(beam%oscillators%mass_rate) > 0.0_wp)
-   end function has_mass_damping
 
    !> Deallocate the sets with compliant contacts, because damping changes their terms.
    subroutine drop_compliant(store)

@@ -47,11 +47,9 @@ module scene_groups
    !> Names of the groups, in the order of the reference and the echo.
    character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'body', 'support', 'force', 'base', 'start', 'response', 'stress', &
-      request_names, &
-      'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
+      request_names, 'frequencies', 'precision', 'sweep', 'best', 'cases', inference_names, 'statements', 'output']
 
-   ! Conditions that several names have in common: Rayleigh damping, Newmark's method, refinement in &best, groups that
-   ! the scene must have
+   ! Shared conditions: Rayleigh damping, Newmark's method, refinement in &best, groups that the scene must have
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
@@ -59,11 +57,13 @@ module scene_groups
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
 
-   ! Ranges that several names have in common, and the maximum numbers of elements: of any mesh, of a mesh for the
-   ! statements of the paper, of a mesh for methods with full matrices
+   !> Maximum number of elements of any mesh.
    integer, parameter :: max_elements = 200000
+   !> Maximum number of elements of a mesh for the statements of the paper.
    integer, parameter :: max_elements_statements = 128
+   !> Maximum number of elements of a mesh for methods with full matrices.
    integer, parameter :: max_elements_full_matrices = 1000
+   ! Ranges that several names have in common
    type(range_t), parameter :: elements_range = range_t(1.0_wp, real(max_elements, wp))
    type(range_t), parameter :: statements_range = range_t(1.0_wp, real(max_elements_statements, wp))
    type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(max_elements, wp))

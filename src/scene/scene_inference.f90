@@ -347,7 +347,7 @@ contains
       end associate
    end subroutine resolve_fit
 
-   !> Read the signal, convert_to_results it to the units of the results and select the part that is fitted. Problems
+   !> Read the signal, convert it to the units of the results and select the part that is fitted. Problems
    !> are added to the input.
    subroutine read_signal_of_fit(input, scene, parameters)
       type(scene_input_t), intent(inout) :: input

@@ -91,8 +91,10 @@ contains
       !> Number of the first parameter of the group for sweeps
       integer, intent(in) :: first
 
-      !> Phase in degrees; and end, 0 if the load has no end
-      real(wp) :: degrees, given_degrees, last
+      ! phase in degrees, and the phase as given
+      real(wp) :: degrees, given_degrees
+      ! end of the load; 0: the load has no end
+      real(wp) :: last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))

@@ -8,13 +8,16 @@ module scene_rules
    private
    public :: check_rules
 
-   !> Maximum lengths of texts
+   !> Maximum length of a name of a group or in a group.
    integer, parameter :: max_name_length = 32
+   !> Maximum length of a list of names.
    integer, parameter :: max_list_length = 200
+   !> Maximum length of the text of a problem.
    integer, parameter :: max_problem_length = 112
 
    !> A group, and other groups that it excludes.
    type :: exclusion_t
+      !> Name of the group
       character(max_name_length) :: group = ''
       !> Excluded groups, separated by blanks
       character(max_list_length) :: excluded = ''
@@ -31,6 +34,7 @@ module scene_rules
       character(max_name_length) :: name = ''
       !> Groups, or names of the same group, of which one is required; separated by blanks
       character(max_list_length) :: options = ''
+      !> Message if the demand is not met
       character(max_problem_length) :: problem = ''
    end type demand_t
 
@@ -58,7 +62,7 @@ module scene_rules
       exclusion_t('uncertainty', 'best fit', '; give it a scene of its own'), &
       exclusion_t('sensitivity', 'output', ', which keeps measures alone')]
 
-   !> Messages that several demands have in common.
+   ! Messages that several demands have in common
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 
@@ -123,8 +127,8 @@ contains
       end do
    end subroutine check_rules
 
-   !> Report each group of the file that another group of the file excludes. `has_group` searches the text of the
-   !> file; `is_wanted` says the same of a group of the table, which lists all groups.
+   !> Report each group of the file that another group of the file excludes. Whether the file has a group is known from
+   !> its text (`has_group`), and for a group of the table also from `is_wanted`.
    subroutine exclude(input, table, exclusion)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

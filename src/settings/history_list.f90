@@ -6,6 +6,7 @@ module history_list
    public :: history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop, &
       acceleration_stop, acceleration_tip
 
+   !> A history.
    type :: history_t
       !> Name in scene files
       character(24) :: name
@@ -30,13 +31,20 @@ module history_list
       history_t('acceleration_stop', 'acceleration at the stop, without impulses', 'acceleration', .false.), &
       history_t('acceleration_tip', 'acceleration of the tip, without impulses', 'acceleration', .false.)]
 
+   !> Number of histories.
    integer, parameter :: history_count = size(history_table)
-   !> Indices of the histories in the table
+   ! The following constants are the indices of the histories in the table.
+   !> Displacement of the beam at the stop from its surface, eta.
    integer, parameter :: eta_stop = findloc(history_table%name, 'displacement_stop', dim=1)
+   !> Displacement of the tip, eta.
    integer, parameter :: eta_tip = findloc(history_table%name, 'displacement_tip', dim=1)
+   !> Velocity of the beam at the stop, d eta/d tau.
    integer, parameter :: velocity_stop = findloc(history_table%name, 'velocity_stop', dim=1)
+   !> Contact force, Pbar.
    integer, parameter :: force_stop = findloc(history_table%name, 'contact_force', dim=1)
+   !> Acceleration of the beam at the stop.
    integer, parameter :: acceleration_stop = findloc(history_table%name, 'acceleration_stop', dim=1)
+   !> Acceleration of the tip.
    integer, parameter :: acceleration_tip = findloc(history_table%name, 'acceleration_tip', dim=1)
 
 end module history_list

@@ -16,18 +16,20 @@ module load_settings
    public :: start_release, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
-   !> Kinds of the time function of a load, called its course: amplitude sin(frequency tau + phase), from the start to
+   !> Kind of the time function of a load, called its course: amplitude sin(frequency tau + phase), from the start to
    !> the end
    integer, parameter :: course_harmonic = 1
-   !> Constant value amplitude, from the start to the end
+   !> Course with the constant value amplitude, from the start to the end
    integer, parameter :: course_step = 2
-   !> Value amplitude, or amplitude times half a period of a sine, during a given duration after the start
+   !> Course with the value amplitude, or amplitude times half a period of a sine, during a given duration after the
+   !> start
    integer, parameter :: course_pulse = 3
-   !> Amplitude times a table of values, linear between its points and zero outside
+   !> Course that is the amplitude times a table of values, linear between its points and zero outside
    integer, parameter :: course_table = 4
 
-   !> Shapes of a pulse
+   !> Shape of a pulse: constant.
    integer, parameter :: pulse_rectangle = 1
+   !> Shape of a pulse: half a period of a sine.
    integer, parameter :: pulse_half_sine = 2
 
    !> A base motion is given by its acceleration.
@@ -36,20 +38,21 @@ module load_settings
    !> is at rest before and after the table.
    integer, parameter :: base_displacement = 2
 
-   !> Released from rest, after a static force at a stop has deflected the beam away from this stop
+   !> Start: released from rest, after a static force at a stop has deflected the beam away from this stop
    integer, parameter :: start_release = 1
-   !> At rest and undeformed
+   !> Start: at rest and undeformed
    integer, parameter :: start_rest = 2
-   !> At rest in static equilibrium with the loads at tau = 0, which are taken as constant, and with the forces of
-   !> closed contacts
+   !> Start: at rest in static equilibrium with the loads at tau = 0, which are taken as constant, and with the forces
+   !> of closed contacts
    integer, parameter :: start_balance = 3
-   !> Undeformed, with an initial velocity field
+   !> Start: undeformed, with an initial velocity field
    integer, parameter :: start_velocity = 4
-   !> Displacements and velocities in the shape of a mode
+   !> Start: displacements and velocities in the shape of a mode
    integer, parameter :: start_mode = 5
-   !> Displacements and velocities of a table, interpolated by cubic splines
+   !> Start: displacements and velocities of a table, interpolated by cubic splines
    integer, parameter :: start_table = 6
-   !> The base falls and stops at tau = 0: the beam is undeformed and has the velocity of the fall relative to the base
+   !> Start: the base falls and stops at tau = 0, so that the beam is undeformed and has the velocity of the fall
+   !> relative to the base
    integer, parameter :: start_drop = 7
 
    !> Initial velocity field: uniform.

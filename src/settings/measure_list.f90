@@ -10,6 +10,7 @@ module measure_list
    public :: force_window, measure_decay, measure_force, measure_mean_force
    public :: measured_groups, measured_stops, measured_bodies, owner_of, statistics_of_stop, first_of_stops, demand_of
 
+   !> A measure.
    type :: measure_t
       !> Name of the column in a sweep
       character(32) :: name
@@ -33,9 +34,11 @@ module measure_list
       character(12) :: group = ''
    end type measure_t
 
-   !> Numbers of stops, and of bodies, that have measures of their own
+   !> Number of stops that have measures of their own.
    integer, parameter :: measured_stops = 6
+   !> Number of bodies that have measures of their own.
    integer, parameter :: measured_bodies = 3
+   !> Number of groups of such measures: of each stop, of each body, of floor and ceiling of each body.
    integer, parameter :: measured = measured_stops + 2*measured_bodies
    !> Groups of these measures: stops, contacts of bodies with the beam, floors and ceilings of bodies
    character(7), parameter :: measured_groups(measured) = [character(7) :: 'stop_1', 'stop_2', 'stop_3', 'stop_4', &
@@ -250,9 +253,11 @@ module measure_list
       group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
-   !> Indices of measures that the program itself uses
+   !> Index of the status of a case.
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
+   !> Index of the settling time.
    integer, parameter :: measure_settling = findloc(measure_table%name, 'settling_time', dim=1)
+   !> Index of the instant from which the energy counts as decayed.
    integer, parameter :: measure_decay = findloc(measure_table%name, 'spent_time', dim=1)
    !> Former names of measures, which scenes may still use, and the indices of these measures
    character(*), parameter :: former_names(5) = [character(32) :: 'first_impact_tau', 'quiet_tau', 'quiet_time', &
@@ -261,8 +266,9 @@ module measure_list
       measure_settling, measure_settling, measure_decay, findloc(measure_table%name, 'greatest_stress_time', dim=1)]
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
-   !> Indices of the maximum contact force, and of the maximum mean force of a rigid stop over `force_window`
+   !> Index of the maximum contact force.
    integer, parameter :: measure_force = findloc(measure_table%name, 'greatest_force', dim=1)
+   !> Index of the maximum mean force of a rigid stop over `force_window`.
    integer, parameter :: measure_mean_force = findloc(measure_table%name, 'greatest_mean_force', dim=1)
    !> Length of the time from the beginning of an episode over which the mean force is taken, tau
    real(wp), parameter :: force_window = 0.1_wp

@@ -5,11 +5,13 @@ module orbit_settings
    private
    public :: orbit_settings_t, vary_nothing, vary_amplitude, vary_frequency, varied_names
 
-   !> What varies along a branch of periodic motions: nothing (there is no branch), the amplitude or the frequency of a
-   !> load
+   !> Nothing varies: only the orbit itself is found, without a branch of periodic motions.
    integer, parameter :: vary_nothing = 1
+   !> The amplitude of a load varies along the branch.
    integer, parameter :: vary_amplitude = 2
+   !> The frequency of a load varies along the branch.
    integer, parameter :: vary_frequency = 3
+   !> Names of the `vary_` constants in scene files.
    character(*), parameter :: varied_names(3) = [character(9) :: 'none', 'amplitude', 'frequency']
 
    !> Settings of &orbit.

@@ -14,25 +14,31 @@ module quantities
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
    integer, parameter :: system_none = size(system_names)
 
-   ! scales (components of `scales_t`, or products of them); the dimensionless unit of each quantity is a product of
-   ! powers of one to three scales
+   ! The following constants are scales; the dimensionless unit of each quantity is a product of powers of one to three
+   ! scales. Scales without a comment are components of `scales_t`.
+   !> No scale: the factor 1.
    integer, parameter :: none = 1
    integer, parameter :: length = 2
    integer, parameter :: omega1 = 3
    integer, parameter :: displacement = 4
+   !> Scale D omega1 of velocities.
    integer, parameter :: velocity = 5
+   !> Scale D/L of slopes.
    integer, parameter :: slope = 6
+   !> Scale rho Abar L of masses.
    integer, parameter :: mass = 7
    !> Scale lambda1^4 E Ibar D / (hbar L^2) of the contact force Pbar
    integer, parameter :: force = 8
-   !> Scales 3 E Ibar / L^3 of stiffnesses, and 3 E Ibar D / L^3 of loads
+   !> Scale 3 E Ibar / L^3 of stiffnesses.
    integer, parameter :: stiffness = 9
+   !> Scale 3 E Ibar D / L^3 of loads.
    integer, parameter :: load = 10
    integer, parameter :: bending_stiffness = 11
    integer, parameter :: youngs_modulus = 12
    !> Scale of the bending moment, that of Pbar times L
    integer, parameter :: moment = 13
 
+   !> A physical quantity.
    type :: quantity_t
       character(24) :: name
       !> Symbol of the dimensionless value, printed as its unit

@@ -25,14 +25,20 @@ module certified_search
    !> Depth below zero that rounding errors may cause in a signal of magnitude 1 that starts at zero with zero slope.
    real(wp), parameter :: max_dip = 1.0e-11_wp
 
-   !> Columns of an array with one row for each term of a signal: its value, first and second derivative, and bounds
-   !> that hold from that instant on: depth of the term below zero, magnitudes of its second and third derivative.
+   ! The following constants are columns of an array with one row for each term of a signal, at one instant.
+   !> Value of the term.
    integer, parameter :: term_value = 1
+   !> First derivative of the term.
    integer, parameter :: term_rate = 2
+   !> Second derivative of the term.
    integer, parameter :: term_curvature = 3
+   !> Bound on the depth of the term below zero, from that instant on.
    integer, parameter :: bound_value = 4
+   !> Bound on the magnitude of the second derivative, from that instant on.
    integer, parameter :: bound_curvature = 5
+   !> Bound on the magnitude of the third derivative, from that instant on.
    integer, parameter :: bound_jerk = 6
+   !> Number of these columns.
    integer, parameter :: term_columns = 6
 
    !> A function of time with guaranteed bounds on its derivatives.
@@ -72,9 +78,11 @@ module certified_search
 
    !> A derivative d of the signal, or the signal itself, at one instant, with bounds that hold from that instant on.
    type :: bounds_t
-      !> d, d' and d''
+      !> d
       real(wp) :: value = 0.0_wp
+      !> d'
       real(wp) :: slope = 0.0_wp
+      !> d''
       real(wp) :: curvature = 0.0_wp
       !> Upper bound of -d''
       real(wp) :: bound = 0.0_wp
@@ -84,8 +92,9 @@ module certified_search
       real(wp) :: bound_jerk = huge(1.0_wp)
       !> Rounding error of d
       real(wp) :: rounding = 0.0_wp
-      !> The signal itself and its rounding error
+      !> The signal itself
       real(wp) :: signal = 0.0_wp
+      !> Rounding error of the signal
       real(wp) :: signal_rounding = 0.0_wp
       !> Lower bound of the signal
       real(wp) :: floor = -huge(1.0_wp)
@@ -124,8 +133,7 @@ module certified_search
          !> Instant
          real(wp), intent(in) :: t
          !> s and s'
-         real(wp), intent(out) :: value
-         real(wp), intent(out) :: slope
+         real(wp), intent(out) :: value, slope
       end subroutine evaluate_interface
 
       !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
@@ -135,8 +143,7 @@ module certified_search
          class(transformable_signal_t), intent(in) :: self
          !> Instant that becomes t = 0
          real(wp), intent(in) :: from
-         real(wp), intent(in) :: factor
-         real(wp), intent(in) :: offset
+         real(wp), intent(in) :: factor, offset
          !> 0: d is the signal itself, 1: d is its slope
          integer, intent(in) :: order
          !> The new signal
@@ -172,7 +179,7 @@ contains
       !> Bounds of the signal itself at 0, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
-      ! `before`: instant of the previous evaluation
+      ! instants of the present and of the previous evaluation, and length of the step to the next
       real(wp) :: t, before, step
       type(bounds_t) :: bounds
       integer(i8) :: budget
@@ -227,7 +234,6 @@ contains
          call signal%find_bounds(t, order, bounds)
          search%evaluations = search%evaluations + 1_i8
       end do
-
    end subroutine first_zero
 
    !> End the search at t, where the signal is zero. If the signal starts at zero, either it has stayed there, or the
@@ -325,8 +331,7 @@ contains
    subroutine lower_order(signal, before, t, order, bounds, search, is_found)
       class(certified_signal_t), intent(in) :: signal
       !> Instants of the last evaluation but one and of the last one
-      real(wp), intent(in) :: before
-      real(wp), intent(in) :: t
+      real(wp), intent(in) :: before, t
       !> Order of the derivative, > 0
       integer, intent(inout) :: order
       !> Values and bounds of that derivative at t
@@ -369,8 +374,7 @@ contains
    function start_of_dip(signal, above, below) result(time)
       class(certified_signal_t), intent(in) :: signal
       !> Instants at which the signal is above and below -`max_dip`
-      real(wp), intent(in) :: above
-      real(wp), intent(in) :: below
+      real(wp), intent(in) :: above, below
       real(wp) :: time
 
       type(bracket_t) :: bracket
@@ -414,10 +418,8 @@ contains
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which it
    !> exceeds only if the signal is almost constant.
    elemental function step_without_zero(value, slope, bound) result(step)
-      !> Value >= 0, slope, and bound >= 0 on the second derivative
-      real(wp), intent(in) :: value
-      real(wp), intent(in) :: slope
-      real(wp), intent(in) :: bound
+      !> Value >= 0, slope, and bound >= 0 on the magnitude of the second derivative
+      real(wp), intent(in) :: value, slope, bound
       real(wp) :: step
 
       ! the product of a smaller bound and a value would underflow
@@ -478,11 +480,10 @@ contains
    elemental function inverse_cubic_step(distance, value_before, slope_before, value, slope) result(step)
       !> Time from the first point to the second
       real(wp), intent(in) :: distance
-      !> Values and slopes at the first point, then at the second
-      real(wp), intent(in) :: value_before
-      real(wp), intent(in) :: slope_before
-      real(wp), intent(in) :: value
-      real(wp), intent(in) :: slope
+      !> Value and slope at the first point
+      real(wp), intent(in) :: value_before, slope_before
+      !> Value and slope at the second point
+      real(wp), intent(in) :: value, slope
       real(wp) :: step
 
       real(wp) :: ratio, change

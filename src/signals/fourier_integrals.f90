@@ -29,8 +29,10 @@ module fourier_integrals
       integer :: count = 0
       !> Length h of the span
       real(wp) :: length = 0.0_wp
-      !> Real and imaginary parts of exp(-i omega h), then those of exp(-i omega h/2)
-      real(wp), dimension(band_size) :: phasor_re = 1.0_wp, phasor_im = 0.0_wp, half_re = 1.0_wp, half_im = 0.0_wp
+      !> Real and imaginary parts of exp(-i omega h)
+      real(wp), dimension(band_size) :: phasor_re = 1.0_wp, phasor_im = 0.0_wp
+      !> Real and imaginary parts of exp(-i omega h/2)
+      real(wp), dimension(band_size) :: half_re = 1.0_wp, half_im = 0.0_wp
    end type band_t
 
    !> Sums over the terms of one signal: contributions of the end of the span, still to be multiplied by
@@ -45,9 +47,9 @@ contains
    pure subroutine add_fourier_integrals(sums, from, to, start, omega, transform)
       !> Signals x
       type(exponential_sums_t), intent(in) :: sums
-      !> Start of the span, since the start of the interval
+      !> Time from the start of the interval to the start of the span
       real(wp), intent(in) :: from
-      !> End of the span, since the start of the interval
+      !> Time from the start of the interval to the end of the span
       real(wp), intent(in) :: to
       !> Instant of the start of the interval
       real(wp), intent(in) :: start
@@ -62,10 +64,13 @@ contains
       type(sums_t) :: total(size(transform, 2))
       ! exp(-i omega t) at the start of the span
       real(wp), dimension(band_size) :: origin_re, origin_im
-      ! amplitudes and coefficients of powers for the time since the start of the span
+      ! amplitudes of the exponentials at the start of the span, [signals, terms]
       complex(wp) :: amplitude(size(transform, 2), size(sums%exponent))
+      ! coefficients of the powers of the time from the start of the span, [0:3, signals]
       real(wp) :: power(0:3, size(transform, 2))
-      integer :: first, i, k, m
+      ! index of the first frequency of a band
+      integer :: first
+      integer :: i, k, m
 
       do k = 1, size(transform, 2)
          power(:, k) = shifted(sums%power(:, k), from)
@@ -115,17 +120,17 @@ contains
    end subroutine add_impulse
 
    !> Coefficients of a cubic polynomial of t + shift as a polynomial of t.
-   pure function shifted(power, shift) result(now)
+   pure function shifted(power, shift) result(of_t)
       !> Coefficients of the powers of t + shift
       real(wp), intent(in) :: power(0:3)
       !> Shift of the time
       real(wp), intent(in) :: shift
-      real(wp) :: now(0:3)
+      real(wp) :: of_t(0:3)
 
-      now(0) = power(0) + shift*(power(1) + shift*(power(2) + shift*power(3)))
-      now(1) = power(1) + shift*(2.0_wp*power(2) + 3.0_wp*shift*power(3))
-      now(2) = power(2) + 3.0_wp*shift*power(3)
-      now(3) = power(3)
+      of_t(0) = power(0) + shift*(power(1) + shift*(power(2) + shift*power(3)))
+      of_t(1) = power(1) + shift*(2.0_wp*power(2) + 3.0_wp*shift*power(3))
+      of_t(2) = power(2) + 3.0_wp*shift*power(3)
+      of_t(3) = power(3)
    end function shifted
 
    !> exp(s t), or zero near the underflow.
@@ -172,14 +177,27 @@ contains
    !> theta = omega h.
    pure subroutine add_powers(band, power, total)
       type(band_t), intent(in) :: band
-      !> Coefficients of the powers
+      !> Coefficients of the powers 0 to 3 of t
       real(wp), intent(in) :: power(0:3)
       type(sums_t), intent(inout) :: total
 
       ! highest even power, over 2, of the series in theta: for n = 26 and theta = 2 the term theta^n/n! is below 1e-17
       integer, parameter :: pairs = 12
-      real(wp) :: even(0:pairs), odd(0:pairs), scaled(0:3)
-      real(wp) :: closed_re, closed_im, integral_re, inverse, series_re, series_im, square, theta, x
+      ! coefficients of the series in even powers (real part) and odd powers (imaginary part) of theta
+      real(wp) :: even(0:pairs), odd(0:pairs)
+      ! coefficients of the powers of v = t/h, times h
+      real(wp) :: scaled(0:3)
+      ! real and imaginary part of the sum by the series
+      real(wp) :: series_re, series_im
+      ! real and imaginary part of the sum in closed form
+      real(wp) :: closed_re, closed_im
+      ! real and imaginary part of I_k, the integral of v^k exp(-i theta v) from 0 to 1
+      real(wp) :: integral_re, integral_im
+      ! real part of the next I_k
+      real(wp) :: next_re
+      ! 1/theta, and -theta^2 for the series
+      real(wp) :: inverse, square
+      real(wp) :: theta
       integer :: highest, i, k, n
 
       highest = findloc(abs(power) > 0.0_wp, .true., dim=1, back=.true.) - 1
@@ -189,7 +207,8 @@ contains
          even(n) = sum([(scaled(k)/real(2*n + k + 1, wp), k=0, highest)])/gamma(real(2*n + 1, wp))
          odd(n) = -sum([(scaled(k)/real(2*n + k + 2, wp), k=0, highest)])/gamma(real(2*n + 2, wp))
       end do
-      !$omp simd private(closed_re, closed_im, integral_re, inverse, k, n, series_re, series_im, square, theta, x)
+      !$omp simd private(closed_re, closed_im, integral_re, integral_im, inverse, k, n, next_re, series_re, series_im) &
+      !$omp& private(square, theta)
       do i = 1, band%count
          theta = band%omega(i)*band%length
          square = -min(abs(theta), min_closed_power)**2
@@ -202,24 +221,24 @@ contains
          ! integration by parts: I_k = (k I_(k-1) - exp(-i theta))/(i theta)
          inverse = 1.0_wp/merge(theta, 1.0_wp, abs(theta) >= min_closed_power)
          integral_re = -band%phasor_im(i)*inverse
-         x = (band%phasor_re(i) - 1.0_wp)*inverse
+         integral_im = (band%phasor_re(i) - 1.0_wp)*inverse
          closed_re = scaled(0)*integral_re
-         closed_im = scaled(0)*x
+         closed_im = scaled(0)*integral_im
          do k = 1, 3
-            theta = (real(k, wp)*x - band%phasor_im(i))*inverse
-            x = (band%phasor_re(i) - real(k, wp)*integral_re)*inverse
-            integral_re = theta
+            next_re = (real(k, wp)*integral_im - band%phasor_im(i))*inverse
+            integral_im = (band%phasor_re(i) - real(k, wp)*integral_re)*inverse
+            integral_re = next_re
             closed_re = closed_re + scaled(k)*integral_re
-            closed_im = closed_im + scaled(k)*x
+            closed_im = closed_im + scaled(k)*integral_im
          end do
-         theta = band%omega(i)*band%length
          total%start_re(i) = total%start_re(i) + merge(closed_re, series_re, abs(theta) >= min_closed_power)
          total%start_im(i) = total%start_im(i) + merge(closed_im, theta*series_im, abs(theta) >= min_closed_power)
       end do
    end subroutine add_powers
 
-   !> Add the integrals of the real part of an exponential, which is half the sum of the exponential and its conjugate.
-   !> At frequencies with a large z of both, one closed form gives their sum.
+   !> Add the integrals of the real part of amplitude exp(s t), which is half the sum of the exponential and its
+   !> conjugate. At frequencies with a large z of both, one closed form gives their sum (`add_far`), elsewhere the
+   !> kernel of each (`add_near`).
    pure subroutine add_term(band, s, amplitude, total)
       type(band_t), intent(in) :: band
       !> Exponent
@@ -228,13 +247,18 @@ contains
       complex(wp), intent(in) :: amplitude(:)
       type(sums_t), intent(inout) :: total(:)
 
-      integer :: ends(2, 2), k, last
+      ! indices of the first and last frequency with a small z of the conjugate, then of the exponential
+      integer :: ends(2, 2)
+      ! index of the last frequency that is done
+      integer :: last
+      ! a frequency omega has a small z if it differs by less than this from that of the exponential
       real(wp) :: reach
+      integer :: k
 
       if (all(abs(real(amplitude, wp)) + abs(aimag(amplitude)) <= 0.0_wp)) return
       reach = (min_closed_exponential/band%length)**2 - real(s, wp)**2
       reach = sqrt(max(reach, 0.0_wp))
-      ! frequencies with a small z of the conjugate, then of the exponential itself; the two groups may overlap
+      ! the two groups of frequencies may overlap
       ends(:, 1) = near_ends(band, -abs(aimag(s)), reach)
       ends(:, 2) = near_ends(band, abs(aimag(s)), reach)
       ends(1, 2) = max(ends(1, 2), ends(2, 1) + 1)
@@ -288,15 +312,22 @@ contains
       complex(wp), intent(in) :: s
       !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       type(sums_t), intent(inout) :: total(:)
 
-      ! real and imaginary parts of the reciprocal of the denominator, and omega times these parts
-      real(wp), dimension(band_size) :: re, im, omega_re, omega_im
+      ! real and imaginary part of the reciprocal of the denominator
+      real(wp), dimension(band_size) :: re, im
+      ! the same times the frequency
+      real(wp), dimension(band_size) :: omega_re, omega_im
+      ! amplitude at the end of the span
       complex(wp) :: at_end
-      real(wp) :: decay, inverse, omega, x, y
+      ! real and imaginary part of the exponent
+      real(wp) :: decay, omega
+      ! real and imaginary part of the denominator, and the reciprocal of its squared magnitude
+      real(wp) :: x, y, inverse
       integer :: i, k
 
       if (last < first) return
@@ -345,25 +376,28 @@ contains
       complex(wp), intent(in) :: s
       !> Amplitude in each signal at the start of the span, [signals]
       complex(wp), intent(in) :: amplitude(:)
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       type(sums_t), intent(inout) :: total(:)
 
-      real(wp), dimension(band_size) :: re, im, other_re, other_im
+      ! real and imaginary part of the kernel of the exponential, and of the kernel of its conjugate
+      real(wp), dimension(band_size) :: re, im, conjugate_re, conjugate_im
+      ! halves of the real and of the imaginary part of the amplitude
       real(wp) :: even, odd
       integer :: i, k
 
       if (last < first) return
       call find_kernel(band, s, first, last, re, im)
-      call find_kernel(band, conjg(s), first, last, other_re, other_im)
+      call find_kernel(band, conjg(s), first, last, conjugate_re, conjugate_im)
       do k = 1, size(total)
          even = 0.5_wp*real(amplitude(k), wp)
          odd = 0.5_wp*aimag(amplitude(k))
          !$omp simd
          do i = first, last
-            total(k)%start_re(i) = total(k)%start_re(i) + even*(re(i) + other_re(i)) - odd*(im(i) - other_im(i))
-            total(k)%start_im(i) = total(k)%start_im(i) + even*(im(i) + other_im(i)) + odd*(re(i) - other_re(i))
+            total(k)%start_re(i) = total(k)%start_re(i) + even*(re(i) + conjugate_re(i)) - odd*(im(i) - conjugate_im(i))
+            total(k)%start_im(i) = total(k)%start_im(i) + even*(im(i) + conjugate_im(i)) + odd*(re(i) - conjugate_re(i))
          end do
       end do
    end subroutine add_near
@@ -373,8 +407,9 @@ contains
       type(band_t), intent(in) :: band
       !> Exponent
       complex(wp), intent(in) :: s
-      !> Indices of the first and last frequency
+      !> Index of the first frequency
       integer, intent(in) :: first
+      !> Index of the last frequency; below `first`: there is none
       integer, intent(in) :: last
       !> Real part of the kernel
       real(wp), intent(inout) :: re(band_size)
@@ -383,8 +418,17 @@ contains
 
       ! ratios of neighbouring coefficients of the series of sinh(z/2)/(z/2) in z^2/4, 1/((2 k)(2 k + 1))
       real(wp), parameter :: ratio(6) = 1.0_wp/[6.0_wp, 20.0_wp, 42.0_wp, 72.0_wp, 110.0_wp, 156.0_wp]
+      ! exp(s h/2) and exp(s h)
       complex(wp) :: half, whole
-      real(wp) :: a, b, closed_re, closed_im, inverse, series_re, series_im, x, y, y_re, y_im, z_re, z_im
+      ! real and imaginary parts of z, of z/2 and of z^2/4
+      real(wp) :: z_re, z_im, x, y, y_re, y_im
+      ! real and imaginary parts of the series of sinh(z/2)/(z/2), and of the kernel in closed form
+      real(wp) :: series_re, series_im, closed_re, closed_im
+      ! real and imaginary part of a factor: first of exp(z/2), then of exp(z) - 1
+      real(wp) :: a, b
+      ! h/|z|^2
+      real(wp) :: inverse
+      ! whether z is small
       logical :: is_near
       integer :: i, n
 
@@ -409,11 +453,12 @@ contains
             series_re = 1.0_wp + a
             series_im = b
          end do
+         ! kernel h exp(z/2) sinh(z/2)/(z/2)
          a = real(half, wp)*band%half_re(i) - aimag(half)*band%half_im(i)
          b = real(half, wp)*band%half_im(i) + aimag(half)*band%half_re(i)
          x = band%length*(a*series_re - b*series_im)
          y = band%length*(a*series_im + b*series_re)
-         ! closed form h (exp(z) - 1)/z
+         ! kernel in closed form, h (exp(z) - 1)/z
          a = real(whole, wp)*band%phasor_re(i) - aimag(whole)*band%phasor_im(i) - 1.0_wp
          b = real(whole, wp)*band%phasor_im(i) + aimag(whole)*band%phasor_re(i)
          inverse = band%length/merge(1.0_wp, z_re**2 + z_im**2, is_near)

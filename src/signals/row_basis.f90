@@ -20,12 +20,15 @@ module row_basis
    !> Number of columns of a row: its value and first three derivatives.
    integer, parameter :: row_columns = 4
 
-   !> Columns of bounds that hold from an instant on: magnitudes of a row's sixth and seventh derivative, of the row
-   !> itself and of its rate.
+   !> Number of columns of the bounds of a row, which hold from an instant on.
    integer, parameter :: bound_columns = 4
+   !> Column with the bound on the magnitude of the sixth derivative of a row.
    integer, parameter :: sixth_column = 0
+   !> Column with the bound on the magnitude of the seventh derivative of a row.
    integer, parameter :: seventh_column = 1
+   !> Column with the bound on the magnitude of a row.
    integer, parameter :: magnitude_column = 2
+   !> Column with the bound on the magnitude of the rate of a row.
    integer, parameter :: rate_magnitude_column = 3
 
    !> Coefficients of all rows, bounds, and stored powers.
@@ -144,7 +147,7 @@ contains
       end do
    end subroutine set_row
 
-   !> Amplitudes one stored step later.
+   !> Amplitudes z one stored step later: z exp(s 2**step).
    pure subroutine advance(basis, step, z, later)
       type(row_basis_t), intent(inout) :: basis
       !> Exponent of 2 of the step
@@ -170,7 +173,7 @@ contains
       end associate
    end subroutine advance
 
-   !> Amplitudes after any time.
+   !> Amplitudes z after any time: z exp(s time).
    pure subroutine advance_by(basis, time, z, later)
       type(row_basis_t), intent(in) :: basis
       real(wp), intent(in) :: time

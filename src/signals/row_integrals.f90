@@ -43,9 +43,15 @@ module row_integrals
       type(row_form_t), allocatable :: form
    end type shared_rows_t
 
-   !> Columns of the sums of a row over a part of a phase: its integral, its value at the start, the change of its
-   !> value, and the integral of its square.
-   integer, parameter :: integral_sum = 1, start_sum = 2, change_sum = 3, square_sum = 4
+   ! The following constants are columns of the sums of a row over a part of a phase.
+   !> Integral of the row.
+   integer, parameter :: integral_sum = 1
+   !> Value at the start of the part.
+   integer, parameter :: start_sum = 2
+   !> Change of the value over the part.
+   integer, parameter :: change_sum = 3
+   !> Integral of the square of the row.
+   integer, parameter :: square_sum = 4
 
    !> The terms z of a row basis over a part of a phase.
    type :: row_interval_terms_t
@@ -114,7 +120,8 @@ contains
       !> The terms; the caller sets their length negative when a new phase begins
       type(row_interval_terms_t), intent(inout) :: span
 
-      real(wp), dimension(size(z, 1)) :: less_one, modulus_change, power, power_imag
+      ! real and imaginary part of exp(s length), real part of exp(s length) - 1, and |exp(s length)| - 1
+      real(wp), dimension(size(z, 1)) :: power, power_imag, less_one, modulus_change
       integer :: m, n
 
       if (.not. (abs(span%length - length) > 0.0_wp .or. abs(span%from - from) > 0.0_wp)) return
@@ -164,8 +171,12 @@ contains
 
       ! a square that is a smaller fraction of the squares of its two parts would lose digits
       real(wp), parameter :: min_fraction = 1.0e-3_wp
-      real(wp) :: separate, square, sums(square_sum, 1), total
-      integer :: i, rate, value
+      ! integral of f y + g y', of (f y)^2 + (g y')^2, and of (f y + g y')^2
+      real(wp) :: total, separate, square
+      real(wp) :: sums(square_sum, 1)
+      ! indices of the row y and of its rate y' in the sums
+      integer :: value, rate
+      integer :: i
 
       call find_row_sums(basis, form, span, signals, merge(square_sum, change_sum, present(second)))
       do i = 1, size(signals)
@@ -199,8 +210,9 @@ contains
       integer, intent(in) :: columns
 
       real(wp) :: sums(square_sum, signals_at_once)
-      ! places of the rows and rates that are not known yet
-      integer :: count, i, last, order, place, places(2*size(signals))
+      ! indices of the rows and rates whose sums are not known yet
+      integer :: places(2*size(signals))
+      integer :: count, i, last, order, place
 
       count = 0
       do i = 1, size(signals)
@@ -223,22 +235,29 @@ contains
       end do
    end subroutine find_row_sums
 
-   !> Sums of up to `signals_at_once` rows.
+   !> Sums of up to `signals_at_once` rows over the part of the phase. The integral of a square is a quadratic form of
+   !> the terms; pairs of nearly conjugate exponents (`pairs` of the form) are added one by one.
    pure subroutine sum_rows(terms, form, span, columns, coefficient, places, sums)
       integer, intent(in) :: terms
       type(row_form_t), intent(in) :: form
       type(row_interval_terms_t), intent(in) :: span
       !> Number of columns of the sums
       integer, intent(in) :: columns
-      !> Coefficients of the terms, real part and minus imaginary part, and the places of the rows in them
+      !> Coefficients of the terms, real part and minus imaginary part, [padded terms, 2, rows]
       real(wp), contiguous, intent(in) :: coefficient(:, :, :)
+      !> Indices of the rows in `coefficient`
       integer, intent(in) :: places(:)
-      !> [4, rows]
+      !> Sums in the columns `integral_sum` to `square_sum`, [4, rows]
       real(wp), contiguous, intent(inout) :: sums(:, :)
 
-      ! changes of the parts of the terms of each row, and sums of these parts at both ends
+      ! changes of the real and imaginary parts of the terms of each row, and sums of their values at both ends
       real(wp) :: changes(form%order, signals_at_once), ends(form%order, signals_at_once)
-      real(wp) :: change, part, part_change, quadratic(signals_at_once), square, start, total
+      ! values of the quadratic form of changes and ends, of each row
+      real(wp) :: quadratic(signals_at_once)
+      ! real part of a term of a row at the start, and change of a part of it
+      real(wp) :: part, part_change
+      ! integral, value at the start, change, and integral of the square of a row
+      real(wp) :: total, start, change, square
       complex(wp) :: s
       integer :: i, k, m
 
@@ -303,6 +322,7 @@ contains
       real(wp), contiguous, intent(in) :: half(:)
       real(wp), intent(in) :: x(order, signals_at_once)
       real(wp), intent(in) :: y(order, signals_at_once)
+      !> y^T A x of each pair
       real(wp), intent(out) :: value(signals_at_once)
 
       ! x and y of the first pair, then of the second; the rows of the products of L and these vectors in a panel

@@ -22,9 +22,11 @@ module row_search
    !> Maximum number of evaluations, after which the signals are searched one by one.
    integer(i8), parameter :: max_evaluations = 4_i8*max_steps
 
-   !> Number of zeros of a signal in a step: none, unknown, exactly one.
+   !> Number of zeros of a signal in a step: none.
    integer, parameter :: has_no_zero = 0
+   !> Number of zeros of a signal in a step: unknown.
    integer, parameter :: is_undecided = 1
+   !> Number of zeros of a signal in a step: exactly one.
    integer, parameter :: has_one_zero = 2
 
    !> A step: its start and length, the node (index of the path) at its end, and the number of steps before it.

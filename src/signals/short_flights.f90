@@ -14,6 +14,7 @@ module short_flights
    integer, parameter :: max_derivatives = max_terms + 1
    ! index of the array constructors of the constants
    integer :: place
+   !> 1/k! for k from 1 on.
    real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
       max_derivatives)]
    !> k terms suffice if the length of the interval times the fastest modal rate does not exceed max_angles(k).
@@ -36,22 +37,34 @@ contains
       real(wp), intent(in) :: limit
       !> The first zero and the maximum before it, if they are certain; else the outcome is `found_none`
       type(search_t), intent(inout) :: search
-      !> Further terms of the signal: a slope, and harmonics Re h exp(i W t), [harmonics]; all three arguments or none
-      !> are given. On return h is one of its derivatives, without use for the caller
+      !> Slope of a further term of the signal; `slope`, `harmonics` and `frequency` are given together or not at all
       real(wp), intent(in), optional :: slope
+      !> Amplitudes h of further terms Re h exp(i W t), [harmonics]; changed, without use for the caller
       complex(wp), intent(inout), optional :: harmonics(:)
+      !> Frequencies W of these terms, [harmonics]
       real(wp), intent(in), optional :: frequency(:)
 
-      ! the series is used up to this multiple of the zero estimated from its first terms, if this time times the
-      ! fastest modal rate does not exceed an angle
-      real(wp), parameter :: margin = 1.25_wp, max_angle = 4.5_wp
+      ! the series is used up to this multiple of the zero estimated from its first terms
+      real(wp), parameter :: margin = 1.25_wp
+      ! maximum of that time multiplied by the fastest modal rate
+      real(wp), parameter :: max_angle = 4.5_wp
       ! derivatives of faster modes may overflow
       real(wp), parameter :: max_rate = 1.0e5_wp
-      ! Two successive derivatives of the modes
+      ! two successive derivatives of the modal displacements, [padded]
       real(wp), dimension(size(weight)) :: low, high
-      ! weighted sums of the derivatives in each SIMD lane; s^(k)/k!
-      real(wp) :: total(lanes, max_derivatives), coefficient(max_derivatives)
-      real(wp) :: rate, length, remainder, factor, step
+      ! weighted sums of the derivatives in each SIMD lane, [lanes, order]
+      real(wp) :: total(lanes, max_derivatives)
+      ! coefficients s^(k)/k! of the series
+      real(wp) :: coefficient(max_derivatives)
+      ! magnitude of the fastest exponent of the modes
+      real(wp) :: rate
+      ! time up to which the series is used
+      real(wp) :: length
+      ! bound on the first omitted term of the series of s(t)/t, and its factor length^terms/(terms + 1)!
+      real(wp) :: remainder, factor
+      ! end of the flight
+      real(wp) :: step
+      ! number of terms of the series
       integer :: terms
       logical :: is_short
 
@@ -97,10 +110,14 @@ contains
       integer, intent(in) :: from
       !> Last coefficient to be computed
       integer, intent(in) :: to
+      !> Coefficients s^(k)/k! of the series
       real(wp), intent(inout) :: coefficient(max_derivatives)
-      !> Further terms of `find_short_flight`; in: h differentiated `from` - 1 times, out: `to` times
+      !> Slope of a further term, as in `find_short_flight`
       real(wp), intent(in), optional :: slope
+      !> Further terms Re h exp(i W t). In: the derivative of order `from` - 1 of h exp(i W t) at t = 0; out: that of
+      !> order `to`
       complex(wp), intent(inout), optional :: harmonics(:)
+      !> Frequencies W of these terms, [harmonics]
       real(wp), intent(in), optional :: frequency(:)
 
       complex(wp) :: derivative
@@ -130,8 +147,11 @@ contains
       real(wp), intent(in) :: coefficient(3)
       real(wp) :: t
 
-      ! maximum ratio of the estimate to the zero of the first two terms; the estimate if there is no zero
-      real(wp), parameter :: max_ratio = 3.0_wp, never = 1.0e290_wp
+      ! maximum ratio of the estimate to the zero of the first two terms
+      real(wp), parameter :: max_ratio = 3.0_wp
+      ! the estimate if there is no zero
+      real(wp), parameter :: never = 1.0e290_wp
+      ! c_2^2
       real(wp) :: square
 
       square = coefficient(2)**2
@@ -179,9 +199,11 @@ contains
       integer, intent(in) :: from
       !> Order of the last derivative to be computed
       integer, intent(in) :: to
-      !> W^2, and 2 zeta
+      !> W^2 of the modes
       real(wp), intent(in) :: square(lanes, blocks)
+      !> 2 zeta: the equation of a mode is z'' = -W^2 (z + 2 zeta z')
       real(wp), intent(in) :: two_zeta
+      !> Weights of the modes in the signal
       real(wp), intent(in) :: weight(lanes, blocks)
       !> In: derivative of order `from` - 1. Out: derivative of order `to`
       real(wp), intent(inout), dimension(lanes, blocks) :: low
@@ -227,7 +249,13 @@ contains
       integer, parameter :: step_cap = 24, iteration_cap = 12
       ! coefficients of the series in t over the length of the interval
       real(wp) :: scaled(size(coefficient))
-      real(wp) :: above, below, rounding, first, last, power, slope, step, term, value
+      ! bounds on the second derivative from above and, with the opposite sign, from below
+      real(wp) :: above, below
+      ! bound on the rounding error of the series
+      real(wp) :: rounding
+      ! instants between which the zero lies
+      real(wp) :: first, last
+      real(wp) :: power, slope, step, term, value
       integer :: i, k
 
       power = 1.0_wp
@@ -235,7 +263,6 @@ contains
          scaled(k) = coefficient(k)*power
          power = power*length
       end do
-      ! bounds on the second derivative from above and below, and on the rounding error
       above = 0.0_wp
       below = 0.0_wp
       rounding = 0.0_wp

@@ -69,13 +69,18 @@ contains
 
       ! lengths that differ by less than this fraction are equal: the ends of an interval are rounded
       real(wp), parameter :: rounding = 1.0e-9_wp
-      ! products of terms that have decayed would be subnormal, which is slow
+      ! amplitudes below this count as zero, because subnormal products of decayed terms are slow
       real(wp), parameter :: negligible = 1.0e-140_wp
-      complex(wp) :: ramp, simple, start
-      ! Real and imaginary parts of amplitudes, and their products with the matrix, [2 terms, signals]
-      real(wp), dimension(2*size(signals%exponent), size(first)) :: parts, products
-      ! Factors of the parts in integrals of a signal, of a signal times t, and in its value at the end, [2 terms]
+      ! integrals of exp(s t) and of t exp(s t), and exp(s t) at the start of the interval
+      complex(wp) :: simple, ramp, start
+      ! real and imaginary parts of the amplitudes at the start of the interval, [2 terms, signals]
+      real(wp) :: parts(2*size(signals%exponent), size(first))
+      ! matrix of the quadratic form times these parts, [2 terms, signals]
+      real(wp) :: products(2*size(signals%exponent), size(first))
+      ! factors of the parts in the integral of a signal, in the integral of a signal times t, and in its value at the
+      ! end of the interval, [2 terms]
       real(wp), dimension(2*size(signals%exponent)) :: of_simple, of_ramp, of_end
+      ! length of the interval, and constant part of a signal at its start
       real(wp) :: length, offset
       integer :: i, k, n
 
@@ -168,7 +173,9 @@ contains
       !> The quadratic form, with the inverses
       type(squares_t), intent(inout) :: squares
 
-      real(wp) :: conjugate, modulus_change(size(squares%decay)), sign, direct, direct_imag, conjugate_imag, u, v, x, y
+      ! real and imaginary parts of the integrals of exp((s_m + s_n) t) and of exp((s_m + conjg(s_n)) t)
+      real(wp) :: direct, direct_imag, conjugate, conjugate_imag
+      real(wp) :: modulus_change(size(squares%decay)), sign, u, v, x, y
       complex(wp) :: pair, power(2), total
       integer :: i, k, m, n
 

@@ -8,11 +8,14 @@ module signal_peaks
    private
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, find_turn, peak_tolerance
 
-   !> Evaluations that the searches for an extreme of a run may use: for the whole run, further ones after their
-   !> tolerance was raised, and further ones for each phase. When they are used up, the tolerance is raised tenfold,
-   !> because a beam without damping oscillates for ever, and the cost of a search would have no limit.
+   ! The following constants limit the evaluations of the searches for an extreme of a run. When they are used up, the
+   ! tolerance is raised tenfold, because a beam without damping oscillates for ever, and the cost of a search would
+   ! have no limit.
+   !> Number of evaluations for the whole run.
    integer(i8), parameter :: initial_evaluations = 20000_i8
+   !> Number of further evaluations after the tolerance was raised.
    integer(i8), parameter :: further_evaluations = 2000_i8
+   !> Number of further evaluations for each phase.
    integer(i8), parameter :: phase_evaluations = 100_i8
 
    !> Tolerance of the searches for an extreme, and effort that remains for them, over the phases of a run.
@@ -158,8 +161,13 @@ contains
       !> Instant of that maximum
       real(wp), intent(inout) :: time
 
+      ! maximum number of times that the samples are taken
       integer, parameter :: zooms = 10
-      real(wp) :: previous, first, sample, last, slope, t, width
+      ! first and last instant of the samples, and interval between samples
+      real(wp) :: first, last, width
+      ! maximum before the samples were taken
+      real(wp) :: previous
+      real(wp) :: sample, slope, t
       integer(i8) :: i, count
       integer :: zoom
 
@@ -249,13 +257,13 @@ contains
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
 
-      ! first delay of the start, as a fraction of the span
+      ! first delay of the start, as a fraction of the interval that is searched
       real(wp), parameter :: first_delay = 1.0e-9_wp
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
       type(search_t) :: search
       real(wp) :: delay, slope
-      ! the slope is zero, to within rounding, at the (delayed) start
+      ! whether the slope is zero, to within rounding, at the (delayed) start
       logical :: is_turning
 
       is_found = .false.

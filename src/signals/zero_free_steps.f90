@@ -26,10 +26,16 @@ contains
       real(wp), intent(in) :: whole_slope
       real(wp) :: step
 
-      ! partial sums of the first k terms, and of the lower bounds of the others
-      real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, tail, lower_value, step_length
-      ! Running sums of five columns of the terms, and of the lower bounds of the last terms
-      real(wp) :: sums(6), rounding
+      ! for each k, sums over the first k terms: values, slopes, second derivatives, bounds on second derivatives, and
+      ! bounds on third derivatives
+      real(wp), dimension(size(terms, 1)) :: values, slopes, curvatures, curvature_bounds, jerk_bounds
+      ! for each k, sum of the depths below zero that the terms after the k-th can reach
+      real(wp) :: depths(size(terms, 1))
+      ! for each k, lower bound of the whole sum at the start, and length of the step
+      real(wp), dimension(size(terms, 1)) :: lower_value, step_length
+      ! the same sums up to the present term
+      real(wp) :: value, slope, curvature, curvature_bound, jerk_bound, depth
+      real(wp) :: rounding
       integer :: best, k, n
 
       n = size(terms, 1)
@@ -38,34 +44,38 @@ contains
          step = step_without_zero(max(whole, 0.0_wp), whole_slope, other_terms(bound_curvature))
          return
       end if
-      sums(:5) = other_terms([term_value, term_rate, bound_curvature, term_curvature, bound_jerk])
-      sums(6) = 0.0_wp
+      value = other_terms(term_value)
+      slope = other_terms(term_rate)
+      curvature = other_terms(term_curvature)
+      curvature_bound = other_terms(bound_curvature)
+      jerk_bound = other_terms(bound_jerk)
+      depth = 0.0_wp
       do k = 1, n
-         sums(1) = sums(1) + terms(k, term_value)
-         sums(2) = sums(2) + terms(k, term_rate)
-         sums(3) = sums(3) + terms(k, bound_curvature)
-         sums(4) = sums(4) + terms(k, term_curvature)
-         sums(5) = sums(5) + terms(k, bound_jerk)
-         values(k) = sums(1)
-         slopes(k) = sums(2)
-         bounds(k) = sums(3)
-         curvatures(k) = sums(4)
-         jerks(k) = sums(5)
-         tail(n + 1 - k) = sums(6)
-         sums(6) = sums(6) + terms(n + 1 - k, bound_value)
+         value = value + terms(k, term_value)
+         slope = slope + terms(k, term_rate)
+         curvature = curvature + terms(k, term_curvature)
+         curvature_bound = curvature_bound + terms(k, bound_curvature)
+         jerk_bound = jerk_bound + terms(k, bound_jerk)
+         values(k) = value
+         slopes(k) = slope
+         curvatures(k) = curvature
+         curvature_bounds(k) = curvature_bound
+         jerk_bounds(k) = jerk_bound
+         depths(n + 1 - k) = depth
+         depth = depth + terms(n + 1 - k, bound_value)
       end do
       ! rounding error of the partial sums, whatever the order of summation
-      rounding = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + other_terms(bound_value) &
-         + abs(other_terms(term_value))) + abs(sums(1)))
+      rounding = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(depth + other_terms(bound_value) + abs(other_terms(term_value))) &
+         + abs(value))
       !$omp simd
       do k = 1, n
-         lower_value(k) = values(k) - tail(k) - rounding
+         lower_value(k) = values(k) - depths(k) - rounding
       end do
       lower_value(n) = max(whole, 0.0_wp)
       slopes(n) = whole_slope
       !$omp simd
       do k = 1, n
-         step_length(k) = step_without_zero(max(lower_value(k), 0.0_wp), slopes(k), bounds(k))
+         step_length(k) = step_without_zero(max(lower_value(k), 0.0_wp), slopes(k), curvature_bounds(k))
          step_length(k) = merge(step_length(k), 0.0_wp, lower_value(k) >= 0.0_wp)
       end do
       step = 0.0_wp
@@ -76,8 +86,8 @@ contains
             best = k
          end if
       end do
-      step = max(step, cubic_step(lower_value(best), slopes(best), curvatures(best), jerks(best), step))
-      if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerks(n), step))
+      step = max(step, cubic_step(lower_value(best), slopes(best), curvatures(best), jerk_bounds(best), step))
+      if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerk_bounds(n), step))
    end function zero_free_step
 
    !> The longest of some multiples of a step over which a cubic is certainly positive; 0: the cubic may vanish in all.
@@ -100,7 +110,13 @@ contains
          2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
       ! powers and products of magnitudes up to this do not overflow
       real(wp), parameter :: max_magnitude = 1.0e70_wp
-      real(wp) :: curvature_term, jerk_term, h, lower_bound, trial_step
+      ! length of a step, a multiple of `trial_step`
+      real(wp) :: h
+      ! h^2 (second derivative)/6 and h^3 (bound on the third derivative)/6
+      real(wp) :: curvature_term, jerk_term
+      ! minimum Bernstein coefficient of the cubic on [0, h]
+      real(wp) :: lower_bound
+      real(wp) :: trial_step
       integer :: j
 
       longest = 0.0_wp

@@ -26,6 +26,7 @@ module case_runs
       type(case_beam_t) :: beam
       !> Final state of the preceding case, from which the next case starts; unallocated: the cases are independent
       type(section_state_t), allocatable :: carried
+      !> Contents of the scene file with its table of names, from which the scene of each case is made
       type(draft_t), private :: draft
       !> Values of the parameters in `scene`; unallocated: `scene` has those of the file
       real(wp), allocatable, private :: values(:)

@@ -121,7 +121,8 @@ contains
       character(:), allocatable :: group, heading, place
       integer :: i
 
-      ! rows in which all measures equal the highest rebound; only the column `peak_1`, a displacement, is printed
+      ! in the rows of `highest`, all measures equal the highest rebound; only the column `peak_1`, a displacement, is
+      ! printed
       units = units_in(scene)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)

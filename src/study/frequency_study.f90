@@ -76,7 +76,7 @@ contains
 
       if (is_piecewise(scene)) then
          associate (group => scene%frequencies)
-            ! its segments between stations, supports and masses are taken from the finest mesh
+            ! the segments of the beam between stations, supports and masses are taken from the finest mesh
             finest = maxloc(group%mesh_elements, 1)
             call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error)
          end associate

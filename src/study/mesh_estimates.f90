@@ -42,7 +42,7 @@ contains
       !> Unallocated: the estimate would take too long
       type(mesh_errors_t), allocatable, intent(out) :: errors
 
-      ! the runs have 1, 2 and 4 times as many modes
+      ! work of the runs of the estimate over that of the run: they have 1, 2 and 4 times as many modes
       real(wp), parameter :: factor = 7.0_wp
       logical :: is_cut
 

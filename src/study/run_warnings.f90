@@ -17,7 +17,8 @@ module run_warnings
 
    !> Slope beyond which deflections are not small.
    real(wp), parameter :: max_slope = 0.2_wp
-   !> Slope at the tip over the ratio of displacement to length, for a cantilever bent by a force at its tip
+   !> Slope at the tip over the ratio of displacement to length, for a cantilever bent by a force at its tip: F L^2/(2 E
+   !> I) over F L^2/(3 E I).
    real(wp), parameter :: slope_ratio = 1.5_wp
 
 contains
