@@ -172,7 +172,7 @@ contains
    end function force_change
 
    !> Change of the reaction of a closed rigid contact by a change of state and loads.
-   function reaction_change(now, k, q, v, branch_force, load) result(change)
+   recursive function reaction_change(now, k, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Changes of q, v, branch forces and loads as in `signal_change`
@@ -198,8 +198,14 @@ contains
                constrained%mode))
             if (now%loads%count > 0) change = change - sum(set%forced%balanced_fraction(place, :)*load)
             do i = 1, size(set%compliant)
-               change = change - constrained%balanced_fraction(place, set%compliant(i))*force_change(now, &
-                  set%compliant(i), q, v, branch_force)
+               associate (other => set%compliant(i), fraction => constrained%balanced_fraction(place, set%compliant(i)))
+                  ! a rigid contact that is no constraint applies a force, too
+                  if (now%states(other)%is_rigid) then
+                     change = change - fraction*reaction_change(now, other, q, v, branch_force, load)
+                  else
+                     change = change - fraction*force_change(now, other, q, v, branch_force)
+                  end if
+               end associate
             end do
             return
          end if

@@ -135,7 +135,8 @@ contains
 
       call group%put('tau', response%shape_tau, 'time', 'time{ tau}', is_scale=.true.)
       call group%put('x', node_position, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
-      call write_shape('displacement', response%shape_displacement, 'displacement of the beam{, eta}')
+      call write_shape('displacement', response%shape_displacement, &
+         'displacement of the beam, up from the surface of the stop{, eta}')
       call write_shape('slope', response%shape_slope, '{d eta/d(x/L)~slope of the beam}')
       call write_shape('velocity', response%shape_velocity, 'velocity of the beam{, d eta/d tau}')
       call write_shape('slope_velocity', response%shape_slope_velocity, &

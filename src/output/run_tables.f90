@@ -72,6 +72,8 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
 
+      ! a greater difference stands for runs that failed or ended before a comparison
+      real(wp), parameter :: max_difference = 1.0e3_wp
       character(:), allocatable :: words
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
@@ -80,7 +82,9 @@ contains
          //"impacts; mass = 'auto' is more accurate")
       if (check%finer_elements == 0) return
       words = 'with '//to_text(check%finer_elements)//' elements '
-      if (check%is_relative) then
+      if (check%difference > max_difference) then
+         words = words//'no motion was found to compare'
+      else if (check%is_relative) then
          words = words//'they differ by '//with_two_digits(100.0_wp*check%difference)//' %'
       else
          words = words//phrase(units, 'the motion differs by ', 'displacement', check%difference)
