@@ -110,7 +110,7 @@ contains
       real(wp), intent(in) :: v(:)
       !> Index of the sample in the histories
       integer, intent(in) :: place
-      !> Contacts with the forces of the sample, in the order of the motion
+      !> Contacts with the forces of the sample, in the order of `self%states`, not of the scene
       type(contact_record_t), intent(in) :: contacts(:)
       type(body_record_t), intent(inout) :: bodies(:)
 

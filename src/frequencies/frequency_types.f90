@@ -11,7 +11,7 @@ module frequency_types
       character(:), allocatable :: solver
       !> Number of elements of the mesh
       integer :: elements = 0
-      !> Length ratio of the mesh; 0: the nodes are given
+      !> Ratio of neighbouring element lengths, l_i/l_(i+1); 0: the nodes are given
       real(wp) :: ratio = 1.0_wp
       !> lambda_i, [modes found]
       real(wp), allocatable :: lambda(:)

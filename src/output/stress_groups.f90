@@ -51,7 +51,8 @@ contains
 
    contains
 
-      !> Write moments and stresses of one extreme at all places.
+      !> Write moments and stresses of one extreme at all places. `greatest` and `least` are the names in files of the
+      !> signed maximum and minimum; the measure `greatest_moment` is a magnitude.
       subroutine add_extreme(which, values, instants, tolerance)
          character(*), intent(in) :: which
          !> Extreme moments
@@ -62,9 +63,10 @@ contains
          !> `peak_tolerance` only if a search ran out of evaluations and raised its tolerance
          real(wp), intent(in) :: tolerance
 
-         call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', place_scale)
+         call group%put(which//'_moment', values, 'moment', which//' bending moment, with its sign{, Pbar L}', &
+            place_scale)
          if (has_stress) call group%put(which//'_stress', moments%stress_per_moment*values, 'stress', &
-            which//' stress{, in E D/L}', place_scale)
+            which//' stress, with its sign{, in E D/L}', place_scale)
          if (tolerance > peak_tolerance) then
             call group%attribute('tolerance', tolerance, group%named(which//'_moment'))
             if (has_stress) call group%attribute('tolerance', tolerance, group%named(which//'_stress'))

@@ -100,12 +100,13 @@ contains
          end do
       end do
       call add_statement(list, '6a', 'With small damping high components are strong.', &
-         'part of the modes above the second in the velocity of the stop point, zeta = 0.001 over 0.05, over 2', &
+         'part of the modes above the second in the velocity of the stop point: ' &
+         //'ratio of that at zeta = 0.001 to that at 0.05, above 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%high_mode_velocity, i=1, size(zeta%cases))], 4), '')
       call add_end_statement(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
-         'order of the ends over zeta, under -0.6', end_correlation, decreases, 'ends at tau = '// &
-         listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
+         'rank correlation (Kendall) of the ends with zeta, under -0.6', end_correlation, decreases, &
+         'ends at tau = '//listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
          listed(end_tau_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &

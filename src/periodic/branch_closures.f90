@@ -24,21 +24,21 @@ contains
    !> Does a branch of doubled period rejoin the branch that it left, at a period doubling of that branch? The two
    !> halves of the period exchange their section values there; after the doubling the branch repeats itself, shifted by
    !> half its period.
-   pure function rejoins_at(other, last, next, range) result(answer)
+   pure function rejoins_at(other, last, next, max_difference) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
       !> Last point of the branch
       type(orbit_point_t), intent(in) :: last
       !> Next point of the branch
       type(orbit_point_t), intent(in) :: next
-      !> Maximum distance of the doubling in units of the parameter
-      real(wp), intent(in) :: range
+      !> Maximum difference of the parameter between the doubling and `next`
+      real(wp), intent(in) :: max_difference
       logical :: answer
 
       integer :: j
 
       answer = .false.
-      if (.not. halves_swap(last, next) .or. abs(next%value - other%value) > range) return
+      if (.not. halves_swap(last, next) .or. abs(next%value - other%value) > max_difference) return
       do j = 1, other%periods
          answer = answer .or. is_close(last, other%tip(:, j)) .and. is_close(next, other%tip(:, j))
       end do
@@ -57,8 +57,8 @@ contains
    end function rejoins_at
 
    !> Does the start of a branch lie between two successive points, with the initial direction of the branch? The
-   !> comparison uses quantities that do not depend on the phase of the section, and includes shifts of the orbit by
-   !> load periods.
+   !> points are compared by the parameter and the section values at phase 0, because the states from which Newton's
+   !> method starts may lie at different phases, and the orbit at all shifts by load periods.
    pure subroutine check_closure(start, second, last, next, units, is_away, has_returned)
       !> First point of the branch
       type(orbit_point_t), intent(in) :: start

@@ -201,8 +201,8 @@ contains
       if (scene%wants_uncertainty) call resolve_uncertainty(input, scene)
    end subroutine resolve_inference
 
-   !> Replace the maximum contact force, which a rigid stop does not have, by the maximum mean force over the beginning
-   !> of an episode.
+   !> Replace the maximum contact force, which a rigid stop does not have, by the maximum over episodes (all contact
+   !> between two rebounds above the settling level) of the mean force in the first `force_window`.
    pure subroutine replace_force(measures)
       !> Indices in `measure_table`; unallocated: none
       integer, allocatable, intent(inout) :: measures(:)
