@@ -174,7 +174,8 @@ contains
             ! also marks a rigid contact with a force, which `begin_contacts_at_start` closes
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%indentation = forces(k)/state%spring%stiffness
-            ! a massless node is displaced by the static force that holds the beam before its release
+            ! before its release the stop point is held at 1 + h from the unstressed beam, by the force (1 + h)
+            ! /(flexibility of modes and node), which displaces a massless node by its own flexibility
             if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate

@@ -48,9 +48,9 @@ contains
       end select
    end subroutine find_start_momenta
 
-   !> The spline through the points of a table. Its slope is zero at a root that cannot rotate; its curvature is zero at
-   !> a free end, beyond which the curve is straight. A fixed root is one of the points, whether or not the table
-   !> contains it.
+   !> The spline through the points of a table. Its slope is zero at its first point if the root cannot rotate.
+   !> Otherwise, and at its last point, its curvature is zero; beyond the points the curve is straight. A fixed root is
+   !> one of the points, whether or not the table contains it.
    pure function curve_of_table(model, position, values) result(curve)
       type(beam_model_t), intent(in) :: model
       !> Positions x/L, ascending, two or more

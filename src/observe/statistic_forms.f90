@@ -17,9 +17,9 @@ module statistic_forms
    !> Formula by which a statistic follows from the sums of a contact.
    type :: form_t
       character(24) :: name
-      !> Index of the sum, or of the numerator of a quotient
+      !> Index of the sum, of the numerator of a quotient, or of the maximum of a range
       integer :: numerator
-      !> Index of the denominator; 0: the statistic is not a quotient
+      !> Index of the denominator of a quotient, or of the minimum of a range; 0: neither
       integer :: denominator = 0
       !> Whether the statistic is the square root of the quotient
       logical :: is_root = .false.

@@ -64,7 +64,7 @@ contains
       n = size(contacts)
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
       if (allocated(contacts(1)%eta)) call add('eta', [(contacts(k)%eta, k=1, n)], &
-         'displacement of the beam there from the surface{, eta}; with `side` the gap', 'displacement')
+         'displacement of the beam there from the surface{, eta}; times `side`: the gap', 'displacement')
       if (allocated(contacts(1)%velocity)) call add('velocity', [(contacts(k)%velocity, k=1, n)], &
          'velocity of the beam there{, d eta/d tau}', 'velocity')
       if (allocated(contacts(1)%force)) call add('force', [(contacts(k)%force, k=1, n)], &

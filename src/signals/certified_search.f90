@@ -43,7 +43,7 @@ module certified_search
 
    !> A function of time with guaranteed bounds on its derivatives.
    type, abstract :: certified_signal_t
-      !> Order k of the first derivative of s that does not vanish at t = 0, where it is positive; 0: s(0) > 0
+      !> Order of the first derivative of s that is not 0 at t = 0 (3: or lower ones are within rounding); 0: s(0) > 0
       integer :: start_order = 0
    contains
       procedure(bounds_interface), deferred :: find_bounds
@@ -215,7 +215,7 @@ contains
             search%ceiling = huge(1.0_wp)
             return
          end if
-         ! a value below its rounding error counts as that error: a signal that rises comes no nearer to zero
+         ! after t = 0, a value within rounding comes here only if it rises; the rounding error keeps the step above 0
          step = max(bounds%zero_free_step, step_without_zero(max(bounds%value, &
             merge(bounds%rounding, 0.0_wp, t > 0.0_wp)), bounds%slope, bounds%bound))
          if (order == 0) search%ceiling = max(search%ceiling, max_within_step(bounds, min(step, limit - t)))
@@ -236,8 +236,8 @@ contains
       end do
    end subroutine first_zero
 
-   !> End the search at t, where the signal is zero. If the signal starts at zero, either it has stayed there, or the
-   !> first step has ended at the next zero; the value in the middle decides.
+   !> End the search at t, where the signal is zero. If a signal that was searched itself started at zero, either it has
+   !> stayed there, or the first step has ended at the next zero; the value in the middle decides.
    subroutine end_at_zero(signal, t, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
       real(wp), intent(in) :: t
@@ -287,8 +287,8 @@ contains
       bound = bounds%value + bounds%rounding + length*(slope + 0.5_wp*length*bend)
    end function max_within_step
 
-   !> Begin the search. If the signal starts at zero, the search runs on the first derivative that is positive there: as
-   !> long as that derivative is positive, so are the lower ones and the signal.
+   !> Begin the search. If the signal starts at zero without a slope, the search runs on the first derivative that is
+   !> positive there: as long as it is positive, so are the lower ones and the signal.
    subroutine bounds_at_start(signal, order, bounds, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Order of the derivative; 0: the signal itself
@@ -316,7 +316,7 @@ contains
          if (order == 0) bounds%value = 0.0_wp
       end if
       if (order > 2 .and. bounds%value <= 64.0_wp*bounds%rounding) then
-         ! if stiff overdamped modes leave this derivative below rounding, the next lower derivative decides
+         ! the caller could not decide by lower derivatives; if the next lower one is above rounding, it is searched
          call signal%find_bounds(0.0_wp, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
@@ -403,7 +403,7 @@ contains
       if (certain) certain = bounds%slope**2 > 4.0_wp*curvature_bound(bounds)*bounds%value
    end function falls_to_zero
 
-   !> Upper bound, >= 0, of s'' over twice the time that the signal takes to zero at its present slope.
+   !> Upper bound, >= 0, of s'' during the next 2 s/|s'|, twice the time to zero at the present slope.
    elemental function curvature_bound(bounds) result(bound)
       !> Values and bounds of the signal; the slope is negative
       type(bounds_t), intent(in) :: bounds
@@ -418,7 +418,7 @@ contains
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which it
    !> exceeds only if the signal is almost constant.
    elemental function step_without_zero(value, slope, bound) result(step)
-      !> Value >= 0, slope, and bound >= 0 on the magnitude of the second derivative
+      !> Value >= 0, slope, and upper bound, >= 0, of minus the second derivative
       real(wp), intent(in) :: value, slope, bound
       real(wp) :: step
 
