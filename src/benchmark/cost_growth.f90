@@ -53,7 +53,7 @@ contains
       call add_part(task_motion, histories, 'histories', events_only)
       if (allocated(error)) return
       with_histories = events_only + study%parts(size(study%parts))%timing%median
-      call add_part(task_motion, full_output(), 'ledger', with_histories)
+      call add_part(task_motion, full_output(), 'energy', with_histories)
 
    contains
 
