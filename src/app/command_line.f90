@@ -8,7 +8,7 @@ module command_line
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
-   !> Options with a value, given as the next argument or after =
+   !> Options with a value, which is the next argument or follows the sign =.
    character(*), parameter :: valued_options(*) = [character(9) :: '--threads', '--out', '--new', '--format']
 
    !> One argument of the command line.
@@ -30,8 +30,9 @@ module command_line
       logical :: quiet = .false.
       !> Number of threads of a sweep; 0: as many as there are cores
       integer :: threads = 0
-      !> Whether to print only the version or the help
+      !> Whether to print only the version
       logical :: wants_version = .false.
+      !> Whether to print only the help
       logical :: wants_help = .false.
       !> Group whose names are printed; empty: all groups; unallocated: none
       character(:), allocatable :: names
@@ -68,13 +69,14 @@ contains
       !> Set if the arguments are invalid
       type(failure_t), allocatable, intent(out) :: error
 
-      !> Options with a value that have been read, each between blanks
+      ! options with a value that have been read, each between blanks
       character(:), allocatable :: options
-      !> '--names' or '--new' for each argument that belongs to this option, which only prints; else empty
+      ! '--names' or '--new' for each argument that belongs to this option, which only prints; else empty
       character(7) :: option_of(size(arguments))
-      ! only_files: '--' has been read, after which every argument is a scene file
-      logical :: is_scene(size(arguments)), only_files
-      ! first: the option, of which argument i is the value if it has one
+      logical :: is_scene(size(arguments))
+      ! whether '--' has been read, after which every argument is a scene file
+      logical :: only_files
+      ! index of an option; i is that of its value, if it has one
       integer :: first, i
 
       command%folder = 'results'

@@ -18,7 +18,7 @@ module memory_needs
    !> Maximum number n of elements for which LAPACK's workspace of the modes, 2 (2 n)^2 + 12 n, is a 31-bit integer.
    integer, parameter :: max_dense_elements = 16383
 
-   !> The memory that a scene needs, and what to tell the user if the memory does not suffice.
+   !> The memory that a scene needs, and the parts of the message if the memory does not suffice.
    type :: memory_need_t
       !> Total number of bytes
       real(wp) :: bytes = overhead
@@ -90,8 +90,8 @@ contains
       need%advice = advice
    end subroutine refuse_need
 
-   !> Add the memory for all modes of a mesh by singular values: the flexibility matrix, its copy, vectors and
-   !> workspace.
+   !> Add the memory for all modes of a mesh by singular values: six full matrices (flexibility, its copy, singular
+   !> vectors, workspace) over the two degrees of freedom of each element.
    subroutine add_modes(elements, solves, advice, need)
       integer, intent(in) :: elements
       !> Number of simultaneous solutions
@@ -109,7 +109,7 @@ contains
       end if
    end subroutine add_modes
 
-   !> Add the memory for the samples of runs that are made one after the other.
+   !> Add the memory for the samples of one run; runs that follow each other use the same memory.
    subroutine add_samples(samples, numbers, group, advice, need)
       !> Number of samples of one run
       real(wp), intent(in) :: samples

@@ -43,6 +43,7 @@ contains
          selected = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
          names = names(selected)
       end if
+      ! the measures are mentioned unless the hint proposes a similar group with a question
       if (size(names) == 0) then
          call fail(error, status_bad_input, '--names '//group//': there is no such group; '// &
             hint_for_group(program, wanted)//trim(merge('; measures: the results of a run', repeat(' ', 32), &
@@ -68,7 +69,9 @@ contains
       character(*), parameter :: some_of = 'some of '
       ! length in characters from which on a list is not repeated
       integer, parameter :: long_list = 400
-      integer :: i, k, start
+      ! position in a list at which its words start
+      integer :: start
+      integer :: i, k
 
       do i = size(names), 2, -1
          if (len(names(i)%allowed) < long_list) cycle

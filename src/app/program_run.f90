@@ -83,7 +83,7 @@ contains
       status = run%status
    end subroutine run_program
 
-   !> Run a program after the process has been prepared.
+   !> Start and stop the MPI processes around a run of a program; called by `run_on_default_stack`.
    function run_ranks(data) bind(c) result(nothing)
       !> Address of a `program_run_t`
       type(c_ptr), value :: data
@@ -113,7 +113,9 @@ contains
       type(argument_t), allocatable :: arguments(:)
       type(command_line_t) :: command
       type(scene_t), allocatable :: scenes(:)
-      type(failure_t), allocatable :: error, unprinted
+      type(failure_t), allocatable :: error
+      ! failure to print the help, which is ignored beside a failure of the arguments
+      type(failure_t), allocatable :: unprinted
       integer :: i
 
       status = 0
@@ -122,6 +124,7 @@ contains
       if (allocated(command%format) .and. program%number /= program_motion) call fail(error, status_bad_input, &
          '--format: '//name_of_program(program%number)//' has no tables for other programs; its results file has all')
       if (allocated(error)) then
+         ! without arguments the help is printed, too
          command%wants_help = size(arguments) == 0
          if (command%wants_help) call print_answers(program, command, unprinted)
          call report(program, error%message, error%status, status)

@@ -30,7 +30,9 @@ contains
       type(scene_t) :: modified
       character(:), allocatable :: problem
       integer :: i
-      logical :: all_fail, single_contact
+      logical :: all_fail
+      ! whether the run has a single contact and all modes
+      logical :: single_contact
 
       if (.not. scene%wants_response) return
       if (scene%wants_sweep .and. scene%has_inconsistent_cases) then
@@ -175,7 +177,7 @@ contains
       end do
       if (failing == 0) return
       if (present(all_fail)) all_fail = failing == plan%cases
-      words = to_text(failing)//' of '//to_text(cases)//' cases'//trim(merge(' looked at', '          ', &
+      words = to_text(failing)//' of '//to_text(cases)//' cases'//trim(merge(' tested', '       ', &
          cases < plan%cases))//' cannot start; '//words
    end function failing_cases
 

@@ -80,7 +80,8 @@ contains
          //number_in_words(points)//' points', 'give &force and &base shorter tables')
    end subroutine add_tables
 
-   !> Add the largest column of a table of frequencies.
+   !> Add the frequencies. Their columns (modes of one mesh by one solver) are computed one after the other, so the
+   !> largest counts.
    subroutine add_frequencies(scene, need)
       type(scene_t), intent(in) :: scene
       type(memory_need_t), intent(inout) :: need
@@ -155,7 +156,9 @@ contains
       type(memory_need_t), intent(inout) :: need
 
       real(wp), parameter :: copies = 3.0_wp
-      real(wp) :: samples, shapes, runs
+      real(wp) :: samples, runs
+      ! number of instants at which the whole beam is recorded
+      real(wp) :: shapes
       integer :: histories, contacts
 
       runs = 1.0_wp
@@ -180,6 +183,7 @@ contains
          shapes = 0.0_wp
          if (allocated(output%shape_times)) shapes = real(size(output%shape_times), wp)
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
+         ! each node has a displacement, a slope and their rates
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
             'the whole beam at '//number_in_words(shapes)//' instants', 'give &output a longer shape_step')
          call add_sections(scene, copies*runs, numbers_of_section(scene), need)
@@ -270,8 +274,8 @@ contains
       character(*), parameter :: advice = 'give &mesh fewer elements'
       !> Measured number of reals per element and mode, for the iteration and two sets of modes
       real(wp), parameter :: numbers = 13.0_wp
-      !> Number of full matrices of Newmark's method with modal damping ratios: mass, stiffness, damping, and factors
-      !> for each length of the step
+      !> Number of symmetric full matrices of Newmark's method with modal damping ratios, each stored as a half: mass,
+      !> stiffness, damping, and factors for each length of the step
       real(wp), parameter :: matrices = 40.0_wp
 
       if (moves_in_modes(scene%response) .and. takes_few_modes(elements, run_settings_of(scene))) then

@@ -80,7 +80,7 @@ contains
       end if
       call self%check(status, 'the file in memory')
       ! The earliest superblock is used because h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of later ones.
-      ! A file on the disk may have virtual datasets, which later versions have.
+      ! A file on the disk may have virtual datasets, which require a later format.
       call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, merge(h5f_libver_v18_f, h5f_libver_latest_f, &
          present(expected_size)), status)
       call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)

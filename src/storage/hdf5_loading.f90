@@ -24,7 +24,9 @@ module hdf5_loading
       character(max_name_length) :: name = ''
       !> Number of its values; -1: the member is a subgroup
       integer(hsize_t) :: points = -1_hsize_t
+      !> Whether the values are integers
       logical :: is_integer = .false.
+      !> Whether the values are texts
       logical :: is_text = .false.
    end type member_t
 
@@ -237,6 +239,7 @@ contains
    function number_attribute(self, name, of) result(value)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
+      !> Path of the object
       character(*), intent(in) :: of
       real(wp) :: value
 

@@ -21,13 +21,16 @@ module hdf5_scales
    type :: scale_t
       integer(hid_t) :: group = -1_hid_t
       character(:), allocatable :: name
+      !> HDF5's reference to the scale
       integer(c_int64_t) :: reference = 0_c_int64_t
+      !> Number of uses
       integer :: count = 0
       type(use_t), allocatable :: uses(:)
    end type scale_t
 
    !> All scales of a file.
    type :: scales_t
+      !> Number of scales
       integer, private :: count = 0
       type(scale_t), allocatable, private :: scale(:)
    contains
@@ -44,8 +47,9 @@ contains
       integer(hid_t), intent(in) :: dataset
       !> Number of axes of the dataset
       integer, intent(in) :: rank
-      !> Group and names of the scales; an empty name: none
+      !> Group of the scales
       integer(hid_t), intent(in) :: group
+      !> Names of the scales; an empty name: none
       character(*), intent(in) :: names(:)
       !> Negative: a call of HDF5 failed
       integer, intent(out) :: status
@@ -85,6 +89,7 @@ contains
       integer(hid_t), intent(in) :: group
       character(*), intent(in) :: name
       integer, intent(out) :: place
+      !> Negative: a call of HDF5 failed
       integer, intent(out) :: status
 
       integer(c_int64_t), target :: reference

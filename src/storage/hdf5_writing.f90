@@ -278,8 +278,9 @@ contains
       character(*), intent(in) :: name
       !> Path of the group of the list
       character(*), intent(in) :: source
-      !> Number of values along each axis, and names of the scales
+      !> Number of values along each axis
       integer, intent(in) :: extents(:)
+      !> Names of the dimension scales of the axes
       character(*), intent(in) :: scales(:)
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name

@@ -55,7 +55,7 @@ contains
       end if
       are_loaded = answer == 1_c_int
       if (answer == 0_c_int) call fail(error, status_run_failed, &
-         'started as one of several processes, but what talks to the others is missing: '// &
+         'started as one of several processes, but the library for their communication is missing: '// &
          reason_text(:index(reason_text, c_null_char) - 1))
    end subroutine load_rank_calls
 
