@@ -143,8 +143,9 @@ contains
       integer, intent(in) :: n
       !> Argument
       real(wp), intent(in) :: x
-      !> K_0(x) and K_1(x)
+      !> K_0(x)
       real(wp), intent(in) :: zeroth
+      !> K_1(x)
       real(wp), intent(in) :: first
       real(wp) :: value
 

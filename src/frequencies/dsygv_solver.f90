@@ -41,7 +41,7 @@ contains
       order = size(free)
       job = merge('V', 'N', present(modes))
       if (count < 0 .or. count > order) then
-         call fail(error, status_run_failed, 'DSYGV: more modes asked for than the mesh has')
+         call fail(error, status_run_failed, 'DSYGV: more modes requested than the mesh has')
          return
       end if
       allocate (vectors, source=rows_and_columns(model%stiffness, free))

@@ -281,13 +281,14 @@ contains
       tip(4, :) = tip(4, :)*scale_root
 
       matrix(1, :) = clamp(:, 1)
+      ! with x = 2 z, d(x^-n C_n)/dx = -x^-n C_(n+1) for J, Y and K, but + for I (DLMF 10.6.6, 10.29.4)
       matrix(2, :) = clamp(:, 2)*[1.0_qp, 1.0_qp, -1.0_qp, 1.0_qp]
       matrix(3, :) = tip(:, 3)
       if (problem%constrained_tip) then
          matrix(4, :) = tip(:, 1)
       else
          ! coefficient of the shear force, 8 s^3 z^3 at the tip, divided by lambda^3: (h_tip/hbar)^(3/2) with the sign
-         ! of s
+         ! of s; d(x^n C_n)/dx = x^n C_(n-1) for J, Y and I, but - for K
          shear = sign((1.0_qp - taper)*sqrt(1.0_qp - taper), taper)
          matrix(4, :) = shear*tip(:, 2)*[1.0_qp, 1.0_qp, 1.0_qp, -1.0_qp] &
             - real(problem%tip_mass_ratio, qp)*lambda*tip(:, 1)

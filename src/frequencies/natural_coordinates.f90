@@ -181,6 +181,7 @@ contains
          associate (length => natural%length(element), inverse => natural%inverse(:, element))
             left = (inverse(1)*q(2*element - 1) + inverse(2)*q(2*element))*length
             right = inverse(3)*q(2*element)*length
+            ! displacements in the element are the double integral of the curvature left (1 - xi) + right xi
             do row = natural%last_row(element - 1) + 1, natural%last_row(element)
                xi = natural%point(row)
                deflection(row) = natural%sqrt_mass(row)*(displacement + xi*length*(rotation + &
@@ -269,6 +270,7 @@ contains
                second = second + force
                third = third + force*one_third*xi
             end do
+            ! the sums of `deflect`, transposed
             right = length*(0.5_wp*moment + length*(one_sixth*shear + third))
             left = length*(0.5_wp*moment + length*(one_third*shear + (second - third)))
             call add_compensated(moment, moment_error, length*(shear + first))

@@ -282,7 +282,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       if (count < 0 .or. count > available) then
-         call fail(error, status_run_failed, 'natural solver: more modes asked for than the mesh has')
+         call fail(error, status_run_failed, 'natural solver: more modes requested than the mesh has')
       end if
    end subroutine check_count
 

@@ -144,8 +144,8 @@ contains
       end do
    end function piecewise_lambda
 
-   !> Number of roots below lambda: the roots of each segment with both ends clamped, plus the negative pivots of the
-   !> dynamic stiffness matrix, which is eliminated joint by joint from the root to the tip.
+   !> Number of roots below lambda: the roots of each segment with both ends clamped, plus the negative eigenvalues
+   !> of the dynamic stiffness matrix, which is eliminated joint by joint from the root to the tip.
    pure function roots_below(beam, lambda) result(count)
       type(piecewise_t), intent(in) :: beam
       !> Bound lambda > 0
@@ -172,6 +172,7 @@ contains
             call eliminate_constrained(joint%is_constrained, diagonal, coupling)
          end associate
          determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
+         ! one negative eigenvalue of the block, or two
          if (determinant < 0.0_qp) then
             count = count + 1
          else if (diagonal(1, 1) < 0.0_qp) then

@@ -52,10 +52,12 @@ module support_coordinates
       integer, allocatable :: sprung_dofs(:)
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
-      !> Additional motions of unit amount: their rows of B, [rows, motions], and their displacements and rotations,
-      !> [dofs, motions]. The first are weighted motions: the continuation of a node without inertia (rows of B only),
-      !> then the rigid-body rotation about a pinned root. The others remove rounding errors in excluded directions
-      real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :)
+      !> Rows of B of additional motions of unit amount, [rows, motions]. The first are weighted motions: the
+      !> continuation of a node without inertia, then the rigid-body rotation about a pinned root. The others remove
+      !> rounding errors in excluded directions
+      real(wp), allocatable :: motion_rows(:, :)
+      !> Displacements and rotations of these motions, zero for the continuation, [dofs, motions]
+      real(wp), allocatable :: motion_dofs(:, :)
       !> Weights of the coordinates in the amounts of the weighted motions, [order, weighted motions]
       real(wp), allocatable :: weight(:, :)
       !> Constraint that each motion violates by 1 and that all later motions satisfy; its degree of freedom is 0 if the
@@ -238,6 +240,7 @@ contains
       type(constraint_t), intent(in) :: constraint
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
+      !> Displacement or rotation of the degree of freedom of the support
       real(wp), intent(in) :: displacement
       real(wp) :: violation
 

@@ -132,7 +132,8 @@ contains
 
    contains
 
-      !> Integral of exp(theta t) E' from the start. The factor exp(theta t) shifts all points by theta.
+      !> Integral of exp(theta t) E' from the start, the sum of sigma E and E' - sigma E, whose points `find_points`
+      !> gives. The factor exp(theta t) shifts all points by theta; the integral adds the point 0.
       pure function integral_with(theta) result(value)
          complex(wp), intent(in) :: theta
          complex(wp) :: value
@@ -174,6 +175,7 @@ contains
       end if
       if (abs(segment%harmonic) <= 0.0_wp) return
       theta = cmplx(0.0_wp, segment%frequency, wp)
+      ! h' is exponent(1) h + exp(exponent(2) t); the factor exp(theta t) shifts the exponents, the integral adds 0
       associate (exponent => mode%exponent + theta)
          work = work + real(segment%harmonic*(start(2)*exponential_difference([zero, exponent(2)], time) &
             + (start(2)*mode%exponent(1) - mode%square*start(1))*exponential_difference([zero, exponent], time)), wp)

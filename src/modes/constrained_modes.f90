@@ -59,7 +59,14 @@ contains
 
       integer, allocatable :: active(:), order(:)
       real(wp), parameter :: rounding = 1.0e-14_wp
-      real(wp), allocatable :: distance(:, :), consistent(:), roots(:), scaled(:)
+      ! W_i^2 - w^2, [active, new]
+      real(wp), allocatable :: distance(:, :)
+      ! b_i^2, then b_i, for which the computed w^2 are exact, [active]
+      real(wp), allocatable :: consistent(:)
+      ! w^2, [new]
+      real(wp), allocatable :: roots(:)
+      ! |b_i| over the frequency, [modes]
+      real(wp), allocatable :: scaled(:)
       real(wp) :: norm
       integer :: i, j, a, n, unchanged, modes
 
@@ -68,8 +75,8 @@ contains
       if (flexibility <= 0.0_wp) modes = n - 1
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
-      ! Modes whose value at the point exceeds rounding; the other modes have a node there. The rotation of a short
-      ! element in the highest modes exceeds that in the low modes by orders of magnitude, but not over the frequency
+      ! Modes whose value at the point exceeds rounding; the other modes have a node there. The values are compared
+      ! over the frequency, too, because the rotation of a short element may be immense in the highest modes
       allocate (scaled, source=abs(value)/sqrt(max(square, 1.0_wp)))
       allocate (active, source=pack([(i, i=1, n)], abs(value) > rounding*maxval(abs(value)) .or. &
          scaled > rounding*maxval(scaled)))
@@ -101,7 +108,9 @@ contains
    end subroutine constrain
 
    !> Weights for which the computed roots are exact. They differ from the given weights by rounding only, but the modes
-   !> computed from them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+   !> computed from them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266):
+   !> weight_i = constant prod_k (root_k - pole_i)/prod_k (pole_k - pole_i), k /= i in the denominator. Without a root
+   !> above the last pole, the sum of the weights replaces constant (root - pole_i) of that root.
    pure subroutine consistent_weights(pole, total, constant, distance, weight)
       !> Poles, ascending
       real(wp), intent(in) :: pole(:)

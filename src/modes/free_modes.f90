@@ -35,8 +35,8 @@ module free_modes
       real(wp), allocatable :: truncated_square(:)
       !> Shapes of the truncated modes
       real(wp), allocatable :: truncated_mode(:, :)
-      !> Displacement of a massless node at the stop under a unit force if all other degrees of freedom are fixed; 0:
-      !> the node has mass
+      !> Displacement of a massless node at the stop under a unit modal force (in rho Abar L omega1^2) if all other
+      !> degrees of freedom are fixed; 0: the node has mass
       real(wp) :: node_flexibility = 0.0_wp
       !> M phi_i at the stop point, for impacts whose impulse replaces the velocity of that node only, [modes]
       real(wp), allocatable :: nodal_mass(:)

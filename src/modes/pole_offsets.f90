@@ -44,7 +44,7 @@ contains
       real(wp), intent(in), optional :: mass_rate(:)
 
       integer :: i
-      real(wp) :: damping, square
+      real(wp) :: coefficient, square
 
       if (present(mass_rate)) then
          if (any(abs(mass_rate) > 0.0_wp)) then
@@ -54,11 +54,12 @@ contains
       end if
       do i = 1, size(squares)
          square = squares(i)
-         damping = 2.0_wp*zeta**2*square - 1.0_wp
+         ! with e = 1 + 2 zeta s, s^2 + 2 zeta W^2 s + W^2 = 0 becomes e^2 + 2 coefficient e + 1 = 0
+         coefficient = 2.0_wp*zeta**2*square - 1.0_wp
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
-            if (damping > 1.0_wp) then
-               ! e^2 + 2 damping e + 1 = 0: the two values of e are reciprocals
-               e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
+            if (coefficient > 1.0_wp) then
+               ! overdamped: the two values of e are real and reciprocals of each other
+               e(1) = -1.0_wp/(coefficient + sqrt((coefficient - 1.0_wp)*(coefficient + 1.0_wp)))
                e(2) = 1.0_wp/e(1)
                p = (e - 1.0_wp)/(2.0_wp*zeta)
             else
@@ -74,11 +75,15 @@ contains
    !> `find_mode_poles` with damping proportional to mass, or given mode by mode: s^2 + (2 zeta W^2 + alpha) s + W^2 =
    !> 0, so that 1 + 2 zeta s = -s (s + alpha)/W^2.
    pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
+      !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
+      !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
       !> alpha, [modes]
       real(wp), intent(in) :: mass_rate(:)
+      !> Poles s, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
+      !> 1 + 2 zeta s, [2 modes at least]
       complex(wp), intent(inout) :: relative(:)
 
       real(wp) :: decay, frequency, spread

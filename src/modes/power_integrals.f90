@@ -137,7 +137,9 @@ contains
          square = total_decay**2 + plus**2
          over_plus = merge(0.5_wp, 0.0_wp, square > negligible)/max(square, negligible)
          over_minus = merge(0.5_wp, 0.0_wp, distance(m) > negligible)/max(distance(m), negligible)
-         ! Real and imaginary part of the direct coefficient, then of the conjugate coefficient
+         ! With re + i im the direct coefficient, then the conjugate coefficient of the pair: u - i x and v - i y are
+         ! these coefficients over 2 (s_m + s_n) and over 2 (s_m + conj(s_n)), and Re((u - i x) A_m A_n
+         ! + (v - i y) A_m conj(A_n)) has the entries of the matrix
          re = product_real(m) - product_imag(k + m)
          im = product_imag(m) + product_real(k + m)
          u = over_plus*(plus*im - total_decay*re)

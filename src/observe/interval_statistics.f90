@@ -147,6 +147,7 @@ contains
    !> Add the accelerations on a span, the second derivatives of the displacements at contacts and of the tip.
    subroutine add_accelerations(interval, span, block, blocks)
       class(interval_t), intent(in) :: interval
+      !> Beginning and end of the span, since the start of the interval
       real(wp), intent(in) :: span(2)
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks

@@ -277,6 +277,7 @@ contains
       ! number of closed contacts until now
       integer :: contacts, i
       logical :: in_contact
+      ! start and end of each closed contact, [2, contacts]; index 0 stands for a contact before the run
       real(wp), allocatable :: contact_times(:, :)
 
       allocate (contact_times(2, 0:response%event_count + 1), source=-1.0_wp)

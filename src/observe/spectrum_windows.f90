@@ -117,6 +117,8 @@ contains
 
       points = size(windows%frequency)
       if (windows%kind == window_hann) then
+         ! the window (1 - cos(Omega (u - n h)))/2 of segment n, which starts after n half segments of length h; with
+         ! Omega h = pi, the cosine is `sign` times cos(Omega u), half the sum of two exponentials
          sign = real(1 - 2*modulo(number, 2), wp)
          segment = 0.5_wp*whole(windows%first(0), points) - 0.25_wp*sign*(whole(windows%first(-1), points) &
             + whole(windows%first(1), points))
