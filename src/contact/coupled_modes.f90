@@ -390,6 +390,7 @@ contains
             matrix(i, j) = matrix(i, j) + m(i)*h
          end do
       end do
+      ! the trapezoidal rule sums T^-1, with T = N + M H, times the arm over the number of points
       columns = solve_small(matrix, identity)
       do j = 1, size(n)
          modes%count = modes%count + 1

@@ -300,6 +300,7 @@ contains
          call sum_over_modes(size(modes%decay), beam, modes%weight_parts, state, total)
          if (maxval(rate) <= minval(rate)) mass_damping = maxval(rate)*total(:, :, displacements)
       end associate
+      ! the modes add -(s + alpha + 2 zeta W^2) z to the direct form, s = -decay + i omega, and W^2 z to the other one
       associate (decay => modes%decay, omega => modes%omega)
          !$omp simd private(square_sum)
          do m = 1, size(decay)

@@ -25,7 +25,8 @@ contains
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%is_rigid) then
-            ! with the force the acceleration of the gap vanishes, too
+            ! the gap acceleration is zero while the contact is closed, and continuous because the force falls to zero:
+            ! the third derivative of the gap is the first that is not zero
             call open_contact(self, k, 3, motion, response)
          else if (state%is_node) then
             ! the velocity of a damped massless node is continuous (order 2), that of an undamped node jumps to the

@@ -1,7 +1,7 @@
 !> A phase of exact motion with any number of contacts: the set of closed contacts is constant until the first of the
 !> signals that can end the phase (gaps of open contacts, forces of closed contacts) falls to zero (docs/theory.md,
-!> section 17). A flight is the motion of a stop point (the point of the beam at a stop) while its contact is open; a
-!> massless node is the node at the stop of a redistributed mass matrix.
+!> section 17). A flight is the motion of a stop point (the point of the beam at a stop) from the opening of its contact
+!> to the next closing, one or more phases. A massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
    use contact_changes, only: end_starts, skip_blocked
@@ -40,6 +40,7 @@ module contact_phase
 
    !> A phase with any number of contacts, in closed form.
    type, extends(phase_t) :: contact_phase_t
+      !> State of the present phase
       type(phase_state_t) :: now
       !> hbar/L, the factor from contact forces to Pbar, the force in the results
       real(wp) :: force_scale = 0.0_wp
@@ -90,8 +91,9 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      ! variations change where a contact becomes undeformed
+      ! variations are converted at the instant at which a contact becomes undeformed, so that this ends a phase
       self%now%passes_undeformed = .not. allocated(motion%tangent)
+      ! without loads, the terms exp(s t) alone give the dissipation
       if (self%now%loads%count == 0 .and. (motion%recorder%requested%energy .or. reads_losses(motion%observers))) then
          call prepare_losses(self%now%set, motion%recorder%requested%energy)
       end if
@@ -109,8 +111,8 @@ contains
       call begin_moments(self%interval%moments, self%now)
    end subroutine begin
 
-   !> Find the end of the phase, the earliest over all contacts. A flight below the hop tolerance that no other event
-   !> interrupts is cancelled.
+   !> Find the end of the phase, the earliest over all contacts. A flight is cancelled if it began with this phase, its
+   !> own contact ends it, and it stays below the hop tolerance.
    subroutine find_end(self, limit)
       class(contact_phase_t), intent(inout) :: self
       !> Time from the start of the phase to the end of the run
@@ -148,7 +150,8 @@ contains
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
-            ! all evaluated gaps are below the tolerance; if their upper bound is not, a search decides
+            ! an evaluated gap above the tolerance proves that the flight is no hop, an upper bound (`ceiling`) below it
+            ! that the flight is one; between these a search decides
             state%may_be_captured = state%may_be_captured .and. search%max_value < state%hop_tolerance
             if (state%may_be_captured .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
@@ -275,6 +278,7 @@ contains
                sample%history([eta_stop, velocity_stop]) = sign*[gap, rate]
                sample%history(eta_tip) = (constrained%static_tip - datum_of(now%states(k)%contact)) &
                   + sum(constrained%tip_value*z)
+               ! if the stop is at the tip, a massless node moves the tip, too
                if (abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = merge(0.0_wp, &
                   sample%history(eta_tip) + sign*node(1), is_constrained)
             end associate
@@ -341,13 +345,13 @@ contains
       end associate
    end subroutine sample_energy
 
-   !> Advance the motion to the end of the phase.
+   !> Advance variations, contacts, energy balance and state to the end of the phase.
    subroutine finish(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
       call end_variations(self, self%ended_at, motion)
-      call finish_energy_balance(self, motion)
+      call evaluate_end(self, motion)
       where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
       if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
       self%now%states%is_new_flight = .false.
@@ -372,8 +376,8 @@ contains
       call end_columns(self%now, ended_at, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
-   !> Compute state, contacts and energy balance at the end of the phase.
-   subroutine finish_energy_balance(self, motion)
+   !> Evaluate the end of the phase: set `z_end` and `v_end`, and advance the contacts and the energy balance.
+   subroutine evaluate_end(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
@@ -425,7 +429,7 @@ contains
          balance%dissipated_beam = balance%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
          where (now%states%is_node) now%states%dissipated = 0.0_wp
       end associate
-   end subroutine finish_energy_balance
+   end subroutine evaluate_end
 
    !> Is dissipation computed in this phase? Measures alone require it only if a compliant contact is closed.
    pure function needs_losses(self, motion) result(needs)
@@ -452,7 +456,7 @@ contains
          if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
          if (is_last .and. observers%measures%is_wanted) then
             self%ended_at = 0
-            call finish_energy_balance(self, motion)
+            call evaluate_end(self, motion)
          end if
          interval%start = motion%tau
          interval%length = self%search%time

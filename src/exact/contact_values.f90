@@ -171,6 +171,7 @@ contains
       if (self%loads%count == 0) return
       associate (row => self%set%forced%at%gaps + k, forced => self%forced)
          gap_bound = gap_bound + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
+         ! a ramp and a mode driven from rest may grow
          if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) gap_bound = huge(1.0_wp)
       end associate
    end function gap_bound_of_terms

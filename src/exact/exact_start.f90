@@ -174,8 +174,8 @@ contains
             ! also marks a rigid contact with a force, which `begin_contacts_at_start` closes
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%indentation = forces(k)/state%spring%stiffness
-            ! before its release the stop point is held at 1 + h from the unstressed beam, by the force (1 + h)
-            ! /(flexibility of modes and node), which displaces a massless node by its own flexibility
+            ! before the release, the stop point is at eta = 1, at 1 + h from the unstressed beam; the force
+            ! F = (1 + h)/(flexibility of modes + flexibility of node) displaces the node by its own flexibility times F
             if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate

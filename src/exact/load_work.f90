@@ -214,6 +214,7 @@ contains
 
    !> Change of exp(sigma t) times the terms since the start of the phase, summed with weights.
    pure function work_of_rotation(weight, exponent, time, rotation, term, amplitude) result(work)
+      !> Weight of each term, [terms]
       complex(wp), contiguous, intent(in) :: weight(:)
       !> Exponents of the products of exp(sigma t) and the terms, [terms]
       complex(wp), intent(in) :: exponent(:)

@@ -6,7 +6,8 @@
 !> components `stiffness` and `mass` of `moments_t`, alpha is the rate of mass-proportional damping, and ' is d/dtau.
 !> The equation of motion replaces z'' + alpha z' by the modal force minus W^2 (z + 2 zeta z'). So the moment is the sum
 !> of the static moment, of (k - W^2 m) (z + 2 zeta z') over the modes, of m times the modal forces of compliant
-!> contacts and loads, and of the direct contribution of loads. Truncated modes respond statically to all forces.
+!> contacts and loads, and of the direct contribution of loads. Truncated modes respond statically to all forces, also
+!> to the reactions of closed rigid contacts, which a unit force reduces at once by its `balanced_fraction`.
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
@@ -41,7 +42,7 @@ module moment_signals
       logical :: is_viscous = .true.
       !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), allocatable :: force_moment(:)
-      !> Moment per unit of each load, except by z + 2 zeta z', [loads]; unallocated: no loads
+      !> Moment per unit of each load while z + 2 zeta z' is constant, [loads]; unallocated: no loads
       real(wp), allocatable :: load_moment(:)
    end type moment_row_t
 

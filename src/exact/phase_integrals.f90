@@ -58,7 +58,7 @@ contains
       if (self%loads%count > 0) call add_load_response(self, places, closed, bending, signals)
    end subroutine find_signals
 
-   !> Add the exponential terms of the motion with compliant contacts.
+   !> Add the exponential terms of the motion with compliant contacts; the arguments are those of `find_signals`.
    subroutine add_terms(self, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)
@@ -98,6 +98,7 @@ contains
    end subroutine add_terms
 
    !> Add the free vibrations of uncoupled modes, and the responses of these modes to loads that drive them from rest.
+   !> The other arguments are those of `find_signals`.
    subroutine add_mode_terms(self, length, modes, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
@@ -180,7 +181,7 @@ contains
       end associate
    end function forced_motions_of
 
-   !> Add the load response without the modes that are driven from rest.
+   !> Add the load response without the modes that are driven from rest; the arguments are those of `find_signals`.
    subroutine add_load_response(self, places, closed, bending, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)

@@ -128,6 +128,7 @@ contains
          do place = 1, size(set%compliant)
             associate (k => set%compliant(place))
                lost(1 + place) = 0.0_wp
+               ! a rigid contact that applies a force instead of a constraint dissipates nothing
                if (self%states(k)%is_rigid) cycle
                if (has_squares .and. set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
                   lost(1 + place) = set%coupled%spring(place)%viscosity*squares(place)

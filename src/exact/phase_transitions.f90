@@ -91,8 +91,7 @@ contains
                return
             end if
             captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
-               .or. &
-               (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
+               .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
             ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
             captures(k)%has_reaction = search%outcome == found_never_positive .and. starts_at_rest
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &

@@ -46,8 +46,7 @@ contains
                call update_indentation(self, place, time, term, contact)
             else
                call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), &
-                  time, &
-                  contact)
+                  time, contact)
             end if
          end if
          state%is_closed(k) = contact%is_closed

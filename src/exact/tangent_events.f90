@@ -140,10 +140,12 @@ contains
          select case (ended_by)
          case (end_gap)
             change = gap
+            ! an open three-element stop bears no force and has the indentation -P2/k1
             if (has_branch_force(state)) change = gap - branch_force(k)/state%spring%stiffness
          case (end_undeformed)
             change = -gap
          case (end_renewed_contact)
+            ! a stop whose surface moves with the beam has no branch
             change = -force_change(now, k, q, v, 0.0_wp*branch_force)
          case (end_force)
             if (state%is_rigid) then

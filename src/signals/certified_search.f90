@@ -1,8 +1,8 @@
 !> The first zero of a signal, found so that no zero before it can be missed (docs/theory.md, section 9).
 !>
-!> A signal is a gap or a contact force as a function of time. At an instant it supplies its value s, its slope s' and a
-!> bound B on |s''| that holds at all later times. While s + s' h - B h^2/2 > 0, the signal has no zero: each step h
-!> ends at the root of this parabola. If the slope is certainly negative up to a zero, inverse interpolation finds it.
+!> A signal is a gap or a contact force as a function of time. At an instant it supplies its value s, its slope s' and
+!> an upper bound B of -s'' that holds at all later times. While s + s' h - B h^2/2 > 0, the signal has no zero: each
+!> step h ends at the root of this parabola. Inverse interpolation finds a zero up to which the slope is negative.
 module certified_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
@@ -287,8 +287,8 @@ contains
       bound = bounds%value + bounds%rounding + length*(slope + 0.5_wp*length*bend)
    end function max_within_step
 
-   !> Begin the search. If the signal starts at zero without a slope, the search runs on the first derivative that is
-   !> positive there: as long as it is positive, so are the lower ones and the signal.
+   !> Begin the search. If the signal starts at zero without a slope (`start_order` > 1), the search runs on the first
+   !> derivative that is positive there: as long as it is positive, so are the lower ones and the signal.
    subroutine bounds_at_start(signal, order, bounds, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Order of the derivative; 0: the signal itself

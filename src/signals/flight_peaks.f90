@@ -78,6 +78,7 @@ contains
          if (bounds%value > 0.0_wp) from = time
          if (bounds%value <= 0.0_wp) to = time
          step = step_to_maximum(bounds)
+         ! converged: the parabola of the slope is exact to the rounding error of the slope
          is_found = abs(step) <= 2.0_wp*spacing(time) .or. (time + step > from .and. time + step < to .and. &
             min(bounds%bound_jerk, 1.0e100_wp)*abs(step)**3 <= bounds%rounding)
          if (is_found) exit
@@ -155,7 +156,7 @@ contains
       if (.not. (fraction > 0.0_wp .and. fraction < 1.0_wp)) fraction = 0.5_wp
    end function cubic_maximum
 
-   !> Does a signal certainly stay below a level between two evaluations? The time between them is divided at one of 16
+   !> Does a signal certainly stay below a level between two evaluations? The time between them is divided at one of 17
    !> instants. Before it a cubic from the earlier evaluation, after it a cubic from the later evaluation, each with the
    !> bound on the third derivative, lies above the signal; the maximum Bernstein coefficient lies above the cubic.
    pure function stays_below(level, distance, earlier, later) result(is)

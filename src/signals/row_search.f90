@@ -29,11 +29,15 @@ module row_search
    !> Number of zeros of a signal in a step: exactly one.
    integer, parameter :: has_one_zero = 2
 
-   !> A step: its start and length, the node (index of the path) at its end, and the number of steps before it.
+   !> A step of all signals.
    type :: step_t
+      !> Start of the step, since the start of the phase
       real(wp) :: from = 0.0_wp
+      !> Length of the step
       real(wp) :: length = 0.0_wp
+      !> Node (index of the path) at the end of the step
       integer :: next = 0
+      !> Number of steps before this one
       integer :: count = 0
       !> Value, slope and curvature of each signal at the start of the step, [0:2, signals]. The arrays are those of
       !> `search_rows`, which allocates none because searches are many and short
@@ -230,15 +234,15 @@ contains
       real(wp), intent(in) :: bound(:)
       integer :: step(size(bound))
 
-      ! rounding does not matter in the logarithm of a trial
-      real(wp), parameter :: share(0:2) = 1.0_wp/[6.0_wp, 5.0_wp, 4.0_wp]
+      ! B h^6 is a fraction of the derivative k times h^k at h^(6 - k); rounding does not matter in a trial
+      real(wp), parameter :: root_order(0:2) = 1.0_wp/[6.0_wp, 5.0_wp, 4.0_wp]
       integer :: k, n, of_bound
 
       do n = 1, size(bound)
          step(n) = lowest_step
          of_bound = exponent_of(max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp)))
          do k = 0, 2
-            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1, wp)*share(k)))
+            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1, wp)*root_order(k)))
          end do
       end do
    end function trial_exponents
