@@ -3,7 +3,7 @@
 module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use measure_rows, only: write_measures_of_cases
+   use measure_rows, only: write_measure_lists
    use quantity_groups, only: quantity_group_t
    use response_types, only: contact_name, contact_record_t
    use run_measures, only: row_of
@@ -64,7 +64,7 @@ contains
       n = size(contacts)
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
       if (allocated(contacts(1)%eta)) call add('eta', [(contacts(k)%eta, k=1, n)], &
-         'displacement of the beam there from the surface{, eta}; times `side`: the gap', 'displacement')
+         'displacement of the beam there from the surface{, eta}; multiplied by `side`: the gap', 'displacement')
       if (allocated(contacts(1)%velocity)) call add('velocity', [(contacts(k)%velocity, k=1, n)], &
          'velocity of the beam there{, d eta/d tau}', 'velocity')
       if (allocated(contacts(1)%force)) call add('force', [(contacts(k)%force, k=1, n)], &
@@ -103,6 +103,7 @@ contains
       integer, allocatable :: contact_index(:)
       integer :: i, k
 
+      ! a dataset has the name of the measure in results of a run, or that in sweeps if a run has none; '': left out
       names = measure_table%name
       where (.not. measure_table%is_of_contact) names = ''
       where (measure_table%is_of_contact .and. measure_table%run_name /= '') names = measure_table%run_name
@@ -115,7 +116,7 @@ contains
             contact_index = [contact_index, [(k, i=1, size(measures%contact_start))]]
          end associate
       end do
-      call write_measures_of_cases(group, names, rows, 'surface')
+      call write_measure_lists(group, names, rows, 'surface')
       call group%put('contact', [(i, i=1, size(start))], 'contact that lasts, surface by surface', is_scale=.true.)
       call group%put('contact_surface', contact_index, 'its surface', 'contact')
       call group%put('contact_start', start, 'time', 'its begin{, tau}', 'contact')

@@ -8,7 +8,7 @@ module measure_rows
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: write_measures_of_run, write_measures_of_cases, row_in_units
+   public :: write_measures_of_run, write_measure_lists, row_in_units
 
 contains
 
@@ -47,14 +47,14 @@ contains
       where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
    end function row_in_units
 
-   !> Write a list over the cases for each measure.
-   subroutine write_measures_of_cases(group, names, rows, along)
+   !> Write for each measure a list over cases or contacts.
+   subroutine write_measure_lists(group, names, rows, along)
       type(quantity_group_t), intent(in) :: group
       !> Names of the datasets, [measure_count]; a measure with an empty name is left out
       character(*), intent(in) :: names(:)
-      !> Measures of the cases, [measure_count, cases]
+      !> Measures, [measure_count, cases or contacts]
       real(wp), intent(in) :: rows(:, :)
-      !> Dimension scale of the cases
+      !> Dimension scale of the cases or contacts
       character(*), intent(in) :: along
 
       integer :: i
@@ -69,6 +69,6 @@ contains
             call group%put(trim(names(i)), [rows(i, :)], measure_table(i)%quantity, measure_table(i)%meaning, along)
          end if
       end do
-   end subroutine write_measures_of_cases
+   end subroutine write_measure_lists
 
 end module measure_rows

@@ -271,15 +271,16 @@ contains
       type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: text
-      integer :: first, i
+      integer :: first, quote
 
       first = input%namelist%items(item)%first_value
       if (.not. input%namelist%values(first)%is_quoted) then
          call input%reject(item, first, 'must be a text in quotes')
          return
       end if
-      i = input%namelist%values(first)%first - 1
-      text = trim(read_text(value_text(input%namelist, first), slice(input%namelist%text, i, i)))
+      ! position of the quotation mark before the text
+      quote = input%namelist%values(first)%first - 1
+      text = trim(read_text(value_text(input%namelist, first), slice(input%namelist%text, quote, quote)))
       if (len(text) > 0 .and. character_count(text) < 0) then
          call input%reject(item, first, 'must be UTF-8 free of tabs and other control characters')
       else if (len(text) == 0 .or. character_count(text) > longest) then
@@ -290,9 +291,8 @@ contains
       end if
    end subroutine read_line
 
-   !> Report the first group that the table does not have, that belongs to another program, or that is given twice. The
-   !> loop ends at this group, so at most as many valid groups as there are names come before it, and the time grows
-   !> linearly with the length of the text.
+   !> Report the first group that the table does not have, that belongs to another program, or that is given too often.
+   !> The loop ends at this group, so the number of calls of `find_group` is limited by the number of valid groups.
    subroutine report_groups(input, table, program)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

@@ -8,7 +8,7 @@ module cases_study
    use failures, only: failure_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table, measured_groups
-   use measure_rows, only: row_in_units, write_measures_of_cases
+   use measure_rows, only: row_in_units, write_measure_lists
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimates, only: estimate_cases, sample_cases
    use number_text, only: to_text
@@ -96,7 +96,7 @@ contains
       do i = 1, size(cases)
          rows(:, i) = row_in_units(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
       end do
-      call write_measures_of_cases(group, measure_table%run_name, rows, name)
+      call write_measure_lists(group, measure_table%run_name, rows, name)
       do i = 1, size(cases)
          case_group = group%subgroup('case_'//to_text(i))
          case_group%units = units_in(cases(i)%scene)

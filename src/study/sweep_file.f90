@@ -7,7 +7,7 @@ module sweep_file
    use hdf5_writing, only: hdf5_column_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use measure_rows, only: write_measures_of_cases
+   use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantity_groups, only: quantity_group_t
    use results_file, only: results_name, write_header
@@ -303,7 +303,7 @@ contains
          call group%add(trim(plan%axes(k)%parameter%name), column, group%scene_unit(plan%axes(k)%parameter%quantity), &
             trim(plan%axes(k)%parameter%meaning), along=along)
       end do
-      call write_measures_of_cases(group%unscaled(any(varies_scales(plan%axes%parameter))), measure_table%name, &
+      call write_measure_lists(group%unscaled(any(varies_scales(plan%axes%parameter))), measure_table%name, &
          rows, along)
    end subroutine write_columns
 
