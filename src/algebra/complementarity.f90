@@ -47,16 +47,16 @@ contains
       real(wp), intent(out) :: solution(:)
 
       integer, parameter :: max_pivots = 1000
-      logical :: best_set(size(right)), is_free(size(right))
+      logical :: best_set(size(right)), is_equation(size(right))
       real(wp) :: violation(size(right)), min_violation
       integer :: first, round
 
-      is_free = is_positive
+      is_equation = is_positive
       best_set = .false.
       min_violation = huge(1.0_wp)
       do round = 1, max_pivots
          call solve_active(matrix, right, is_positive, solution)
-         violation = merge(0.0_wp, violations(matrix, right, is_positive, solution), is_free)
+         violation = merge(0.0_wp, violations(matrix, right, is_positive, solution), is_equation)
          first = findloc(violation > 0.0_wp, .true., dim=1)
          if (first == 0) exit
          if (maxval(violation) < min_violation) then
@@ -69,7 +69,7 @@ contains
          is_positive = best_set
          call solve_active(matrix, right, is_positive, solution)
       end if
-      solution = merge(solution, max(solution, 0.0_wp), is_free)
+      solution = merge(solution, max(solution, 0.0_wp), is_equation)
    end subroutine find_active_set
 
    !> Magnitude by which z_i (in the active set) or w_i (outside it) is negative beyond rounding, as a fraction of its

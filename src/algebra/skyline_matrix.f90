@@ -141,7 +141,8 @@ contains
          first = matrix%first_row(column)
          offset = matrix%diagonal(column) - column
          original = matrix%values(offset + column)
-         ! g_i = A_ij - sum_k L_ik g_k, with g = D L^T's column
+         ! column g of D L^T: g_i = A_ij - sum over k < i of L_ik g_k; then L_ji = g_i/D_i, and the pivot D_j = A_jj -
+         ! sum over i of L_ji g_i
          do row = first + 1, column - 1
             row_offset = matrix%diagonal(row) - row
             total = matrix%values(offset + row)

@@ -7,7 +7,12 @@ module cubic_splines
 
 contains
 
-   !> Second derivatives of the cubic spline at its points. At each end either its slope or its curvature is zero.
+   !> Second derivatives y'' of the cubic spline at its points, from the continuity of its slope: with the length l_i
+   !> and the slope s_i of the interval after point i,
+   !>
+   !>    l_(i-1) y''_(i-1) + 2 (l_(i-1) + l_i) y''_i + l_i y''_(i+1) = 6 (s_i - s_(i-1)).
+   !>
+   !> At each end either the slope or the curvature is zero.
    pure function spline_curvature(x, y, is_flat) result(curvature)
       !> Coordinates x of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
@@ -17,7 +22,7 @@ contains
       logical, intent(in) :: is_flat(2)
       real(wp) :: curvature(size(x))
 
-      ! Lengths and slopes of the intervals, and of two intervals of zero length before the first and after the last
+      ! lengths and slopes of the intervals; the two beyond the ends, of length and slope 0, make the slope there zero
       real(wp), dimension(0:size(x)) :: length, slope
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor

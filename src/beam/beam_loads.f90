@@ -324,6 +324,7 @@ contains
       associate (length => model%mesh%length(element))
          load = hermite_shape(offset_in(model, element, at)/length, length)
       end associate
+      ! the end force and moment contain minus the load vector, see `end_moment`; then the lever arm of the unit force
       moment = load(2) - s*load(1) + max(x - at, 0.0_wp)
    end function moment_of_point_load
 
@@ -347,11 +348,13 @@ contains
          load = load_on_element(model, element, from, to)
          left = max(from, start)
          right = max(min(to, x), left)
+         ! as of a point load; then the force between the left node and x, times its lever arm
          moment = load(2) - (x - start)*load(1) + (right - left)*(x - 0.5_wp*(left + right))
       end associate
    end function moment_of_line_load
 
-   !> Weights of the moment at a distance s from the left end of an element due to the force and the moment at that end.
+   !> Weights of the moment at a distance s from the left end of an element due to the force F (upwards) and the moment
+   !> M (counterclockwise) on that end: s F - M.
    pure function end_moment(matrix, s) result(weights)
       !> Element matrix; its product with the degrees of freedom is the vector of forces and moments at both ends
       real(wp), intent(in) :: matrix(4, 4)

@@ -258,8 +258,8 @@ contains
          if (node < element) left = x - mesh%position(node - 1)
          if (node == element) right = mesh%position(node + 1) - x
          mesh%length(node:node + 1) = [left, right]
-         ! a mesh of one element is split anywhere, because it has no other node that could be too near
-      else if (min(left, right) < min_relative_length*(left + right) .and. size(is_fixed) > 1) then
+      else if (min(left, right) < min_relative_length*(left + right) .and. mesh%elements > 1) then
+         ! (a single element is split anywhere, because no other node can be too near)
          call fail(error, status_bad_input, &
             'the position '//to_text(x)//' of a stop, support, mass or step of the section is &
          &too near to that of another, to the clamp or to the tip for an element between them; a finer mesh has &
@@ -293,11 +293,7 @@ contains
       else
          node = minloc(abs(mesh%position(1:mesh%elements - 1) - stop_position), dim=1)
          if (abs(mesh%position(node) - stop_position) > 4.0_wp*epsilon(1.0_wp)) then
-            if (node + 1 == mesh%elements) then
-               mesh%length(node + 1) = 1.0_wp - stop_position
-            else
-               mesh%length(node + 1) = mesh%position(node + 1) - stop_position
-            end if
+            mesh%length(node + 1) = mesh%position(node + 1) - stop_position
             mesh%length(node) = stop_position - mesh%position(node - 1)
          end if
       end if

@@ -32,10 +32,12 @@ module beam_model
       logical :: is_pinned = .false.
    end type beam_root_t
 
-   !> A concentrated mass at a node besides the tip mass, and its moment of inertia, rho Abar = L = 1.
+   !> A concentrated mass at a node besides the tip mass.
    type :: point_mass_t
       integer :: node = 0
+      !> In rho Abar L
       real(wp) :: mass = 0.0_wp
+      !> Moment of inertia about the node, in rho Abar L^3
       real(wp) :: rotary_inertia = 0.0_wp
    end type point_mass_t
 
@@ -164,6 +166,7 @@ contains
          do i = 2, mesh%elements
             first_row(2*i - 1:2*i) = 2*i - 3
          end do
+         ! the redistribution couples the node and the nodes c - 2, c - 1 and c + 1
          if (model%is_redistributed) then
             associate (first => max(1, 2*mesh%redistributed_node - 5), last => min(2*mesh%redistributed_node + 2, &
                2*mesh%elements))

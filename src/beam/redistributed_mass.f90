@@ -115,6 +115,7 @@ contains
       do i = 1, 4
          where (dofs == continuation%dof(i) .and. dofs > 0) difference = difference - continuation%weight(i)
       end do
+      ! T^T M T - M with T = 1 - e_c d^T and the column m = M e_c: m_c d d^T - m d^T - d m^T
       do j = 1, 8
          do i = 1, 8
             change(i, j) = column(yc)*difference(i)*difference(j) - column(i)*difference(j) - difference(i)*column(j)
