@@ -76,7 +76,7 @@ contains
       integer :: first, last, k
       logical :: is_legal
 
-      ! a line must have exactly two words, which are numbers
+      ! a line must have exactly two words, which are numbers; the third pass finds a word too many
       last = 0
       do k = 1, 3
          first = verify(row(last + 1:), separators)

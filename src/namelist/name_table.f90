@@ -8,8 +8,7 @@
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
-      max_name_length, &
-      name_t
+      max_name_length, name_t
    use number_text, only: to_text
    use value_rules, only: range_t
    implicit none (type, external)
@@ -21,23 +20,27 @@ module name_table
 
    !> Table of all groups and names.
    type :: table_t
-      !> Groups and entries in the order of listing; only the first `group_count` and `entry_count` are used
+      !> Groups in the order of listing; only the first `group_count` are used
       type(group_t), allocatable :: groups(:)
+      !> Entries in the order of listing; only the first `entry_count` are used
       type(entry_t), allocatable :: entries(:)
       integer :: group_count = 0
       integer :: entry_count = 0
-      !> Effect of a listing: new entries are added to the table; the table receives the values of the scene; the scene
-      !> receives the values of the table
+      !> Whether a listing adds entries to the table
       logical, private :: adds_entries = .true.
+      !> Whether a listing copies the values of the scene into the table
       logical, private :: copies_from_scene = .true.
+      !> Whether a listing copies the values of the table into the scene
       logical, private :: copies_to_scene = .false.
       !> Whether the scene receives only values that have changed
       logical, private :: copies_changes_only = .false.
-      !> The only name whose value the scene receives, and the number of its group; an empty name: all names
+      !> The only name whose value the scene receives; empty: all names
       character(max_name_length), private :: only = ''
+      !> Number of the group of that name among several of one name
       integer, private :: only_in = 1
-      !> Indices of the open group and of the current entry; a listing advances both
+      !> Index of the open group; a listing advances it
       integer, private :: open_group = 0
+      !> Index of the current entry; a listing advances it
       integer, private :: current = 0
       !> Whether the names of the open group must be listed; if not, their entries are skipped
       logical :: lists_names = .true.
@@ -52,14 +55,11 @@ module name_table
       procedure :: change
       procedure :: begin_copy_of_changes
       procedure :: groups_to_list
-      procedure :: open
-      procedure :: open_numbered
+      procedure :: open, open_numbered
       procedure :: store
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
-      procedure :: find_group
-      procedure :: find
-      procedure :: has
-      procedure :: has_either
+      procedure :: find_group, find
+      procedure :: has, has_either
       procedure :: number
       procedure :: applies
       procedure :: range_of

@@ -127,17 +127,19 @@ module name_types
       type(name_t) :: name
       !> One of the `kind_` constants
       integer :: kind = kind_number
+      !> Whether the value is a list of numbers or words
       logical :: is_list = .false.
       !> Allowed words
       character(name_length), allocatable :: words(:)
-      !> The file gives the name; in `make_echo`: the name has a value
+      !> Whether the file gives the name; in `make_echo`: whether the name has a value
       logical :: is_given = .false.
       !> Whether the value has changed and is not yet in the scene
       logical :: is_changed = .false.
-      !> Value: a number, the index of a word, or 1 for .true.; a list of such values, unallocated if there is none; or
-      !> a text
+      !> The value if it is no list or text: a number, the index of a word, or 1 for .true.
       real(wp) :: value = 0.0_wp
+      !> A list of such values; unallocated: there is none
       real(wp), allocatable :: list(:)
+      !> The value if it is a text; unallocated: there is none
       character(:), allocatable :: text
    end type entry_t
 

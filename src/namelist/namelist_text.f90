@@ -20,11 +20,15 @@ module namelist_text
    !> longer file therefore has an unknown or a repeated name before the limit, and this name is reported.
    integer, parameter :: max_parsed = 10000
 
-   !> An item, name = values: first and last position of its name in the text, line, and index of its group
+   !> An item, name = values.
    type :: item_t
+      !> First position of its name in the text
       integer :: first = 1
+      !> Last position of its name
       integer :: last = 0
+      !> Line of its name
       integer :: line = 0
+      !> Index of its group
       integer :: group = 0
       !> Index of the first value in `values`
       integer :: first_value = 1
@@ -32,10 +36,13 @@ module namelist_text
       integer :: last_value = 0
    end type item_t
 
-   !> A group, &name ... /: first and last position of its name in the text, and line
+   !> A group, &name ... /.
    type :: group_t
+      !> First position of its name in the text, after the &
       integer :: first = 1
+      !> Last position of its name
       integer :: last = 0
+      !> Line of its name
       integer :: line = 0
       !> Index of the first item in `items`
       integer :: first_item = 1
@@ -344,7 +351,7 @@ contains
    !> Name of a group in lower case.
    pure function group_name(namelist, position) result(name)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the group
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -356,7 +363,7 @@ contains
    !> Name of an item in lower case.
    pure function item_name(namelist, position) result(name)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the item
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -368,7 +375,7 @@ contains
    !> Text of a value as in the file, without its quotes.
    pure function value_text(namelist, position) result(text)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the value
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -380,7 +387,7 @@ contains
    !> Text of a value as in the file, with its repeat count and its quotes, shortened for messages.
    pure function value_source(namelist, position) result(text)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the value
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -392,7 +399,7 @@ contains
    !> Text of all values of an item as in the file, shortened for messages.
    pure function item_text(namelist, position) result(text)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the item
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -410,7 +417,7 @@ contains
    !> Number of values of an item; repeat counts are included.
    pure function value_count(namelist, position) result(count)
       type(namelist_t), intent(in) :: namelist
-      !> Index in the list of groups, items or values
+      !> Index of the item
       integer, intent(in) :: position
       integer(i8) :: count
 

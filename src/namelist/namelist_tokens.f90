@@ -24,12 +24,15 @@ module namelist_tokens
    integer, parameter :: token_equals = 5
    integer, parameter :: token_value = 6
 
-   !> One value, or `repeat` equal values. `first` and `last` are its positions in the text without repeat count and
-   !> quotes, `start` and `finish` the positions with both.
+   !> One value, or `repeat` equal values.
    type :: value_t
+      !> First position in the text, without repeat count and quotes
       integer :: first = 1
+      !> Last position, likewise
       integer :: last = 0
+      !> First position with repeat count and quotes
       integer :: start = 1
+      !> Last position, likewise
       integer :: finish = 0
       !> r of r*value
       integer :: repeat = 1
@@ -161,6 +164,7 @@ contains
       cursor%value%first = cursor%first
       cursor%value%last = last
       cursor%next = last + 1
+      ! the first character that is no digit; 0: there is none
       star = verify(text(cursor%first:last), digits)
       if (star < 2) return
       star = cursor%first + star - 1

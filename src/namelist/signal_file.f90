@@ -53,6 +53,7 @@ contains
       real(wp), allocatable :: numbers(:, :)
       type(layout_t) :: layout
       integer :: first, last, line, rows
+      ! whether the layout is known, i.e. the first line of numbers has been found
       logical :: has_layout
 
       call load_text(file, raw, problem)
@@ -70,6 +71,7 @@ contains
          line = line + 1
          last = first + index(text(first:), new_line('a')) - 2
          associate (row => text(first:last))
+            ! neither empty nor a comment
             if (len_trim(row) > 0 .and. verify(row, ' '//tab//';,') > 0 .and. scan(row(:1), '#!%') == 0) then
                if (.not. has_layout) call find_layout(row, columns, layout, has_layout)
                if (has_layout) then
@@ -112,7 +114,7 @@ contains
       type(layout_t), intent(out) :: layout
       logical, intent(out) :: is_found
 
-      !> The comma is the last, because commas may also stand before decimals
+      ! the comma is the last, because commas may also stand before decimals
       character, parameter :: delimiters(4) = [';', tab, ' ', ',']
       character(:), allocatable :: reason
       real(wp) :: numbers(size(columns))
@@ -357,6 +359,7 @@ contains
             factor = size_of
             base = part
          else
+            ! ms^2 is (ms)^2
             if (index(part, '^2') > 0) size_of = size_of**2
             factor = factor/size_of
             base = base//'/'//part
@@ -393,7 +396,7 @@ contains
 
       character(*), parameter :: bases(4) = [character(4) :: 'm', 's', 'N', 's^2']
       character(*), parameter :: seconds(3) = [character(7) :: 'sec', 'second', 'seconds']
-      !> The micro of UTF-8, as a sign and as a Greek letter, and of Latin-1
+      ! micro: u, the micro of UTF-8 as a sign and as a Greek letter, and of Latin-1
       character(*), parameter :: prefixes(10) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
          char(181), 'm', 'c', 'k', 'M', 'd']
       real(wp), parameter :: factors(10) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, &
