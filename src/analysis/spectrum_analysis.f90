@@ -60,7 +60,7 @@ contains
       type(response_t), intent(in) :: response
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp) :: correlated, spread
+      real(wp) :: spread, variance_ratio
 
       associate (unused_1 => model, unused_2 => error)
       end associate
@@ -72,11 +72,11 @@ contains
          allocate (self%density, source=run%power/(pi*run%window_square))
          allocate (self%half_width, mold=self%density)
          if (run%segments > 1) then
-            ! neighbouring segments overlap and are correlated: the variance of their mean is larger, and the variance
-            ! among them smaller, than of independent segments
-            associate (number => real(run%segments, wp))
-               correlated = (1.0_wp + 2.0_wp*run%overlap*(number - 1.0_wp)/number)/(1.0_wp - 2.0_wp*run%overlap/number)
-               spread = student_quantile(confidence, run%segments - 1)*sqrt(correlated/(number*(number - 1.0_wp)))
+            ! the powers of neighbours among n segments have the correlation r: the variance of their mean is larger by
+            ! 1 + 2 r (n - 1)/n, and the variance among them smaller by 1 - 2 r/n, than of independent segments
+            associate (n => real(run%segments, wp), r => run%overlap)
+               variance_ratio = (1.0_wp + 2.0_wp*r*(n - 1.0_wp)/n)/(1.0_wp - 2.0_wp*r/n)
+               spread = student_quantile(confidence, run%segments - 1)*sqrt(variance_ratio/(n*(n - 1.0_wp)))
             end associate
             self%half_width(:, :) = spread*sqrt(run%scatter)/(pi*run%window_square)
          end if

@@ -72,6 +72,7 @@ contains
       distance = huge(1.0_wp)
       if (size(frequency) > 1) distance = frequency(2) - frequency(1)
       width = 2.0_wp*pi/length
+      ! the line of a Hann window extends by two widths to both sides
       reach = max(1, int(min(2.0_wp*width/distance, real(size(frequency), wp))))
       do i = 1, size(frequency)
          if (.not. amplitude(i) > 0.0_wp .or. amplitude(i) < min_amplitude_ratio*maxval(amplitude)) cycle

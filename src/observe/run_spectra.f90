@@ -292,11 +292,11 @@ contains
       real(wp), parameter :: same = 1.0e-6_wp
       complex(wp) :: integral(1, size(sums%unsampled, 1))
       real(wp) :: sampled(size(sums%unsampled, 1)), values(size(sums%unsampled, 1))
-      ! a sample represents the half steps before and after it: time by which the first sample not before the beginning
-      ! (the end) of the span represents too much (too little) of the span; 0 at the first and last sample
-      real(wp) :: surplus(2), time
+      ! each sample stands for the step about it, so that the samples of the span stand for the time from
+      ! span(1) - lead(1) to span(2) - lead(2)
+      real(wp) :: lead(2), time
       integer :: first, last, n
-      ! the sampled part of the half segment begins with the span
+      ! whether the sampled part of the half segment begins with the span
       logical :: is_first
 
       associate (step => sums%result%step)
@@ -312,17 +312,20 @@ contains
             if (time >= span(2) - same*step .and. .not. (n == last .and. time <= span(2) + same*step)) exit
             values = value_of(signals, min(max(time, span(1)), span(2)))
             sums%samples(n, :) = values
+            ! trapezoidal rule: the first and the last sample of the half segment stand for half a step
             sampled = sampled + step*merge(0.5_wp, 1.0_wp, n == last .or. (n == first .and. is_first))*values
          end do
          if (size(signals%exponent) == 0) return
-         surplus = (start + span)/step
-         surplus = step*(0.5_wp - (ceiling(surplus - same) - surplus))
-         if (is_first) surplus(1) = 0.0_wp
-         if (start + span(2) >= (real(last, wp) - same)*step) surplus(2) = 0.0_wp
+         ! the first sample at or after an end of the span stands for the time from half a step before it
+         associate (end_in_steps => (start + span)/step)
+            lead = step*(0.5_wp - (ceiling(end_in_steps - same) - end_in_steps))
+         end associate
+         if (is_first) lead(1) = 0.0_wp
+         if (start + span(2) >= (real(last, wp) - same)*step) lead(2) = 0.0_wp
          integral = (0.0_wp, 0.0_wp)
          call add_fourier_integrals(signals, span(1), span(2), 0.0_wp, [0.0_wp], integral)
          sums%unsampled(:, 1) = sums%unsampled(:, 1) + abs(real(integral(1, :), wp) - sampled &
-            + surplus(1)*value_of(signals, span(1)) - surplus(2)*value_of(signals, span(2)))
+            + lead(1)*value_of(signals, span(1)) - lead(2)*value_of(signals, span(2)))
       end associate
    end subroutine take_samples
 
@@ -472,7 +475,7 @@ contains
          do k = 1, size(result%of)
             segment = transforms_of(windows, sums%transform(:, k, :), result%segments - 1, .true.)
             power = real(segment, wp)**2 + aimag(segment)**2
-            ! mean and scatter are updated without sums of squares, which would cancel
+            ! Welford's update: sums of squares would cancel
             deviation = power - result%power(:, k)
             result%power(:, k) = result%power(:, k) + deviation/real(result%segments, wp)
             result%scatter(:, k) = result%scatter(:, k) + deviation*(power - result%power(:, k))

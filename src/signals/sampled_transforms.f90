@@ -24,10 +24,12 @@ contains
       complex(wp) :: sums(0:count - 1)
 
       complex(wp), allocatable :: chirp(:), filter(:), signal(:)
-      ! `order`: length of the fast Fourier transforms
-      integer :: k, n, order, samples_count
+      ! length of the fast Fourier transforms
+      integer :: order
+      integer :: k, n, samples_count
 
-      ! the angle omega_k t_n contains the product k n = (k^2 + n^2 - (k - n)^2)/2, whose last term makes a convolution
+      ! omega_k n step contains spacing*step*k*n, and k n = (k^2 + n^2 - (k - n)^2)/2: with chirp_n = exp(-i spacing
+      ! step n^2/2), the sums are those of signal_n conjg(chirp_(k - n)), a convolution, times chirp_k
       samples_count = size(samples)
       order = 1
       do while (order < samples_count + count - 1)
@@ -79,6 +81,7 @@ contains
       complex(wp), allocatable :: factor(:)
       complex(wp) :: value
       real(wp) :: sign
+      ! `reversed`: the number with the binary digits of i in reverse order
       integer :: bit, first, half, i, reversed, n
 
       n = size(values)
@@ -87,6 +90,7 @@ contains
       do i = 0, ubound(factor, 1)
          factor(i) = cmplx(cos(2.0_wp*pi*real(i, wp)/real(n, wp)), sign*sin(2.0_wp*pi*real(i, wp)/real(n, wp)), wp)
       end do
+      ! exchange the values i and `reversed`; one is added to `reversed` at its first digit, with carries to the right
       reversed = 0
       do i = 1, n - 1
          bit = n/2
@@ -100,6 +104,7 @@ contains
          values(i) = values(reversed)
          values(reversed) = value
       end do
+      ! merge pairs of transforms of length `half`
       half = 1
       do while (half < n)
          do first = 0, n - 1, 2*half
