@@ -49,8 +49,8 @@ contains
       if (two_zeta > 0.0_wp) stop%recovery_rate = 1.0_wp/two_zeta
    end function make_node_spring
 
-   !> Coefficients of a time step in contact. The damper force is the viscosity times the mean velocity of the step; a
-   !> step of length zero has no damper force.
+   !> Coefficients of a time step h from u0 to u1 in contact: the mean force k (u0 + u1)/2 + c (u1 - u0)/h; a step of
+   !> length zero has no damper force.
    pure function step(self, length)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(in) :: length

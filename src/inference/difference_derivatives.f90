@@ -19,6 +19,7 @@ module difference_derivatives
    integer, parameter :: derivative_from_below = 4
    !> The one-sided derivatives differ or do not converge: a kink, a jump or a square root.
    integer, parameter :: derivative_differs = 5
+   !> Names of these states in results files.
    character(*), parameter :: derivative_states(5) = [character(10) :: 'unknown', 'exists', 'from above', &
       'from below', &
       'none']

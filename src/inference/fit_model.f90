@@ -161,7 +161,7 @@ contains
       !> Residuals of the first samples of the signal, [number of samples that are fitted]
       real(wp), intent(out) :: residual(:)
 
-      !> Residual of a run that fails, in standard deviations of the signal
+      ! residual of a run that fails, in standard deviations of the signal
       real(wp), parameter :: failed_residual = 100.0_wp
       real(wp) :: found(size(residual))
 

@@ -84,6 +84,7 @@ contains
       if (certainty%condition > max_condition) then
          certainty%is_determined(places) = abs(vectors(:, size(places))) < min_component
       end if
+      ! covariance noise^2 (J^T J)^(-1) of the parameters, from the singular values of J with columns of length 1
       do j = 1, size(places)
          do i = 1, size(places)
             certainty%covariance(places(i), places(j)) = merge(noise, certainty%noise, noise > 0.0_wp)**2 &
@@ -139,6 +140,7 @@ contains
       end do
       is_nonzero = change > 0.0_wp
       if (count(is_nonzero) < blocks/2) return
+      ! slope of the straight line through the logarithms of the RMS changes; 1/2, because `change` is a sum of squares
       associate (t => pack(middle, is_nonzero), growth => 0.5_wp*log(pack(change, is_nonzero)))
          associate (mean => sum(t)/real(size(t), wp))
             rate = sum((t - mean)*growth)/sum((t - mean)**2)

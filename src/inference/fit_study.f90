@@ -131,11 +131,11 @@ contains
       !> In: results of the starts; out: all other components
       type(fit_t), intent(inout) :: fit
 
-      !> Residuals below this fraction of the standard deviation of the signal are rounding errors
+      ! residuals below this fraction of the standard deviation of the signal are rounding errors
       real(wp), parameter :: rounding_residual = 1.0e-8_wp
       integer, parameter :: passes = 3
-      !> A motion counts as chaotic if small changes of parameters grow by more than this power of e over the signal;
-      !> changes that are proportional to time grow by less
+      ! a motion counts as chaotic if small changes of parameters grow by more than this power of e over the signal;
+      ! changes that are proportional to time grow by less
       real(wp), parameter :: chaotic = 5.0_wp
       type(runner_t), allocatable, target :: runner
       type(set_store_t), target :: sets
@@ -203,12 +203,16 @@ contains
       !> Minimum sum of squares
       real(wp), intent(inout) :: minimum
 
-      !> Half width of the neighbourhood, in the unbounded coordinates, whose range is -pi/2 to pi/2
+      ! half width of the neighbourhood, in the unbounded coordinates, whose range is -pi/2 to pi/2
       real(wp), parameter :: box = 0.04_wp
-      !> Precision of the search, in the unbounded coordinates
+      ! first step of the search, as a fraction of the neighbourhood
+      real(wp), parameter :: first_step = 0.125_wp
+      ! last step, likewise
       real(wp), parameter :: precision = 1.0e-5_wp
-      ! number of searches, and maximum number of points in each
-      integer, parameter :: rounds = 2, max_points = 600
+      ! number of searches
+      integer, parameter :: rounds = 2
+      ! maximum number of points in each
+      integer, parameter :: max_points = 600
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), residual(:), sums(:)
       real(wp) :: centre(size(values)), x(size(values)), sum_of_squares
@@ -217,7 +221,7 @@ contains
       allocate (residual(size(model%fit%value)))
       do i = 1, rounds
          centre = coordinates_of(model, values)
-         call start_search(spread(0.5_wp, 1, size(values)), minimum, 0.125_wp, precision, max_points, i, state)
+         call start_search(spread(0.5_wp, 1, size(values)), minimum, first_step, precision, max_points, i, state)
          do while (.not. state%is_over)
             call next_poll(state, points)
             allocate (sums(size(points, 2)))
@@ -301,7 +305,7 @@ contains
       type(fit_model_t), intent(in) :: model
       type(fit_t), intent(in) :: fit
 
-      !> Tolerance in coordinates (a range is -pi/2 to pi/2)
+      ! tolerance in coordinates (a range is -pi/2 to pi/2)
       real(wp), parameter :: nearby = 0.02_wp
       integer :: i
 

@@ -67,7 +67,7 @@ contains
       integer, intent(in) :: max_evaluations
 
       real(c_double), parameter :: first_step = 1.0_c_double
-      !> Relative error of residuals, from which lmdif chooses the steps of its differences
+      ! relative error of residuals, from which lmdif chooses the steps of its differences
       real(c_double), parameter :: error_of_residuals = 1.0e-12_c_double
       type(handle_t), target :: handle
       real(c_double), allocatable :: residual(:), jacobian(:, :), work(:, :), last(:)

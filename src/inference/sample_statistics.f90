@@ -66,9 +66,11 @@ contains
       sample%deviation = sqrt(sum((sorted - sample%mean)**2)/(n - 1.0_wp))
       fourth = sum((sorted - sample%mean)**4)/n
       sample%mean_error = half_width*sample%deviation/sqrt(n)
+      ! the variance s^2 has the variance (m4 - s^4)/n with the fourth central moment m4, and d(s^2) = 2 s ds
       sample%deviation_error = 0.0_wp
       if (sample%deviation > 0.0_wp) sample%deviation_error = half_width* &
          sqrt(max(fourth - sample%deviation**4, 0.0_wp)/n)/(2.0_wp*sample%deviation)
+      ! the share of values below a quantile has the variance p (1 - p)/n
       do k = 1, size(probabilities)
          associate (p => probabilities(k))
             sample%quantile(k) = quantile_of(sorted, p)

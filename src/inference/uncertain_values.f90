@@ -125,7 +125,10 @@ contains
       type(estimate_t), intent(in) :: estimate
 
       integer, allocatable :: axes(:)
-      real(wp), allocatable :: factor(:, :), scores(:, :)
+      ! Cholesky factor of the covariance
+      real(wp), allocatable :: factor(:, :)
+      ! numbers from the standard normal distribution, [cases, parameters of the fit]
+      real(wp), allocatable :: scores(:, :)
       real(wp) :: value
       integer :: i, j, k
 

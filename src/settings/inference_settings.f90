@@ -20,6 +20,7 @@ module inference_settings
    integer, parameter :: observed_impacts = 7
    !> Peak displacements of rebounds, likewise.
    integer, parameter :: observed_peaks = 8
+   !> Names of these constants in scene files.
    character(*), parameter :: observed_names(8) = [character(24) :: 'displacement_tip', 'velocity_tip', &
       'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip', 'impact_times', 'rebound_peaks']
 

@@ -16,9 +16,9 @@ contains
       integer, intent(in) :: which
       real(wp) :: period
 
-      ! maximum number of periods of the slowest load in a common period, and maximum relative error of the ratio of two
-      ! frequencies by which decimals in the scene may deviate from a ratio of whole numbers
+      ! maximum number of periods of the slowest load in a common period
       integer, parameter :: max_cycles = 64
+      ! maximum relative deviation of the ratio of two frequencies from a ratio of whole numbers, by rounded decimals
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
       integer :: cycles
@@ -43,7 +43,8 @@ contains
       type(time_course_t), intent(in) :: course
       logical :: answer
 
-      answer = course%kind <= course_step .and. course%start <= 0.0_wp .and. course%end >= huge(1.0_wp)
+      answer = any(course%kind == [course_harmonic, course_step]) .and. course%start <= 0.0_wp &
+         .and. course%end >= huge(1.0_wp)
    end function is_steady
 
    !> Whether a load still varies when a run ends, so that the motion does not settle.

@@ -91,6 +91,7 @@ contains
       case (shape_round)
          inertia = pi*first**4/64.0_wp
       case (shape_tube)
+         ! pi/64 (outer^4 - inner^4) without the difference of nearly equal powers
          associate (inner => first - 2.0_wp*second)
             inertia = pi*second*(first - second)*(first**2 + inner**2)/16.0_wp
          end associate
@@ -144,6 +145,7 @@ contains
       spacing = section%station(2:) - section%station(:stations - 1)
       mean = sum(0.5_wp*(values(2:) + values(:stations - 1))*spacing)/length
       if (section%profile == profile_linear) return
+      ! the integral of a cubic of end curvatures a and b over a length h is that of its chord, less (a + b) h^3/24
       associate (curvature => spline_curvature(section%station, values, [.false., .false.]))
          mean = mean - sum((curvature(2:) + curvature(:stations - 1))*spacing**3)/(24.0_wp*length)
       end associate
