@@ -448,8 +448,8 @@ contains
       !> Whether the branch continues with other impacts
       logical, intent(in) :: continues
 
-      ! number of restarts, because the distance from which Newton's method converges shrinks towards the end of the
-      ! branch, and number of bisections after each
+      ! number of restarts nearer to the end, where Newton's method converges from shorter distances only; and number of
+      ! bisections after each
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this fraction of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp
@@ -483,6 +483,7 @@ contains
             end if
          end do
          if (.not. low > 0.0_wp) exit
+         ! the end is about high - low beyond the best orbit; twice as much, because the tangent changes
          high = 2.0_wp*(high - low)
          call find_direction(map, best%map, trace%direction, direction)
          if (.not. allocated(direction)) exit

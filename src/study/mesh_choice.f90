@@ -248,6 +248,7 @@ contains
          if (check(i)%difference < required_reduction*minimum) stalled = 0
          minimum = min(minimum, check(i)%difference)
          last = i
+         ! the next mesh takes about twice the work of this one
          check(i)%is_cut = work + 2.0_wp*work_of(fine%response, settings) > max_work
          if (stalled == max_stalled .or. is_costly(fine) .or. check(i)%is_cut) exit
          coarse = fine
@@ -271,8 +272,7 @@ contains
    end function coarsest_near_minimum
 
    !> Whether the run on a finer mesh would take seconds, because this run has evaluated more than `max_terms` terms of
-   !> modes.
-   !> Without damping, the number of impacts grows without limit as the mesh is refined.
+   !> modes. Without damping, the number of impacts grows without limit as the mesh is refined.
    pure function is_costly(trial) result(answer)
       type(trial_t), intent(in) :: trial
       logical :: answer

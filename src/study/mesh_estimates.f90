@@ -101,7 +101,7 @@ contains
          work = 0.0_wp
          do refinement = 1, 2
             work = work + work_of(trial%response, settings)
-            ! twice as many elements have twice as many modes, and their motion often more events
+            ! twice as many elements have twice as many modes, and their motion often more events: three times the work
             if (present(max_work)) then
                is_cut = work + 3.0_wp*work_of(trial%response, settings) > max_work
                if (is_cut) return

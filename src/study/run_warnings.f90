@@ -37,6 +37,7 @@ contains
       if (allocated(response%moment_windows)) then
          associate (windows => response%moment_windows, window_ends => [(response%moment_windows(p)%window(2), &
             p=1, size(response%moment_windows))])
+            ! with a slope of the S-N curve, cycles are counted
             if (any(windows%slope > 0.0_wp .and. windows%counted_until < window_ends)) call add_warning(scene, &
                warning_uncounted_cycles, 'cycles of the stress are counted only'//phrase(units_in(scene), &
                ' until {tau~t} = ', &
@@ -46,7 +47,7 @@ contains
       end if
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
-         ! the history counts from the height of the surface
+         ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it
          height = 0.0_wp
          if (scene%has_stop) height = merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)*scene%stop%preload
          slope = slope_ratio*maxval(abs(response%history(eta_tip)%values + height))*scene%scales%displacement &

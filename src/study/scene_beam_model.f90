@@ -142,7 +142,6 @@ contains
       !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
-      ! an actual argument that is not allocated counts as absent
       real(wp), allocatable :: nodes(:), positions(:), steps(:)
       type(stop_settings_t), allocatable :: all_stops(:)
       real(wp) :: stop_position
@@ -151,6 +150,7 @@ contains
       allocate (all_stops, source=stops_of_scene(scene))
       stop_position = scene%stop%position
       if (size(all_stops) > 0) stop_position = all_stops(1)%position
+      ! if `nodes` is not allocated, the argument counts as absent
       if (allocated(scene%mesh%nodes)) nodes = scene%mesh%nodes/scene%beam%length
 
       associate (section => scene%beam%section)
@@ -304,7 +304,8 @@ contains
 
    !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
    !> floor and with its ceiling. Runs measure the displacement of a body from the position at which its spring has no
-   !> force (z = `rest`).
+   !> force (z = `rest`). With the body there, a contact has the gap that the scene gives for z = 0, less `rest` if the
+   !> body approaches its partner upwards (beam above it, ceiling), plus `rest` otherwise.
    pure function stops_of_scene(scene) result(stops)
       type(scene_t), intent(in) :: scene
       type(stop_settings_t), allocatable :: stops(:)
@@ -357,10 +358,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(run_settings_t), intent(inout) :: settings
 
-      !> Sum of the gravity ratios of all &base groups, a constant acceleration
+      ! sum of the gravity ratios of all &base groups, a constant acceleration
       real(wp) :: gravity
-      !> Number of &base groups with a motion, not only with gravity
-      integer :: k, moving_bases
+      ! number of &base groups with a motion, not only with gravity
+      integer :: moving_bases
+      integer :: k
 
       if (allocated(scene%forces)) settings%forces = scene%forces
       gravity = 0.0_wp

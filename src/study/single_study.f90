@@ -63,7 +63,7 @@ contains
       end if
       call stop_progress()
       if (allocated(error)) return
-      ! an actual argument that is not allocated counts as absent
+      ! results that are not allocated count as absent arguments
       call begin_results(root, expected_size(response), scene)
       if (allocated(model%mesh%position)) then
          call write_groups(root, model%mesh%position, table, response)

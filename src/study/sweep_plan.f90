@@ -101,6 +101,7 @@ contains
             axes(count)%minimum = minval(values_given(sweep%swept(k)))
             axes(count)%maximum = maxval(values_given(sweep%swept(k)))
             if (is_follower(sweep, k)) then
+               ! index of the axis of the first of the parameters that are tied together
                axes(count)%leader = count_swept(sweep%swept(:minval(sweep%tied)))
             else if (plan%is_grid) then
                plan%cases = plan%cases*size(axes(count)%values)
@@ -192,6 +193,7 @@ contains
 
       plan%goes_back = sweep%carries_back
       if (plan%is_grid) then
+         ! index of the axis of the parameter `carry`
          k = count(is_swept(sweep%swept(:sweep%carry)))
          axis = plan%axes(k)
          do i = k, size(plan%axes) - 1
@@ -199,6 +201,7 @@ contains
          end do
          plan%axes(size(plan%axes)) = axis
       end if
+      ! append the values in reverse order: in a grid those of the last axis, otherwise of all axes
       do k = 1, size(plan%axes)
          if (.not. plan%goes_back .or. (plan%is_grid .and. k < size(plan%axes))) cycle
          plan%axes(k)%values = [plan%axes(k)%values, plan%axes(k)%values(size(plan%axes(k)%values):1:-1)]

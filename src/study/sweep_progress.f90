@@ -14,6 +14,7 @@ module sweep_progress
    type :: progress_t
       !> Whether progress is printed
       logical :: is_wanted = .false.
+      !> Whether the unit is a terminal
       logical :: on_terminal = .false.
       !> Unit for output
       integer :: unit = error_unit
@@ -142,8 +143,9 @@ contains
 
    !> A rate of cases in words, such as '6100 cases a second', '0.41 cases a second' or '25 s a case'.
    pure function rate_in_words(computed, seconds, noun) result(words)
-      !> Number of cases, above zero, and the seconds that they took
+      !> Number of cases, > 0
       integer, intent(in) :: computed
+      !> Time that they took, seconds
       real(wp), intent(in) :: seconds
       !> Words between number and 'a second'
       character(*), intent(in) :: noun
