@@ -272,10 +272,10 @@ contains
       type(memory_need_t), intent(inout) :: need
 
       character(*), parameter :: advice = 'give &mesh fewer elements'
-      !> Measured number of reals per element and mode, for the iteration and two sets of modes
+      ! measured number of reals per element and mode, for the iteration and two sets of modes
       real(wp), parameter :: numbers = 13.0_wp
-      !> Number of symmetric full matrices of Newmark's method with modal damping ratios, each stored as a half: mass,
-      !> stiffness, damping, and factors for each length of the step
+      ! number of symmetric full matrices of Newmark's method with modal damping ratios, each stored as a half: mass,
+      ! stiffness, damping, and factors for each length of the step
       real(wp), parameter :: matrices = 40.0_wp
 
       if (moves_in_modes(scene%response) .and. takes_few_modes(elements, run_settings_of(scene))) then

@@ -103,7 +103,7 @@ contains
       real(qp), intent(inout) :: values(:)
       integer, intent(out) :: negative
 
-      !> Minimum magnitude of a pivot relative to its entry before elimination
+      ! minimum magnitude of a pivot relative to its entry before elimination
       real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
       real(qp) :: pivot, min_pivot
       integer :: column, first, k, offset, row, row_offset

@@ -117,7 +117,7 @@ contains
       type(piecewise_t), intent(in) :: beam
       real(wp) :: lambda(count)
 
-      !> Lower bound of all roots except those of rigid-body modes
+      ! lower bound of all roots except those of rigid-body modes
       real(qp), parameter :: min_lambda = 1.0e-5_qp
       real(qp), parameter :: tolerance = 1.0e-19_qp
       real(qp) :: lower, upper, middle

@@ -55,7 +55,7 @@ contains
       real(wp), intent(in) :: vectors(:, :)
       real(wp), allocatable :: residual(:, :)
 
-      !> Minimum norm of a residual relative to its shape; smaller residuals are rounding errors
+      ! minimum norm of a residual relative to its shape; smaller residuals are rounding errors
       real(wp), parameter :: min_norm = 1.0e-11_wp
       real(wp) :: found(size(shapes, 1), size(shapes, 2)), q(size(shapes, 1))
       integer :: count, i, j, pass

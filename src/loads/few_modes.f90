@@ -111,7 +111,7 @@ contains
       !> Modes from `find_base_modes`, which are reused
       type(free_modes_t), intent(in), optional :: base
 
-      !> Maximum number of elements for a solution of all modes, which takes minutes then
+      ! maximum number of elements for a solution of all modes, which takes minutes then
       integer, parameter :: max_elements_for_fallback = 2048
       type(supported_beam_t) :: beam
       real(wp), allocatable :: deflection(:, :), residuals(:, :), shapes(:, :), vectors(:, :)

@@ -47,7 +47,8 @@ contains
       where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
    end function row_in_units
 
-   !> Write for each measure a list over cases or contacts.
+   !> Write for each measure a list over cases or contacts. Lists of forces, and of measures that need a group of the
+   !> scene, are left out if they have no value.
    subroutine write_measure_lists(group, names, rows, along)
       type(quantity_group_t), intent(in) :: group
       !> Names of the datasets, [measure_count]; a measure with an empty name is left out

@@ -217,8 +217,9 @@ contains
       character(*), intent(in) :: name
       !> Path of the group of the list
       character(*), intent(in) :: source
-      !> Number of values along each axis, the last of which varies fastest, and names of the scales
+      !> Number of values along each axis, the last of which varies fastest
       integer, intent(in) :: extents(:)
+      !> Name of the dimension scale of each axis
       character(*), intent(in) :: scales(:)
       character(*), intent(in) :: quantity
       character(*), intent(in) :: meaning

@@ -27,6 +27,7 @@ module reader_units
       prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
    !> One letter for each of `prefixes`: u stands for the micro sign, - for no prefix.
    character(*), parameter :: letters = 'GMk-mun'
+   !> Units that may have prefixes.
    type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'k-mun'), &
       symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('W', 'k-mun'), symbol_t('Pa', 'M'), &
       symbol_t('Hz', 'Mk-')]

@@ -185,7 +185,7 @@ contains
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
 
-      !> Number of reals in the 64 kB that an HDF5 attribute may have
+      ! number of reals in the 64 kB that an HDF5 attribute may have
       integer, parameter :: max_attribute_size = 8000
       type(quantity_group_t) :: echo_group
       character(:), allocatable :: name

@@ -157,6 +157,7 @@ contains
       has_rigid_force = all(ieee_is_nan(row([measure_force, measure_named('minimum_force_closed')])))
       write (unit, '()')
       do i = 1, measure_count
+         ! forces over a window, and measures that need a group of the scene, are not printed if they are not defined
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
             .not. prints_absence(measures, i)) cycle
          if (.not. decays .and. any(i == [measure_settling, measure_decay])) cycle

@@ -49,8 +49,9 @@ module table_columns
       integer :: digits = six_digits
       !> Text that stands for NaN on a terminal
       character(:), allocatable :: none
+      !> Numbers, [rows]; unallocated: a column of texts
       real(wp), allocatable :: numbers(:)
-      !> Texts of a column without numbers
+      !> Texts of a column without numbers, [rows]
       character(max_text_length), allocatable :: texts(:)
    end type column_t
 
@@ -142,6 +143,7 @@ contains
       ! last: first the width of the label, then the position of the last character of a line
       last = label_width
       if (present(width)) last = width
+      ! a label wider than its column is followed by one blank
       padded = left_aligned(label, max(last, merge(0, len_trim(label) + 1, label == '')))
       first = 1
       do

@@ -21,14 +21,14 @@ contains
       type(series_t), intent(in) :: mass
       type(statements_t), intent(inout) :: list
 
-      !> Number of cases in the paper's figure.
+      ! number of cases in the paper's figure
       integer, parameter :: printed_count = 6
-      !> Index of the case mu = 0.5.
+      ! index of the case mu = 0.5
       integer, parameter :: mu_half = 4
-      !> Index of the case mu = 2.
+      ! index of the case mu = 2
       integer, parameter :: mu_two = 6
-      !> Rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
-      !> equilibrium: the coefficient of restitution eps
+      ! rebound height of an oscillator of one degree of freedom that is released at eta = 1 above a stop at its
+      ! equilibrium: the coefficient of restitution eps
       real(wp), parameter :: one_dof_peak = 0.6_wp
       ! values that decide statements 7a to 7d; 1e-12 and 1e6 keep quotients finite
       real(wp), dimension(variant_count) :: ratio, deviation, best_mass, end_spread
@@ -116,13 +116,13 @@ contains
       type(series_t), intent(in) :: taper
       type(statements_t), intent(inout) :: list
 
-      !> Index of the case alpha = 0.
+      ! index of the case alpha = 0
       integer, parameter :: uniform = 1
-      !> Index of the case alpha = 0.075.
+      ! index of the case alpha = 0.075
       integer, parameter :: middle = 4
-      !> Index of the case alpha = 0.125.
+      ! index of the case alpha = 0.125
       integer, parameter :: strong = 6
-      !> Index of the case alpha = 0.15.
+      ! index of the case alpha = 0.15
       integer, parameter :: wedge = 7
       ! values that decide statements 8a to 8e; earliest: the taper alpha whose motion ends earliest
       real(wp), dimension(variant_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio

@@ -18,15 +18,15 @@ contains
       type(series_t), intent(in) :: position
       type(statements_t), intent(inout) :: list
 
-      !> Index of the case Lc/L = 0.50.
+      ! index of the case Lc/L = 0.50
       integer, parameter :: at_050 = 1
-      !> Index of the case Lc/L = 0.70.
+      ! index of the case Lc/L = 0.70
       integer, parameter :: at_070 = 2
-      !> Index of the case Lc/L = 0.87.
+      ! index of the case Lc/L = 0.87
       integer, parameter :: at_087 = 4
-      !> Index of the case Lc/L = 0.875.
+      ! index of the case Lc/L = 0.875
       integer, parameter :: at_0875 = 5
-      !> Fraction of the energy below which a mode counts as not excited
+      ! fraction of the energy below which a mode counts as not excited
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
       ! energy shares of modes, and the position whose motion ends earliest
       real(wp), dimension(variant_count) :: third_mode, second_mode, earliest
@@ -74,7 +74,7 @@ contains
       type(series_t), intent(in) :: zeta
       type(statements_t), intent(inout) :: list
 
-      !> Indices of the cases zeta = 0.001, 0.01 and 0.05
+      ! indices of the cases zeta = 0.001, 0.01 and 0.05
       integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
       ! ratio of the contributions of high modes; rank correlation of the ends of motion with zeta; time in contact over

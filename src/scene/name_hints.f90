@@ -161,9 +161,9 @@ contains
       character(*), intent(in) :: words(:)
       character(:), allocatable :: hint
 
-      !> Maximum length of a list in a message, characters
+      ! maximum length of a list in a message, characters
       integer, parameter :: max_list_length = 300
-      !> The last words, joined by underscores, of an allowed word are the word
+      ! whether each allowed word ends with the word after an underscore
       logical :: ends_so(size(words))
       integer :: nearest
 

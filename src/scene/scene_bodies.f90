@@ -185,6 +185,7 @@ contains
             'needs spring_ratio or spring, whose rest it is', k)
          if (gives('start_gap_ratio') .and. scene%start%kind == start_balance) call input%complain('body', &
             'start_gap_ratio start_gap', "does not go with &start kind = 'balance', which places the body", k)
+         ! floor and ceiling are given (>= 0), both at z = 0
          if (max(body%floor, body%ceiling) <= 0.0_wp .and. min(body%floor, body%ceiling) >= 0.0_wp) then
             call input%complain('body', 'ceiling_ratio ceiling', 'leaves the body no room above its floor', k)
          end if

@@ -266,9 +266,9 @@ contains
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
 
-      !> `mode_tolerance` as in the file: 0 if the component has its default value, huge
+      ! `mode_tolerance` as in the file: 0 if the component has its default value, huge
       real(wp) :: tolerance
-      !> Index of Newmark's scheme, which gives beta by name; 0: not given
+      ! index of Newmark's scheme, which gives beta by name; 0: not given
       integer :: scheme
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
@@ -397,7 +397,7 @@ contains
       class(table_t), intent(inout) :: table
       type(best_settings_t), intent(inout) :: best
 
-      !> Index of the measure, after the status of the case, in the list of words
+      ! index of the measure, after the status of the case, in the list of words
       integer :: chosen
 
       ! the first measure, the status of a case, is no measure by which cases are compared

@@ -411,7 +411,7 @@ contains
       !> Error message about the units; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
-      !> Texts that dimensionless signals may have instead of units
+      ! texts that dimensionless signals may have instead of units
       character(*), parameter :: no_units(5) = [character(3) :: '', '1', '-', 'tau', 'eta']
       type(units_t) :: units
       character(:), allocatable :: quantity

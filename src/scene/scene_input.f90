@@ -27,11 +27,11 @@ module scene_input
       !> Name of the file
       character(:), allocatable :: file
       type(namelist_t) :: namelist
-      !> Position of the first problem in the text, and message of this problem
+      !> Position of the first problem in the text
       integer :: problem_position = huge(1)
+      !> Message of this problem
       character(:), allocatable :: problem
-      !> Names that count as given although the file does not give them, because a sweep does, such as 'stop 2
-      !> stiffness'
+      !> Names that count as given because a sweep gives them, such as 'stop 2 stiffness'
       character(name_length), allocatable :: added(:)
    contains
       procedure :: start
@@ -78,9 +78,9 @@ contains
       !> Program that reads the file, one of the `program_` constants or a sum of several; groups of others are problems
       integer, intent(in) :: program
 
-      !> Item of each entry in the file; 0: not given
+      ! item of each entry in the file; 0: not given
       integer :: items(table%entry_count)
-      !> Index of each group of the table in the file; 0: not given
+      ! index of each group of the table in the file; 0: not given
       integer :: places(table%group_count)
       integer :: i
 

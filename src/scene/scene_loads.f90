@@ -191,8 +191,7 @@ contains
 
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
          (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_release .or. scene%zeta_mass > 0.0_wp &
-         .or. &
-         allocated(scene%mode_ratios) .or. scene%wants_stress .or. scene%wants_statistics)) then
+         .or. allocated(scene%mode_ratios) .or. scene%wants_stress .or. scene%wants_statistics)) then
          call input%complain('stop', 'impulse', 'goes with a beam that is pulled away and left alone, damped in ' &
             //"proportion to its stiffness, without &stress and &statistics; else take 'momentum'")
       end if
