@@ -17,8 +17,9 @@ module newmark_events
    private
    public :: find_events, trigger_events, begin_and_end_contacts, close_touched
 
-   !> The beam is at rest on a contact if the gap, and the change of the gap over a step by its rate or by its
-   !> acceleration, do not exceed this value, in the unit of displacement.
+   !> The beam is at rest on a contact if the gap, and the change of the gap over an undivided step by its rate or by
+   !> its acceleration, do not exceed this value, in the unit of displacement. During the shortest steps the gap of a
+   !> moving beam changes less, too.
    real(wp), parameter :: at_rest = 1.0e-13_wp
 
 contains
@@ -79,10 +80,8 @@ contains
    !> Of the open contacts that the beam touches at rest, close the one that a trial step penetrates most: a load begins
    !> to press the beam onto it. The contact closes at the beginning of the step, because otherwise the load would
    !> accelerate the beam until the penetration exceeds the contact tolerance, and the beam would then bounce.
-   pure subroutine close_touched(run, step, response, has_closed)
+   pure subroutine close_touched(run, response, has_closed)
       type(newmark_run_t), intent(inout) :: run
-      !> Length of the trial step, tau
-      real(wp), intent(in) :: step
       !> Receives the event
       type(response_t), intent(inout) :: response
       !> Whether a contact has closed
@@ -99,9 +98,9 @@ contains
       associate (old => run%states(run%now), new => run%states(3 - run%now))
          do k = 1, size(run%contacts)
             if (run%contacts(k)%status /= is_open .or. .not. run%contacts(k)%may_close) cycle
-            if (.not. lies_at_rest(run, k, step, old)) cycle
+            if (.not. lies_at_rest(run, k, old)) cycle
             ! the acceleration lifts the beam off the contact at first
-            if (step**2*row_value(run%contacts(k)%row, old%beam%acceleration) > at_rest) cycle
+            if (run%stepper%step**2*row_value(run%contacts(k)%row, old%beam%acceleration) > at_rest) cycle
             gap = gap_at(run, k, new)
             if (gap >= lowest) cycle
             if (-gap < rounding*maxval(abs(new%beam%displacement - old%beam%displacement))) cycle
@@ -113,7 +112,7 @@ contains
          associate (contact => run%contacts(closing))
             if (allocated(contact%stop)) then
                call begin_contact(run, closing, response)
-            else if (step**2*row_value(contact%row, old%beam%acceleration) < -at_rest) then
+            else if (run%stepper%step**2*row_value(contact%row, old%beam%acceleration) < -at_rest) then
                contact%is_stopped = .true.
                call resolve_contacts(run, response)
             else
@@ -129,16 +128,14 @@ contains
 
 
    !> Does the beam touch a contact and move by rounding errors only?
-   pure function lies_at_rest(run, k, step, state) result(lies)
+   pure function lies_at_rest(run, k, state) result(lies)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
-      !> Length of a step, tau
-      real(wp), intent(in) :: step
       type(run_state_t), intent(in) :: state
       logical :: lies
 
-      lies = abs(gap_at(run, k, state)) <= at_rest .and. step*abs(gap_rate_at(run, k, state)) <= at_rest
+      lies = abs(gap_at(run, k, state)) <= at_rest .and. run%stepper%step*abs(gap_rate_at(run, k, state)) <= at_rest
    end function lies_at_rest
 
 
@@ -163,7 +160,7 @@ contains
          ! captures are counted between flights above the hop height
          if (gap > run%hop_height) contact%captures = 0
          contact%is_penetrating = gap < -run%contact_tolerance
-         if (gap >= run%contact_tolerance .or. lies_at_rest(run, k, step, new)) then
+         if (gap >= run%contact_tolerance .or. lies_at_rest(run, k, new)) then
             contact%may_close = .true.
          else if (rate < 0.0_wp .and. (contact%may_close .or. run%event_ahead(k) .or. contact%is_penetrating)) then
             run%arrives(k) = .true.

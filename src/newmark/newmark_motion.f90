@@ -389,7 +389,7 @@ contains
          span = shiftr(whole_step, level)
          call try_step(run, level)
          response%evaluations = response%evaluations + 1_i8
-         call close_touched(run, run%stepper%factors(level)%step, response, has_closed)
+         call close_touched(run, response, has_closed)
          if (has_closed) return
          call find_violations(run, level, is_accepted)
          if (is_accepted) exit
