@@ -1,7 +1,7 @@
 !> Warnings about a resolved scene whose values are allowed but implausible.
 module scene_warnings
    use kinds, only: pi, wp
-   use load_settings, only: start_release
+   use load_settings, only: base_displacement, course_table, start_release, time_course_t
    use measure_list, only: former_names, formerly_named, measure_force, measure_table
    use namelist_text, only: item_name, value_text
    use namelist_tokens, only: lower_case
@@ -12,7 +12,7 @@ module scene_warnings
    use scene_types, only: has_rigid_stops, scene_t
    use warning_list, only: warning_first_frequency, warning_thick_beam, warning_former_name, warning_position_ratio, &
       warning_default_start, &
-      warning_youngs_modulus, warning_t, warning_dimensionless_time, warning_identical_stops
+      warning_youngs_modulus, warning_t, warning_dimensionless_time, warning_identical_stops, warning_table_end
    implicit none (type, external)
    private
    public :: add_warning, warn_of_scene, words_of_frequency
@@ -50,6 +50,7 @@ contains
       if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
       if (has_units(scene)) call warn_of_ratios(input, scene, stops)
       call warn_of_stops(input, scene, stops)
+      call warn_of_tables(scene)
    end subroutine warn_of_scene
 
    !> Whether the values of a scene are in units.
@@ -181,6 +182,59 @@ contains
          "the beam is released from a deflection; &start kind = 'rest' starts it " &
          //'at rest between the stops')
    end subroutine warn_of_stops
+
+   !> Warn of tables of loads that end during the run with a value that is not zero. A displacement of the base stays at
+   !> its last value, so it does not jump.
+   subroutine warn_of_tables(scene)
+      type(scene_t), intent(inout) :: scene
+
+      integer :: k
+
+      if (scene%has_forces) then
+         do k = 1, size(scene%forces)
+            call warn_of_table('force', k, scene%forces(k)%course)
+         end do
+      end if
+      if (.not. scene%has_bases) return
+      do k = 1, size(scene%bases)
+         if (scene%bases(k)%quantity /= base_displacement) call warn_of_table('base', k, scene%bases(k)%course)
+      end do
+
+   contains
+
+      !> Warn of the table of one load.
+      subroutine warn_of_table(group, which, course)
+         !> Name of the group: 'force' or 'base'
+         character(*), intent(in) :: group
+         !> Number of the group
+         integer, intent(in) :: which
+         type(time_course_t), intent(in) :: course
+
+         ! last value over the maximum value up to which the load counts as finished, as a measured shock may be
+         real(wp), parameter :: negligible = 0.01_wp
+         character(:), allocatable :: unit
+         real(wp) :: time_scale, last
+         type(units_t) :: units
+
+         if (course%kind /= course_table) return
+         associate (n => size(course%time))
+            last = course%start + course%time(n)
+            if (course%end < last .or. last >= (1.0_wp - 1.0e-6_wp)*scene%response%duration) return
+            if (abs(course%value(n)) <= negligible*maxval(abs(course%value))) return
+         end associate
+         time_scale = 1.0_wp
+         unit = ' (tau)'
+         if (has_units(scene)) then
+            units = units_of(scene%scales, scene%unit_system, .true.)
+            time_scale = units%factor(quantity_named('time'))
+            unit = ' '//trim(unit_of(quantity_named('time'), units))
+         end if
+         call add_warning(scene, warning_table_end, 'the table of &'//group//' number '//to_text(which)//' ends at ' &
+            //rounded(last*time_scale)//unit//', before the run, which ends at ' &
+            //rounded(scene%response%duration*time_scale)//unit//'; the load is zero after that')
+      end subroutine warn_of_table
+
+   end subroutine warn_of_tables
 
    !> Add a warning, unless the scene silences it.
    subroutine add_warning(scene, kind, text)
