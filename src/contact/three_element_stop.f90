@@ -42,6 +42,7 @@ contains
       else
          stop%branch_stiffness = branch_ratio*stop%stiffness
          stop%relaxation_rate = branch/damper_ratio
+         ! without force P2 = -k u, and the equation of the branch becomes du/dtau = -nu u/(1 + beta)
          stop%recovery_rate = stop%relaxation_rate/(1.0_wp + branch_ratio)
       end if
    end function make_three_element

@@ -38,7 +38,7 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      ! the flight from the contact has begun at this instant, before the transition
+      ! whether a flight from each contact has begun at this instant, before the transition
       logical :: has_begun(size(self%states))
       integer :: i
 
@@ -90,6 +90,7 @@ contains
                call close_compliant(self, k, search, motion, response)
                return
             end if
+            ! the gap of the flight that ends did not exceed rounding, or not the hop tolerance
             captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
                .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
             ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
@@ -197,6 +198,8 @@ contains
                ! impulse*surface_speed is negligible: either `excess_speed` is a rounding error, or both speeds are as
                ! small as the flight is low
                call charge_event(motion%recorder%energy_balance, 0.5_wp*impulse*excess_speed)
+               ! the recovering surface (du/dtau = -rate u) is decelerated by rate times `surface_speed`; a stop point
+               ! that is decelerated no more than that leaves it
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
@@ -285,6 +288,7 @@ contains
       if (self%loads%count > 0) call find_load(self, motion%tau)
       call find_reactions(self, candidates(:n), motion)
       orders(:n) = opening_orders(self, motion)
+      ! such a contact opens with the slowest of the opening motions
       do a = 1, n
          if (orders(a) == 0 .and. bears_nothing(a)) orders(a) = 3
       end do
@@ -352,7 +356,7 @@ contains
       real(wp), intent(inout) :: z(:)
       type(motion_t), intent(inout) :: motion
 
-      ! smaller penetrations of a rigid contact are not corrected
+      ! smaller penetrations of a rigid contact, in eta, are not corrected
       real(wp), parameter :: min_correction = 5.0e-12_wp
       ! displacement of the stop point, and its correction
       real(wp) :: displacement, correction
@@ -362,10 +366,12 @@ contains
       associate (constrained => self%set%constrained, state => self%states(k))
          if (state%is_rigid .neqv. ended_by == end_gap) return
          displacement = sum(constrained%value(:, k)*z)
+         ! afterwards the gap `displacement` + `static_gap` is minus the indentation, 0 at a rigid contact
          correction = -state%indentation - constrained%static_gap(k) - displacement
          if (state%is_rigid .and. correction < min_correction) return
          associate (shape => point_response(self%set, k, constrained%oscillators%square))
             force = correction/sum(constrained%value(:, k)*shape)
+            ! the force is the change of the modal forces K z: change of the strain energy z.K z/2
             if (state%is_rigid) call charge_event(motion%recorder%energy_balance, force*(displacement &
                + 0.5_wp*correction))
             z = z + shape*force

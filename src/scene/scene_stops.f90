@@ -116,7 +116,7 @@ contains
       character(*), intent(in) :: prefix
       !> Number of the first of four parameters in sweeps
       integer, intent(in) :: first
-      !> The law has the name `impulse`, by which an impact can change the velocity of one node only
+      !> Whether the law has the name `impulse`, by which an impact can change the velocity of one node only
       logical, intent(in) :: has_impulse
 
       ! conditions that several names have in common: words of `law` with which they may be given

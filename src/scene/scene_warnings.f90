@@ -130,6 +130,7 @@ contains
       integer :: k
 
       do k = 1, size(stops)
+         ! a number beyond the length of the beam cannot have been meant as a length
          if (stops(k)%position >= min_position .or. stops(k)%position > scene%scales%length) cycle
          if (input%has('stop', 'position', k)) call add_warning(scene, warning_position_ratio, 'position = ' &
             //rounded(stops(k)%position)//' of &stop number '//to_text(k) &

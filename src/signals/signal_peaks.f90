@@ -92,6 +92,7 @@ contains
       still_rises = .false.
       value = threshold
       time = 0.0_wp
+      ! a threshold that has a scale must be exceeded by the tolerance
       level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
       t = 0.0_wp
       call signal%evaluate(t, candidate, slope)
