@@ -40,6 +40,8 @@ contains
       !> Set if the need is refused
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! bytes that count as free, because to ask the operating system takes as long as a short run
+      real(wp), parameter :: certain = 2.0_wp*overhead
       ! free memory, and free address space (limited by ulimit -v), in bytes
       real(wp) :: memory, addresses
 
@@ -47,7 +49,7 @@ contains
          call fail(error, status_bad_input, need%refusal//': '//need%advice)
          return
       end if
-      if (.not. allocated(need%purpose)) return
+      if (.not. allocated(need%purpose) .or. need%bytes < certain) return
       memory = free_memory()
       ! the linear algebra library will allocate its buffer later
       addresses = free_addresses() - real(blas_buffer(), wp)

@@ -47,6 +47,8 @@ module name_table
       !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
       !> file
       character(max_name_length), allocatable, private :: groups_given(:)
+      !> Whether names of a group that stands alone are omitted if the file does not have the group
+      logical, private :: omits_absent = .false.
    contains
       procedure :: expect_groups
       procedure :: begin_copy_to_scene
@@ -69,12 +71,15 @@ module name_table
 contains
 
    !> Announce the groups of a file before the names are listed.
-   subroutine expect_groups(table, names)
+   subroutine expect_groups(table, names, omits_absent)
       class(table_t), intent(inout) :: table
       !> Names of all groups in the file in lower case; a repeated group has one element for each occurrence
       character(*), intent(in) :: names(:)
+      !> Whether names of a group that stands alone are omitted if the file does not have the group
+      logical, intent(in) :: omits_absent
 
       table%groups_given = names
+      table%omits_absent = omits_absent
    end subroutine expect_groups
 
    !> Prepare the table for another listing of the same names, which copies the values of the table into the scene.
@@ -203,6 +208,9 @@ contains
          if (table%copies_from_scene) opened%is_wanted = is_wanted
          if (table%copies_to_scene) is_wanted = opened%is_wanted
          table%lists_names = is_wanted .or. table%adds_entries
+         if (table%adds_entries .and. table%omits_absent .and. opened%stands_alone) then
+            table%lists_names = any(table%groups_given == opened%name)
+         end if
          if (.not. table%lists_names) table%current = opened%last_entry
       end associate
    end subroutine open

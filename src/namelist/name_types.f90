@@ -21,8 +21,10 @@ module name_types
    !> Kind of a value: one of several allowed words.
    integer, parameter :: kind_word = 5
 
-   !> Maximum length of a name.
+   !> Maximum length of a name, including those of sweeps, such as support_2_rotational_stiffness_ratio_log_range.
    integer, parameter :: max_name_length = 48
+   !> Maximum length of a name that a description refers to.
+   integer, parameter :: max_reference_length = 32
    !> Maximum length of a phrase.
    integer, parameter :: max_phrase_length = 64
    !> Maximum length of a meaning.
@@ -32,11 +34,11 @@ module name_types
    type :: condition_t
       !> Group of `name` and `without`; empty: the group of the name that has the condition. If only `group` is given,
       !> the scene must have this group
-      character(max_name_length) :: group = ''
+      character(max_reference_length) :: group = ''
       !> Number of the group among several groups of that name
       integer :: occurrence = 1
       !> Name whose value must be one of `words`; a logical value must be .true.
-      character(max_name_length) :: name = ''
+      character(max_reference_length) :: name = ''
       !> Allowed words, separated by blanks
       character(max_phrase_length) :: words = ''
       !> Names separated by blanks, none of which the file may give
@@ -61,9 +63,9 @@ module name_types
       !> phases of loads depend on it
       logical :: may_change_in_motion = .false.
       !> Name in a sweep if it differs from that in the group; the label of a numbered group is put before it
-      character(max_name_length) :: name = ''
+      character(max_reference_length) :: name = ''
       !> Meaning in a sweep if it differs from that in the group
-      character(max_meaning_length) :: meaning = ''
+      character(max_phrase_length) :: meaning = ''
    end type sweep_t
 
    !> Description of a name; the component to which the name is bound determines its type.
@@ -78,12 +80,12 @@ module name_types
       type(condition_t) :: needs = condition_t()
       !> Another name of the group for the same quantity. A file may give only one of both; the results file always has
       !> the other name
-      character(max_name_length) :: instead_of = ''
+      character(max_reference_length) :: instead_of = ''
       !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of`, if there is
       !> one, receives the dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
-      character(max_name_length) :: quantity = ''
+      character(max_reference_length) :: quantity = ''
       !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
-      character(max_name_length) :: relative_to = ''
+      character(max_reference_length) :: relative_to = ''
       !> Whether the value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.
       !> Default value in words, if the default is not a constant
@@ -91,24 +93,26 @@ module name_types
       !> Whether the name has no effect unless the file gives it
       logical :: is_optional = .false.
       !> Two words of a list that must each be its only word, such as 'all' and 'none'
-      character(max_name_length) :: alone(2) = ''
+      character(max_reference_length) :: alone(2) = ''
       !> Name in the group whose value chooses a parameter, such as `parameter` of &cases; the range is that of this
       !> parameter
-      character(max_name_length) :: range_of = ''
+      character(max_reference_length) :: range_of = ''
       type(sweep_t) :: sweep = sweep_t()
    end type name_t
 
    !> A group, or one of several groups of one name.
    type :: group_t
-      character(max_name_length) :: name = ''
+      character(max_reference_length) :: name = ''
       !> Programs that accept the group, a sum of `program_` constants
       integer :: programs = program_motion
       !> Whether a file may have several groups of this name
       logical :: repeats = .false.
+      !> Whether no other group refers to names of this group
+      logical :: stands_alone = .false.
       !> Number among the groups of this name
       integer :: occurrence = 1
       !> Label with that number
-      character(max_name_length) :: label = ''
+      character(max_reference_length) :: label = ''
       !> Whether the scene has the group
       logical :: is_wanted = .true.
       !> Index of its first entry in the table

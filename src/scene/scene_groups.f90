@@ -152,20 +152,20 @@ contains
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%lists_names) call list_frequencies(table, scene%frequencies)
       case ('precision')
-         call table%open(group_t('precision', program_benchmark), scene%wants_precision)
+         call table%open(group_t('precision', program_benchmark, stands_alone=.true.), scene%wants_precision)
          if (table%lists_names) call list_precision(table, scene%precision)
       case ('sweep')
-         call table%open(group_t('sweep'), scene%wants_sweep)
+         call table%open(group_t('sweep', stands_alone=.true.), scene%wants_sweep)
          if (table%lists_names) call list_sweep(table, scene%sweep)
       case ('best')
-         call table%open(group_t('best'), scene%wants_best)
+         call table%open(group_t('best', stands_alone=.true.), scene%wants_best)
          if (table%lists_names) call list_best(table, scene%best)
       case ('cases')
          call list_cases(table, scene%wants_cases, scene%cases)
       case ('sensitivity', 'fit', 'uncertainty')
          call list_inference(group, table, scene)
       case ('statements')
-         call table%open(group_t('statements', program_paper), scene%wants_statements)
+         call table%open(group_t('statements', program_paper, stands_alone=.true.), scene%wants_statements)
          if (table%lists_names) call list_statements(table, scene%statements)
       case ('output')
          ! the results of a sweep are its rows of measures alone
@@ -428,7 +428,7 @@ contains
       type(parameter_t) :: parameter
       integer :: k, chosen
 
-      call table%open(group_t('cases'), is_wanted)
+      call table%open(group_t('cases', stands_alone=.true.), is_wanted)
       if (.not. table%lists_names) return
       call list_parameters(table, places)
       places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
@@ -484,7 +484,7 @@ contains
       if (size(histories) == 0) histories = [history_none]
       call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, &
          default='all but accelerations', &
-         alone=[character(40) :: 'all', 'none']), history_names)
+         alone=[character(32) :: 'all', 'none']), history_names)
       output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
       call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &
          range_t(0.0_wp, 1.0e9_wp), a_response, default='0 in a single run'))

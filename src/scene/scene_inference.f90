@@ -42,13 +42,13 @@ contains
 
       select case (group)
       case ('sensitivity')
-         call table%open(group_t(group), scene%wants_sensitivity)
+         call table%open(group_t(group, stands_alone=.true.), scene%wants_sensitivity)
          if (table%lists_names) call list_sensitivity(table, scene%sensitivity)
       case ('fit')
-         call table%open(group_t(group), scene%wants_fit)
+         call table%open(group_t(group, stands_alone=.true.), scene%wants_fit)
          if (table%lists_names) call list_fit(table, scene%fit)
       case ('uncertainty')
-         call table%open(group_t(group), scene%wants_uncertainty)
+         call table%open(group_t(group, stands_alone=.true.), scene%wants_uncertainty)
          if (table%lists_names) call list_uncertainty(table, scene%uncertainty)
       end select
    end subroutine list_inference
@@ -121,9 +121,9 @@ contains
       call table%bind(uncertainty%fit, name_t('fit', 'results file of a &fit, beside the scene, whose estimates and ' &
          //'covariance count', range_t(1, 1000), default='none', is_optional=.true.))
       call list_chosen_measures(table, uncertainty%measures)
+      if (.not. allocated(uncertainty%quantiles)) uncertainty%quantiles = [0.025_wp, 0.25_wp, 0.5_wp, 0.75_wp, 0.975_wp]
       call table%bind(uncertainty%quantiles, name_t('quantiles', 'probabilities of the quantiles', &
          range_t(1.0e-6_wp, 1.0_wp - 1.0e-6_wp), default='0.025, 0.25, 0.5, 0.75, 0.975'))
-      if (.not. allocated(uncertainty%quantiles)) uncertainty%quantiles = [0.025_wp, 0.25_wp, 0.5_wp, 0.75_wp, 0.975_wp]
       call table%bind(uncertainty%classes, name_t('classes', 'classes of a histogram', range_t(2, 10000)))
    end subroutine list_uncertainty
 

@@ -49,7 +49,7 @@ module scene_input
 contains
 
    !> Begin with a parsed file.
-   subroutine start(input, file, namelist, table)
+   subroutine start(input, file, namelist, table, omits_absent)
       class(scene_input_t), intent(inout) :: input
       !> Name of the file, for messages
       character(*), intent(in) :: file
@@ -57,8 +57,11 @@ contains
       !> Table, before its names are listed; receives the names of the file's groups. Absent: the input is only for
       !> messages
       type(table_t), intent(inout), optional :: table
+      !> Whether the table omits the names of groups that stand alone and that the file does not have; absent: it does not
+      logical, intent(in), optional :: omits_absent
 
       character(name_length) :: names(namelist%group_count)
+      logical :: omits
       integer :: i
 
       input%file = file
@@ -67,7 +70,9 @@ contains
       do i = 1, size(names)
          names(i) = group_name(namelist, i)
       end do
-      call table%expect_groups(names)
+      omits = .false.
+      if (present(omits_absent)) omits = omits_absent
+      call table%expect_groups(names, omits)
    end subroutine start
 
    !> Read the values of the file into a table; values that are not given, or have a problem, do not change.

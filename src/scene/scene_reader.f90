@@ -111,11 +111,30 @@ contains
          problem = file//':'//to_text(line)//': '//problem
          return
       end if
-      call draft%input%start(file, namelist, draft%table)
-      call list_scene(draft%table, scene)
-      call draft%input%read_table(draft%table, program)
+      call read_into_table(draft%input, draft%table, omits_absent=.true.)
+      if (draft%input%has_problem()) then
+         ! the hints of messages need the names of all groups
+         draft%input = scene_input_t()
+         draft%table = table_t()
+         call read_into_table(draft%input, draft%table, omits_absent=.false.)
+      end if
       call draft%table%begin_copy_to_scene()
       call list_scene(draft%table, scene)
+
+   contains
+
+      !> List the names in the table and read the values of the file into it.
+      subroutine read_into_table(input, table, omits_absent)
+         type(scene_input_t), intent(inout) :: input
+         type(table_t), intent(inout) :: table
+         !> Whether the table omits the names of groups that stand alone and that the file does not have
+         logical, intent(in) :: omits_absent
+
+         call input%start(file, namelist, table, omits_absent)
+         call list_scene(table, scene)
+         call input%read_table(table, program)
+      end subroutine read_into_table
+
    end subroutine read_draft
 
    !> Report a problem that was found after a scene was read, with its position in the scene file.

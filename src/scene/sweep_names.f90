@@ -188,7 +188,7 @@ contains
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then
-               name%needs%group = swept%parameter%group
+               name%needs%group = table%groups(table%entries(places(k))%group)%name
                name%needs%occurrence = swept%parameter%occurrence
             else if (table%groups(table%entries(places(k))%group)%repeats) then
                name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
