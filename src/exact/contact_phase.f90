@@ -225,12 +225,10 @@ contains
       type(requested_t), intent(in) :: requested
       type(sample_t), intent(inout) :: sample
 
-      ! displacements and velocities of the constrained modes, with the load response
-      real(wp), dimension(size(self%now%z)) :: z, v
-      ! the same without the load response
-      real(wp), dimension(size(self%now%z)) :: unforced, unforced_rate
+      ! displacements and velocities of the constrained modes with the load response, then without it, [modes, 4]
+      real(wp), target :: state(size(self%now%z), 4)
       ! values of the terms exp(s t) if a compliant contact is closed, [terms]
-      complex(wp), allocatable :: term(:)
+      complex(wp) :: term(merge(self%now%set%coupled%count, 0, size(self%now%set%compliant) > 0))
       ! gap of a contact and its rate, displacement and velocity of a massless node, and sum of all contact forces
       real(wp) :: gap, rate, node(2), total
       integer :: k
@@ -239,12 +237,12 @@ contains
 
       self%recorded = self%recorded + 1
       call sample_moments(self%interval%moments, time, sample)
-      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
+      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
+         z => state(:, 1), v => state(:, 2), unforced => state(:, 3), unforced_rate => state(:, 4))
          if (size(set%compliant) > 0) then
-            allocate (term, source=terms_at(set%coupled, now%amplitude, time))
+            term = terms_at(set%coupled, now%amplitude, time)
             call find_homogeneous_state(now, time, unforced, unforced_rate)
          else
-            allocate (term(0))
             call next_sample(set%sampler, constrained%oscillators, now%z, now%v, step, time)
             unforced = set%sampler%z
             unforced_rate = set%sampler%v
@@ -292,8 +290,7 @@ contains
          sample%history(force_stop) = total
          if (any(requested%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
             self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)
-         if (requested%energy) call sample_energy(self, time, reshape([z, v, unforced, unforced_rate], [size(z), 4]), &
-            term, sample)
+         if (requested%energy) call sample_energy(self, time, state, term, sample)
       end associate
    end subroutine take_sample
 
@@ -301,14 +298,14 @@ contains
    subroutine sample_energy(self, time, modes, term, sample)
       class(contact_phase_t), intent(inout) :: self
       real(wp), intent(in) :: time
-      !> States z, v with and without the load response as in `find_losses`, [modes, 4]
-      real(wp), intent(in) :: modes(:, :)
+      !> State z, v with and without the load response, [modes, 4]
+      real(wp), intent(in), contiguous :: modes(:, :)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
 
-      ! states of the contacts at the time of the sample
-      type(contact_state_t) :: states(size(self%now%states))
+      ! states of the contacts at the time of the sample; unallocated: all contacts are rigid, and states are not needed
+      type(contact_state_t), allocatable :: states(:)
       ! energy dissipated since the start of the phase: in the beam, then in each closed compliant contact
       real(wp) :: lost(1 + size(self%now%set%compliant))
       integer :: k
@@ -316,11 +313,16 @@ contains
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
          sample%stop_energy = 0.0_wp
-         states = now%states
-         call update_indentations(self%now, time, term, states)
-         call find_losses(self%now, self%interval%at_start, states, self%start_energy, time, modes, term, lost, &
-            sample%work)
-         states(set%compliant)%dissipated = states(set%compliant)%dissipated + lost(2:)
+         if (all(now%states%is_rigid)) then
+            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy - sum(sample%beam_energy), &
+               time, modes(:, 3:4), term, lost, sample%work)
+         else
+            allocate (states, source=now%states)
+            call update_indentations(self%now, time, term, states)
+            call find_losses(self%now, self%interval%at_start, states, self%start_energy - sum(sample%beam_energy), &
+               time, modes(:, 3:4), term, lost, sample%work)
+            states(set%compliant)%dissipated = states(set%compliant)%dissipated + lost(2:)
+         end if
          sample%lost = [lost(1), 0.0_wp]
          sample%beam_energy(2) = sample%beam_energy(2) + constrained%static_energy
          do k = 1, size(now%states)
@@ -381,8 +383,8 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      ! state z, v of the constrained modes at the end, with and without the load response, [modes, 4]
-      real(wp) :: state(size(self%now%z), 4)
+      ! state z, v of the constrained modes at the end without the load response, [modes, 2]
+      real(wp) :: homogeneous(size(self%now%z), 2)
       ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
       real(wp) :: lost(1 + size(self%now%set%compliant))
       ! work of the loads
@@ -404,9 +406,11 @@ contains
          if (now%loads%count > 0) call find_state(now, time, self%interval%z_end, self%interval%v_end, phasor)
          call update_indentations(self%now, time, term, now%states)
          if (needs_losses(self, motion)) then
-            state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
-            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy, time, state, term, &
-               lost, work)
+            homogeneous(:, 1) = set%last%z
+            homogeneous(:, 2) = set%last%v
+            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
+               - sum(modal_energy(constrained%oscillators, self%interval%z_end, self%interval%v_end)), time, &
+               homogeneous, term, lost, work)
             balance%dissipated_beam = balance%dissipated_beam + lost(1)
             balance%work = balance%work + work
          else if (motion%observers%measures%is_wanted) then

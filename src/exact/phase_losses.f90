@@ -3,7 +3,7 @@
 module phase_losses
    use contact_sets, only: contact_set_t
    use contact_states, only: energy_in, force_in, set_indentation, recover, contact_state_t
-   use damped_oscillators, only: elastic_and_viscous, modal_energy, propagate
+   use damped_oscillators, only: elastic_and_viscous, propagate
    use driven_modes, only: integral_of_free_motion, make_driven_mode
    use driven_signal, only: phasor_of
    use forced_responses, only: find_rows_at
@@ -91,17 +91,17 @@ contains
 
    !> Energy dissipated since the start of the phase. Under loads, dissipation in the beam is the remainder of the
    !> energy balance.
-   subroutine find_losses(self, at_start, at_time, start_energy, time, state, term, lost, work)
+   subroutine find_losses(self, at_start, at_time, energy_lost, time, homogeneous, term, lost, work)
       type(phase_state_t), intent(inout) :: self
       !> Contact states at the start of the phase, [contacts]
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
       !> Contact states at the time, with the results of `update_indentations`, [contacts]
       type(contact_state_t), intent(in) :: at_time(:)
-      !> Energy of the constrained modes at the start of the phase
-      real(wp), intent(in) :: start_energy
+      !> Energy of the constrained modes at the start of the phase, less that at the time
+      real(wp), intent(in) :: energy_lost
       real(wp), intent(in) :: time
-      !> State z, v of the constrained modes, and homogeneous part of z, v (without the load response), [modes, 4]
-      real(wp), intent(in) :: state(:, :)
+      !> Homogeneous part (without the load response) of the state z, v of the constrained modes, [modes, 2]
+      real(wp), intent(in) :: homogeneous(:, :)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       !> Energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
@@ -116,14 +116,15 @@ contains
       ! index among the compliant contacts of the set
       integer :: place
 
-      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), state(:, 3), state(:, 4), term)
+      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), homogeneous(:, 1), homogeneous(:, 2), &
+         term)
       associate (set => self%set)
          if (size(set%compliant) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
          ! energy balance of the beam: its own energy and the work of the loads, less what the stops receive (below)
-         lost(1) = start_energy - sum(modal_energy(set%constrained%oscillators, state(:, 1), state(:, 2))) + work
+         lost(1) = energy_lost + work
          call integrate_rates_on_path(self, time, has_squares, squares)
          do place = 1, size(set%compliant)
             associate (k => set%compliant(place))
