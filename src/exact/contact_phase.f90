@@ -314,8 +314,8 @@ contains
          sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
          sample%stop_energy = 0.0_wp
          if (all(now%states%is_rigid)) then
-            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy - sum(sample%beam_energy), &
-               time, modes(:, 3:4), term, lost, sample%work)
+            call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
+               - sum(sample%beam_energy), time, modes(:, 3:4), term, lost, sample%work)
          else
             allocate (states, source=now%states)
             call update_indentations(self%now, time, term, states)

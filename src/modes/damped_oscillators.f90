@@ -493,14 +493,7 @@ contains
       real(wp), intent(in), contiguous :: v(:)
       real(wp) :: energy(2)
 
-      integer :: i
-
-      energy = 0.0_wp
-      ! one loop, because each sum has to wait for the addition before
-      do i = 1, size(v)
-         energy = energy + [v(i)**2, oscillators%square(i)*z(i)**2]
-      end do
-      energy = 0.5_wp*energy
+      energy = 0.5_wp*[sum(v**2), sum(oscillators%square*z**2)]
    end function modal_energy
 
 end module damped_oscillators

@@ -10,10 +10,10 @@ module name_table
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
       max_name_length, name_t
    use number_text, only: to_text
-   use value_rules, only: range_t
+   use value_rules, only: is_among, range_t
    implicit none (type, external)
    private
-   public :: table_t, is_among, max_repeats
+   public :: table_t, max_repeats
 
    !> Maximum number of groups of one name; all names in them are fewer than the maximum that `namelist_text` parses.
    integer, parameter :: max_repeats = 500
@@ -44,11 +44,10 @@ module name_table
       integer, private :: current = 0
       !> Whether the names of the open group must be listed; if not, their entries are skipped
       logical :: lists_names = .true.
-      !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: there is no
-      !> file
+      !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: no file
       character(max_name_length), allocatable, private :: groups_given(:)
       !> Whether names of a group that stands alone are omitted if the file does not have the group
-      logical, private :: omits_absent = .false.
+      logical :: omits_absent = .false.
    contains
       procedure :: expect_groups
       procedure :: begin_copy_to_scene
@@ -71,15 +70,12 @@ module name_table
 contains
 
    !> Announce the groups of a file before the names are listed.
-   subroutine expect_groups(table, names, omits_absent)
+   subroutine expect_groups(table, names)
       class(table_t), intent(inout) :: table
       !> Names of all groups in the file in lower case; a repeated group has one element for each occurrence
       character(*), intent(in) :: names(:)
-      !> Whether names of a group that stands alone are omitted if the file does not have the group
-      logical, intent(in) :: omits_absent
 
       table%groups_given = names
-      table%omits_absent = omits_absent
    end subroutine expect_groups
 
    !> Prepare the table for another listing of the same names, which copies the values of the table into the scene.
@@ -208,9 +204,8 @@ contains
          if (table%copies_from_scene) opened%is_wanted = is_wanted
          if (table%copies_to_scene) is_wanted = opened%is_wanted
          table%lists_names = is_wanted .or. table%adds_entries
-         if (table%adds_entries .and. table%omits_absent .and. opened%stands_alone) then
-            table%lists_names = any(table%groups_given == opened%name)
-         end if
+         if (table%adds_entries .and. table%omits_absent .and. opened%stands_alone) table%lists_names = &
+            any(table%groups_given == opened%name)
          if (.not. table%lists_names) table%current = opened%last_entry
       end associate
    end subroutine open
@@ -484,15 +479,6 @@ contains
             .not. table%groups(group)%is_wanted) applies = .false.
       end associate
    end function applies
-
-   !> Whether a list of words, separated by blanks, contains a word.
-   pure function is_among(word, words)
-      character(*), intent(in) :: word
-      character(*), intent(in) :: words
-      logical :: is_among
-
-      is_among = index(' '//trim(words)//' ', ' '//trim(word)//' ') > 0
-   end function is_among
 
    !> The range of a number.
    pure function range_of(table, group, name) result(range)

@@ -4,7 +4,8 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, length_ratio_problem, max_length_ratio, max_stored_numbers
+   public :: range_t, contains_value, range_text, one_of, is_among, length_ratio_problem, max_length_ratio
+   public :: max_stored_numbers
    public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
@@ -117,5 +118,14 @@ contains
          text = text//"'"//trim(words(i))//"'"
       end do
    end function one_of
+
+   !> Whether a list of words, separated by blanks, contains a word.
+   pure function is_among(word, words)
+      character(*), intent(in) :: word
+      character(*), intent(in) :: words
+      logical :: is_among
+
+      is_among = index(' '//trim(words)//' ', ' '//trim(word)//' ') > 0
+   end function is_among
 
 end module value_rules

@@ -3,7 +3,7 @@
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
-   use name_table, only: is_among, max_repeats, table_t
+   use name_table, only: max_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
@@ -14,7 +14,7 @@ module scene_input
    use program_identity, only: name_of_program, program_any
    use run_settings, only: name_length
    use sweep_names, only: chosen_parameter
-   use value_rules, only: contains_value, range_t, range_text
+   use value_rules, only: is_among, contains_value, range_t, range_text
    implicit none (type, external)
    private
    public :: scene_input_t
@@ -49,7 +49,7 @@ module scene_input
 contains
 
    !> Begin with a parsed file.
-   subroutine start(input, file, namelist, table, omits_absent)
+   subroutine start(input, file, namelist, table)
       class(scene_input_t), intent(inout) :: input
       !> Name of the file, for messages
       character(*), intent(in) :: file
@@ -57,11 +57,8 @@ contains
       !> Table, before its names are listed; receives the names of the file's groups. Absent: the input is only for
       !> messages
       type(table_t), intent(inout), optional :: table
-      !> Whether the table omits the names of groups that stand alone and that the file does not have; absent: it does not
-      logical, intent(in), optional :: omits_absent
 
       character(name_length) :: names(namelist%group_count)
-      logical :: omits
       integer :: i
 
       input%file = file
@@ -70,9 +67,7 @@ contains
       do i = 1, size(names)
          names(i) = group_name(namelist, i)
       end do
-      omits = .false.
-      if (present(omits_absent)) omits = omits_absent
-      call table%expect_groups(names, omits)
+      call table%expect_groups(names)
    end subroutine start
 
    !> Read the values of the file into a table; values that are not given, or have a problem, do not change.

@@ -130,7 +130,8 @@ contains
          !> Whether the table omits the names of groups that stand alone and that the file does not have
          logical, intent(in) :: omits_absent
 
-         call input%start(file, namelist, table, omits_absent)
+         table%omits_absent = omits_absent
+         call input%start(file, namelist, table)
          call list_scene(table, scene)
          call input%read_table(table, program)
       end subroutine read_into_table

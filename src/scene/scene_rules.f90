@@ -1,9 +1,10 @@
 !> Tables of the groups and names of scene files that exclude one another (exclusions) or require one another (demands),
 !> and the check of a file against these tables.
 module scene_rules
-   use name_table, only: is_among, table_t
+   use name_table, only: table_t
    use scene_input, only: scene_input_t
    use scene_requests, only: request_names
+   use value_rules, only: is_among
    implicit none (type, external)
    private
    public :: check_rules
