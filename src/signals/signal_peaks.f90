@@ -69,7 +69,7 @@ contains
       real(wp), intent(out) :: value
       !> Instant of the maximum
       real(wp), intent(out) :: time
-      !> Minimum magnitude to which the tolerance refers; if it is given, the tolerance is not below the rounding error
+      !> Minimum magnitude to which the tolerance refers; if given, the tolerance covers rounding and raises `threshold`
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: a state for this phase alone
       type(extreme_search_t), intent(inout), optional :: extreme_search
@@ -92,7 +92,6 @@ contains
       still_rises = .false.
       value = threshold
       time = 0.0_wp
-      ! a threshold that has a scale must be exceeded by the tolerance
       level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
       t = 0.0_wp
       call signal%evaluate(t, candidate, slope)
