@@ -272,6 +272,8 @@ def draw_file(path, folder, pictures, films):
     """The picture of one file, and its film; the cases of the file, if it has some."""
     with plots.open_results(path) as file:
         kinds = set(file)
+        # every single run has the shape at the start, which is no film and none of the paper's figures
+        has_motion = "shapes" in kinds and len(plain(file["shapes"], "tau")) > 1
         # before, at and after the first impact of the paper's stop; else the scene itself
         has_listed_shapes = "surfaces" not in kinds and "measures" in file and plots.has(file["measures"], "first_impact_tau") and "scene/output" in file and \
             len(numpy.atleast_1d(file["scene/output"].attrs["shape_times"])) > 0
@@ -281,7 +283,7 @@ def draw_file(path, folder, pictures, films):
         plots.save(draw_cases(cases), picture)
         pictures.append(picture)
         return cases
-    if "shapes" in kinds:
+    if has_motion:
         scene = plot_scene.Scene(path)
         plots.save(draw_shapes(Shapes(path)) if has_listed_shapes else plot_scene.draw(scene), picture)
         pictures.append(picture)
