@@ -181,24 +181,30 @@ contains
       real(wp), parameter :: small = 1.0e-9_wp
       ! maximum of the summands over |s|**2; if T_i is singular, immense summands cancel and look like a root
       real(wp), parameter :: max_summands = 1.0e6_wp
-      real(wp) :: strength(problem%modes)
-      integer :: i, strongest, trial
+      real(wp) :: strength(problem%modes), min_residual
+      integer :: best, i, trial
 
       call vectors_at(problem, s, 0, distance, vectors)
-      strongest = vectors%mode
-      if (strongest == 0 .or. size(problem%spring) == 1) return
-      if (residual(abs1(s)**2) <= small) return
+      best = vectors%mode
+      if (best == 0 .or. size(problem%spring) == 1) return
+      min_residual = residual(abs1(s)**2)
+      if (min_residual <= small) return
       do i = 1, problem%modes
          strength(i) = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
       end do
-      do trial = 2, 2*size(problem%spring)
+      ! at roots close to the pole of a branch, all modes of one symmetry can precede those of the other
+      do trial = 2, problem%modes
          strength(vectors%mode) = 0.0_wp
          if (.not. any(strength > 0.0_wp)) exit
          ! the nearest pole given is one of the two of the mode to be separated
          call vectors_at(problem, s, 2*maxloc(strength, dim=1), distance, vectors)
-         if (residual(0.0_wp) <= small) return
+         associate (new => residual(0.0_wp))
+            if (new <= small) return
+            if (new < min_residual) best = vectors%mode
+            min_residual = min(min_residual, new)
+         end associate
       end do
-      call vectors_at(problem, s, 2*strongest, distance, vectors)
+      call vectors_at(problem, s, 2*best, distance, vectors)
 
    contains
 
