@@ -34,45 +34,55 @@ module contact_impulses
 
 contains
 
-   !> Bring the stop point to rest at the start of a flight that was too low to resolve and is cancelled.
-   subroutine bring_to_rest(self, k, captures, motion, response)
+   !> Bring the stop points to rest at the start of flights that were too low to resolve and are cancelled.
+   subroutine bring_to_rest(self, flights, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      integer, intent(in) :: k
+      !> Contacts whose flights are cancelled
+      integer, intent(in) :: flights(:)
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       !> Receives the events of the impulses
       type(response_t), intent(inout) :: response
 
-      associate (capture => captures(k))
-         capture%velocity = velocity_of(self, k, motion)
-         call arrest(self, k, capture%velocity, motion, response, capture%impulse)
-         capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
-         call charge_event(motion%recorder%energy_balance, capture%energy_change)
-         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
-      end associate
+      real(wp) :: velocity(size(flights)), impulse(size(flights))
+      integer :: i
+
+      velocity = [(velocity_of(self, flights(i), motion), i=1, size(flights))]
+      call arrest(self, flights, velocity, motion, response, impulse)
+      do i = 1, size(flights)
+         associate (capture => captures(flights(i)), state => self%states(flights(i)))
+            capture%is_captured = .true.
+            capture%velocity = velocity(i)
+            capture%impulse = impulse(i)
+            capture%energy_change = 0.5_wp*impulse(i)*velocity(i)
+            call charge_event(motion%recorder%energy_balance, capture%energy_change)
+            state%lost_at_impacts = state%lost_at_impacts - capture%energy_change
+         end associate
+      end do
    end subroutine bring_to_rest
 
-   !> Reduce the velocity of a stop point by a given amount, by an impulse there. The closed rigid contacts keep their
+   !> Reduce the velocities of stop points by given amounts, by impulses there. The closed rigid contacts keep their
    !> velocity of zero, each by its own impulse.
-   subroutine arrest(self, k, velocity, motion, response, impulse)
+   subroutine arrest(self, points, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Amount by which the velocity is reduced, positive away from the contact
-      real(wp), intent(in) :: velocity
+      !> Contacts of these stop points, none of them closed and rigid
+      integer, intent(in) :: points(:)
+      !> Amounts by which the velocities are reduced, positive away from the contacts, [points]
+      real(wp), intent(in) :: velocity(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Impulse at the stop point, positive away from its contact
-      real(wp), intent(out) :: impulse
+      !> Impulses at the stop points, positive away from their contacts, [points]
+      real(wp), intent(out) :: impulse(:)
 
-      integer :: arrested(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
+      integer :: arrested(size(points) + count(self%states%is_rigid .and. self%states%is_closed)), i, j
       real(wp) :: value(size(motion%v), size(arrested)), mobility(size(arrested), size(arrested))
       real(wp), dimension(size(arrested)) :: reduction, impulses
       logical :: is_active(size(arrested))
       type(event_t) :: event
 
       ! an explicit loop, because `pack` would allocate temporary arrays
-      arrested(1) = k
-      j = 1
+      j = size(points)
+      arrested(:j) = points
       do i = 1, size(self%states)
          if (.not. (self%states(i)%is_rigid .and. self%states(i)%is_closed)) cycle
          j = j + 1
@@ -83,14 +93,14 @@ contains
       is_active = .true.
       ! variations lose their whole velocities at these contacts: `reduction`, still zero, serves as restitution
       if (allocated(motion%tangent)) call reflect_columns(value, reduction, is_active, motion%tangent)
-      reduction(1) = velocity
+      reduction(:size(points)) = velocity
       do j = 1, size(arrested)
          mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(arrested))]
       end do
       call solve_active(mobility, reduction, is_active, impulses)
       motion%v = motion%v + matmul(value, impulses)
-      impulse = impulses(1)
-      do i = 2, size(arrested)
+      impulse = impulses(:size(points))
+      do i = size(points) + 1, size(arrested)
          event = event_of(self, arrested(i), event_closed_impulse, motion, 0.0_wp, 0.0_wp)
          event%impulse = impulses(i)
          call append_event(response, event)

@@ -8,17 +8,23 @@ module phase_transitions
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
    use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
-   use contact_values, only: event_of, gap_of, gap_rounding, reaction_demand, velocity_rounding, velocity_of
+   use contact_values, only: event_of, gap_of, gap_rounding, gap_to_undeformed, reaction_demand, &
+      velocity_rounding, velocity_of
    use impact_problem, only: max_rounds
    use kinds, only: wp
    use motion_phases, only: found_segment_end, found_cancelled, motion_t
-   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, find_load, phase_state_t
+   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, find_load, find_state, &
+      phase_state_t, to_free_state
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
    use set_motions, only: point_response
    implicit none (type, external)
    private
    public :: apply_transition, begin_contacts_at_start, project_gap, update_contacts
+
+   !> Time in 1/omega1 within which the ends of flights are simultaneous: flights of mirrored stops end at once but for
+   !> rounding errors, and one end after the other would give other velocities.
+   real(wp), parameter :: simultaneous = 1.0e-12_wp
 
 contains
 
@@ -97,7 +103,7 @@ contains
             captures(k)%has_reaction = search%outcome == found_never_positive .and. starts_at_rest
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
-               call bring_to_rest(self, k, captures, motion, response)
+               call bring_to_rest(self, cancelled_flights(self, k, search, motion%tau), captures, motion, response)
                call update_rigid_contacts(self, captures, motion, response)
                call check_dampers(self, motion, response)
             else
@@ -106,6 +112,38 @@ contains
          end select
       end associate
    end subroutine apply_contact_end
+
+   !> Contacts whose flights are cancelled with that of contact k: these flights began with it, are as low, and end at
+   !> the same instant. Contact k is the first of them.
+   pure function cancelled_flights(self, k, search, tau) result(flights)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Search for the end of the phase
+      type(search_t), intent(in) :: search
+      !> Start of the phase
+      real(wp), intent(in) :: tau
+      integer, allocatable :: flights(:)
+
+      ! state at the end of the flight: of the constrained and of the free modes
+      real(wp) :: z(size(self%z)), rate(size(self%z)), q(size(self%beam%value, 1)), v(size(self%beam%value, 1))
+      ! rounding error of time
+      real(wp) :: tau_rounding
+      integer :: j
+
+      flights = [k]
+      if (search%outcome /= found_cancelled .or. size(self%states) == 1) return
+      call find_state(self, search%time, z, rate)
+      call to_free_state(self, z, rate, q, v)
+      tau_rounding = max(simultaneous, 4.0_wp*epsilon(1.0_wp)*(tau + search%time))
+      do j = 1, size(self%states)
+         associate (state => self%states(j), value => self%beam%value(:, j))
+            if (j == k .or. .not. (state%is_active .and. state%is_rigid .and. state%hop_tolerance > 0.0_wp)) cycle
+            if (state%is_closed .or. .not. (state%is_new_flight .and. state%may_be_captured)) cycle
+            if (gap_to_undeformed(self, j, q) <= tau_rounding*max(-sum(value*v), 0.0_wp) + 4.0_wp*epsilon(1.0_wp) &
+               *(abs(self%beam%height(j)) + sum(abs(value*q)))) flights = [flights, j]
+         end associate
+      end do
+   end function cancelled_flights
 
    !> Update the closed contacts after a change of load segment, or at the start of a continued motion.
    subroutine update_contacts(self, motion, response)
@@ -180,7 +218,7 @@ contains
       real(wp) :: surface_speed
       ! velocity of the stop point relative to the surface
       real(wp) :: excess_speed
-      real(wp) :: impulse
+      real(wp) :: impulse(1)
       integer :: order
 
       order = 1
@@ -194,10 +232,10 @@ contains
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                excess_speed = velocity_of(self, k, motion) - surface_speed
-               call arrest(self, k, excess_speed, motion, response, impulse)
+               call arrest(self, [k], [excess_speed], motion, response, impulse)
                ! impulse*surface_speed is negligible: either `excess_speed` is a rounding error, or both speeds are as
                ! small as the flight is low
-               call charge_event(motion%recorder%energy_balance, 0.5_wp*impulse*excess_speed)
+               call charge_event(motion%recorder%energy_balance, 0.5_wp*impulse(1)*excess_speed)
                ! the recovering surface (du/dtau = -rate u) is decelerated by rate times `surface_speed`; a stop point
                ! that is decelerated no more than that leaves it
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
@@ -224,9 +262,6 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      ! time in 1/omega1 within which impacts are simultaneous: mirrored stops are hit at once but for rounding errors,
-      ! and one impact after the other would give other velocities
-      real(wp), parameter :: simultaneous = 1.0e-13_wp
       ! rigid contacts with zero gap
       logical :: reached(size(self%states))
       real(wp) :: velocity
@@ -237,8 +272,11 @@ contains
       do k = 1, size(self%states)
          reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
          if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
-         reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion) + simultaneous &
-            *max(-velocity_of(self, k, motion), 0.0_wp)
+         velocity = velocity_of(self, k, motion)
+         reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion) + simultaneous*max(-velocity, 0.0_wp)
+         ! a low flight that other events interrupted is captured, as that of the contact that is hit
+         captures(k)%is_captured = captures(k)%is_captured .or. (reached(k) .and. self%states(k)%may_be_captured &
+            .and. self%states(k)%hop_tolerance > 0.0_wp .and. velocity < -velocity_rounding(self, k, motion))
       end do
       next = first
       do round = 1, max_rounds
