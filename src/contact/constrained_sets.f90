@@ -295,8 +295,8 @@ contains
    end subroutine find_static_state
 
    !> Transform displacements relative to static equilibrium, and velocities, from the free modes to the constrained
-   !> modes, p_j = sum psi_ij q_i. The rounding error of this sum means a large force in a mode far stiffer than the
-   !> others, so the modal forces are summed instead if that is more accurate: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   !> modes, p_j = sum psi_ij q_i. The rounding error of this sum is that of the mode with the largest displacement, and
+   !> a force on a stiffer mode, so for stiffer modes the modal forces are summed: w_j^2 p_j = sum psi_ij W_i^2 q_i.
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
@@ -309,26 +309,23 @@ contains
       !> Velocities of the constrained modes, [count]
       real(wp), contiguous, intent(out) :: rate(:)
 
-      real(wp), dimension(size(q)) :: relative, forces
-      real(wp), dimension(padded(size(p))) :: lane_p, lane_rate
-      integer :: j
+      ! displacements, velocities and modal forces, of the free and of the constrained modes
+      real(wp) :: state(size(q), 3), sums(padded(size(p)), 3)
 
       if (.not. allocated(set%mode)) then
          p = q
          rate = v
          return
       end if
-      relative = q - set%static
-      call combine_columns(size(set%to_set, 1)/lanes, size(q), set%to_set, relative, v, lane_p, lane_rate)
-      p = lane_p(:set%count)
-      rate = lane_rate(:set%count)
-      if (.not. set%has_stiff) return
-      forces = beam%oscillators%square*relative
-      do j = 1, set%count
-         if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*relative))) then
-            p(j) = sum(set%mode(:, j)*forces)/set%oscillators%square(j)
-         end if
-      end do
+      state(:, 1) = q - set%static
+      state(:, 2) = v
+      state(:, 3) = beam%oscillators%square*state(:, 1)
+      call combine_columns(size(set%to_set, 1)/lanes, size(q), size(state, 2), set%to_set, state, sums)
+      p = sums(:set%count, 1)
+      rate = sums(:set%count, 2)
+      associate (square => set%oscillators%square(:set%count), largest => maxloc(abs(state(:, 1)), dim=1))
+         where (square > beam%oscillators%square(largest)) p = sums(:set%count, 3)/square
+      end associate
    end subroutine to_constrained_modes
 
    !> Transform the state from the constrained modes to the free modes, q_i = sum psi_ij p_j; if that is more accurate
@@ -348,7 +345,8 @@ contains
 
       real(wp), dimension(size(set%closed)) :: reaction, magnitude
       real(wp) :: forces(set%count)
-      real(wp), dimension(padded(size(q))) :: lane_q, lane_v
+      ! displacements and velocities, of the constrained and of the free modes
+      real(wp) :: state(size(p), 2), sums(padded(size(q)), 2)
       integer :: i
 
       if (.not. allocated(set%mode)) then
@@ -356,9 +354,11 @@ contains
          v = rate
          return
       end if
-      call combine_columns(size(set%to_free, 1)/lanes, size(p), set%to_free, p, rate, lane_q, lane_v)
-      q = lane_q(:size(q))
-      v = lane_v(:size(v))
+      state(:, 1) = p
+      state(:, 2) = rate
+      call combine_columns(size(set%to_free, 1)/lanes, size(p), size(state, 2), set%to_free, state, sums)
+      q = sums(:size(q), 1)
+      v = sums(:size(v), 2)
       if (set%has_stiff) then
          forces = set%oscillators%square*p
          reaction = matmul(set%reaction, p)
@@ -373,28 +373,29 @@ contains
       q = set%static + q
    end subroutine to_free_modes
 
-   !> Two linear combinations of the columns of a matrix, in whole SIMD vectors.
-   pure subroutine combine_columns(blocks, columns, matrix, first, second, first_sum, second_sum)
+   !> Linear combinations of the columns of a matrix, in whole SIMD vectors.
+   pure subroutine combine_columns(blocks, columns, combinations, matrix, coefficient, total)
       !> Number of SIMD vectors in each column
       integer, intent(in) :: blocks
       !> Number of columns
       integer, intent(in) :: columns
+      !> Number of combinations
+      integer, intent(in) :: combinations
       real(wp), intent(in) :: matrix(lanes*blocks, columns)
-      !> Coefficients of the columns in the first combination
-      real(wp), intent(in), dimension(columns) :: first
-      !> Coefficients of the columns in the second combination
-      real(wp), intent(in), dimension(columns) :: second
-      real(wp), intent(out), dimension(lanes*blocks) :: first_sum, second_sum
+      !> Coefficient of each column in each combination
+      real(wp), intent(in) :: coefficient(columns, combinations)
+      !> The combinations
+      real(wp), intent(out) :: total(lanes*blocks, combinations)
 
-      integer :: i, j
+      integer :: i, j, k
 
-      first_sum = 0.0_wp
-      second_sum = 0.0_wp
+      total = 0.0_wp
       do i = 1, columns
-         !$omp simd
-         do j = 1, lanes*blocks
-            first_sum(j) = first_sum(j) + matrix(j, i)*first(i)
-            second_sum(j) = second_sum(j) + matrix(j, i)*second(i)
+         do k = 1, combinations
+            !$omp simd
+            do j = 1, lanes*blocks
+               total(j, k) = total(j, k) + matrix(j, i)*coefficient(i, k)
+            end do
          end do
       end do
    end subroutine combine_columns
