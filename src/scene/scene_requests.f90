@@ -7,7 +7,7 @@ module scene_requests
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t
    use number_text, only: rounded, to_text
-   use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
+   use orbit_settings, only: orbit_settings_t, varied_names, vary_frequency, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
       relay_settings_t, response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
@@ -213,9 +213,25 @@ contains
          else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_section_phase(poincare))) then
             call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
                //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
+         else if (poincare%sets_duration) then
+            call check_length(input, group, 'skip keep', response%duration)
          end if
       end associate
    end subroutine resolve_poincare
+
+   !> Refuse a number of load periods that lasts longer than a run may.
+   subroutine check_length(input, group, names, length)
+      type(scene_input_t), intent(inout) :: input
+      !> Group that requests the periods
+      character(*), intent(in) :: group
+      !> Names of the group that give their number
+      character(*), intent(in) :: names
+      !> Duration of the periods, tau
+      real(wp), intent(in) :: length
+
+      if (length > duration_range%maximum) call input%complain(group, names, 'the periods of the load last '// &
+         rounded(length)//' (tau): at most '//to_text(duration_range%maximum)//' are computed')
+   end subroutine check_length
 
    !> Phase of the first Poincare section as a fraction of the period, above 0 and at most 1, because there is no
    !> section at tau = 0.
@@ -326,6 +342,9 @@ contains
          orbit%period = period_of(harmonic_frequencies(scene), 0)
          if (orbit%period <= 0.0_wp) call input%complain(group, '', 'the harmonic loads have no period in common ' &
             //'within 64 periods of the slowest')
+         ! along a branch, the period is longest at the minimum of the frequency
+         call check_length(input, group, 'skip periods lowest_ratio', orbit%period*max(real(orbit%skip, wp), &
+            real(max(orbit%periods, 1), wp)/merge(orbit%min_ratio, 1.0_wp, orbit%varied == vary_frequency)))
       end associate
    end subroutine resolve_orbit
 

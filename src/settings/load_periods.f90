@@ -20,6 +20,8 @@ contains
       integer, parameter :: max_cycles = 64
       ! maximum relative deviation of the ratio of two frequencies from a ratio of whole numbers, by rounded decimals
       real(wp), parameter :: rounding = 1.0e-9_wp
+      ! maximum distance of a load from its phase after the common period, in its periods, however many these are
+      real(wp), parameter :: max_distance = 1.0e-6_wp
       real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
       integer :: cycles
 
@@ -31,7 +33,7 @@ contains
       end if
       do cycles = 1, max_cycles
          associate (ratio => frequencies*(real(cycles, wp)/minval(frequencies)))
-            if (any(abs(ratio - anint(ratio)) > rounding*ratio)) cycle
+            if (any(abs(ratio - anint(ratio)) > min(rounding*ratio, max_distance))) cycle
          end associate
          period = real(cycles, wp)*(two_pi/minval(frequencies))
          return
