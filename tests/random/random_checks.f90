@@ -30,6 +30,7 @@ module random_checks
    use paper_run, only: memory_need_of_statements, run_statements
    use scene_types, only: echo_t, scene_t
    use stop_laws, only: static_stiffness
+   use sweep_settings, only: is_swept
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, is_legal, accumulator_t, clean_up
@@ -490,8 +491,8 @@ contains
             end if
             if (.not. (all(ieee_is_finite(contact%eta)) .and. all(ieee_is_finite(contact%force)))) &
                complaint = complaint//'a surface has what is not finite; '
-            call limit('a surface pulls', -minval(contact%force)/max(maxval(contact%force), &
-               response%measures%greatest_force, response%measures%greatest_mean_force, &
+            call limit('a surface pulls', -(minval(contact%force) + least_force(stop, reach)) &
+               /max(maxval(contact%force), response%measures%greatest_force, response%measures%greatest_mean_force, &
                least_force(stop, reach)), rounding, complaint)
             if (stop%law /= law_restitution) cycle
             if (scene%response%method == method_exact) then
@@ -595,8 +596,9 @@ contains
       if (.not. (scene%has_stop .or. scene%has_bodies)) return
       reach = length_scale(scene, response)
       associate (force => response%history(force_stop)%values)
-         call limit('the stop pulls', -minval(force)/max(maxval(force), response%measures%greatest_force, &
-            response%measures%greatest_mean_force, least_force(scene%stop, reach)), rounding, complaint)
+         call limit('the stop pulls', -(minval(force) + least_force(scene%stop, reach))/max(maxval(force), &
+            response%measures%greatest_force, response%measures%greatest_mean_force, least_force(scene%stop, reach)), &
+            rounding, complaint)
       end associate
       if (allocated(response%contacts)) then
          call check_contacts(scene, response, complaint)
@@ -700,7 +702,8 @@ contains
          call give_ratios(names, whole%echo, single)
          ! rows of several durations have the frequencies of the longest one
          if (whole%wants_spectrum .and. .not. has_name(draft, 'spectrum', 'points') .and. &
-            any([(index(whole%sweep%swept(k)%parameter%name, 'duration') == 1, k=1, size(whole%sweep%swept))])) &
+            any(is_swept(whole%sweep%swept) .and. [(index(whole%sweep%swept(k)%parameter%name, 'duration') == 1, &
+            k=1, size(whole%sweep%swept))])) &
             call put(single, 'spectrum', 'resolution_ratio', to_text(whole%spectrum%resolution))
          do k = 1, size(whole%sweep%swept)
             associate (parameter => whole%sweep%swept(k)%parameter)

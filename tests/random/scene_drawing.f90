@@ -206,6 +206,9 @@ contains
             call drop(draft, 'stress', 'fatigue_threshold')
             call drop(draft, 'stress', 'fatigue_classes')
          end if
+         ! the number of modes may be refused, and dropped
+         if (has_name(draft, 'stress', 'fatigue_limit')) &
+            call put(draft, 'stress', 'fatigue_limit', to_text(int(between(1.0_wp, 1.0e5_wp, .true.))))
          ! extremes are searched while the beam oscillates
          call drop(draft, 'response', 'duration_time')
          call drop(draft, 'response', 'step_time')
@@ -390,17 +393,22 @@ contains
       end if
    end subroutine draw_poincare
 
-   !> A beam under a harmonic load does not come to rest, and each period needs some hundred evaluations. The duration of a
-   !> run is therefore limited to a number of periods of the fastest load.
+   !> A beam under a harmonic load or without damping does not come to rest, and each period needs some hundred
+   !> evaluations. The duration of a run is therefore limited to a number of periods of the fastest load or of omega1.
    subroutine bound_periods(draft)
       type(draft_t), intent(inout) :: draft
 
       real(wp), parameter :: max_periods = 1.0e3_wp
       character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      character(*), parameter :: dampings(3) = [character(11) :: 'zeta', 'zeta_mass', 'mode_ratios']
       real(wp) :: fastest, longest, share
       integer :: k
 
-      fastest = 0.0_wp
+      fastest = 1.0_wp
+      do k = 1, size(dampings)
+         if (.not. has_name(draft, 'damping', trim(dampings(k)))) cycle
+         if (number_of(draft, 'damping', trim(dampings(k))) > 0.0_wp) fastest = 0.0_wp
+      end do
       do k = 1, size(loads)
          associate (group => loads(k))
             if (.not. has_name(draft, group, 'amplitude_ratio')) cycle
@@ -415,6 +423,7 @@ contains
       ! what is usual stays as it is
       if (share >= 1.0_wp .or. number_of(draft, 'response', 'duration') <= 60.0_wp) return
       call put(draft, 'response', 'duration', to_text(longest))
+      if (.not. has_name(draft, 'response', 'step')) return
       call put(draft, 'response', 'step', to_text(min(longest, max(1.0e-9_wp, share*number_of(draft, 'response', &
          'step')))))
    end subroutine bound_periods
