@@ -154,11 +154,17 @@ contains
       type(demand_t), intent(in) :: demand
       logical :: is_met
 
-      integer :: group, i
+      integer :: group, i, place
 
       group = table%find_group(demand%group)
-      is_met = .not. table%groups(group)%is_wanted
-      if (demand%name /= '' .and. .not. is_met) is_met = .not. table%entries(table%find(group, demand%name))%is_given
+      if (demand%name == '') then
+         is_met = .not. table%groups(group)%is_wanted
+      else
+         ! a sweep gives a name without a group of the file; of some groups without that the table has no names
+         place = table%find(group, demand%name)
+         is_met = place == 0
+         if (place > 0) is_met = .not. table%entries(place)%is_given
+      end if
       if (is_met) return
       if (demand%name == '') then
          do i = 1, table%group_count
