@@ -2,7 +2,8 @@
 
 The commands of each page are run in a folder of its own. Each must succeed. A block of `text` after a command gives lines of its
 output: words as they are and in this order, numbers within one percent. Every picture that a page shows must be there afterwards, and every comment such as
-<!-- results/gap.h5 sweep/greatest_force[10] = 8.07 --> must agree with the file within one percent.
+<!-- results/gap.h5 sweep/greatest_force[10] = 8.07 --> must agree with the file within one percent. The scenes of the reference pages are
+checked only.
 """
 
 import os
@@ -15,6 +16,8 @@ from pathlib import Path
 import h5py
 
 HERE = Path(__file__).resolve().parent
+# Pages whose examples are whole scenes
+COMPLETE = ["scenes", "meshes"]
 PAGES = ["tutorial", "spectra", *sorted(f"howto/{page.stem}" for page in (HERE / "howto").glob("*.md"))]
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
 
@@ -82,6 +85,18 @@ def run_page(page, place, environment):
             sys.exit(f"{page}.md: {problem}")
 
 
+def check_scenes(page, place, environment):
+    """Check the scenes that a page gives in full. The table that one of them names is a file of the user."""
+    place.mkdir(parents=True)
+    (place / "shaker.txt").write_text("0 0\n1 0.1\n2 0\n", encoding="utf-8")
+    for number, block in enumerate(re.findall(r"```\n(&.*?)```", (HERE / f"{page}.md").read_text(encoding="utf-8"), re.DOTALL)):
+        scene = place / f"{page}_{number + 1}.nml"
+        scene.write_text(block, encoding="utf-8")
+        done = subprocess.run(["impactbeam", "--check", scene.name], cwd=place, env=environment, text=True, check=False, capture_output=True)
+        if done.returncode or "warning" in done.stdout:
+            sys.exit(f"{page}.md: {done.stdout}{done.stderr} by\n{block}")
+
+
 def main(programs, place):
     """Run all pages."""
     place = Path(place)
@@ -90,6 +105,8 @@ def main(programs, place):
     tools.mkdir(parents=True)
     (tools / "python3").symlink_to(sys.executable)
     path = os.pathsep.join([str(tools.resolve()), programs, str(HERE.parent / "scripts"), os.environ["PATH"]])
+    for page in COMPLETE:
+        check_scenes(page, place / page, {**os.environ, "PATH": path})
     for page in PAGES:
         run_page(page, place / page, {**os.environ, "PATH": path})
 
