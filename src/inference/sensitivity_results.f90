@@ -29,6 +29,8 @@ module sensitivity_results
       type(derivative_t), allocatable :: derivative(:, :)
       !> Number of impacts at the smallest step above the value of a parameter minus the number below, [parameters]
       integer, allocatable :: impacts_change(:)
+      !> Whether all steps to one side of the value of a parameter are beyond its range, [parameters]
+      logical, allocatable :: is_at_limit(:)
    end type sensitivity_t
 
 contains
@@ -202,24 +204,12 @@ contains
             case default
                words = 'derivative '//trim(derivative_states(derivative%state)) &
                   //' alone, as the parameter is at its limit'
-               if (.not. is_at_limit(k)) words = 'derivative '//trim(derivative_states(derivative%state)) &
+               if (.not. sensitivity%is_at_limit(k)) words = 'derivative '//trim(derivative_states(derivative%state)) &
                   //' alone, as the measure has no value on the other side'
             end select
             call print_line(unit, trim(parameter%name), words)
          end associate
       end do
-
-   contains
-
-      !> Whether a parameter is at its minimum or maximum.
-      pure logical function is_at_limit(parameter)
-         integer, intent(in) :: parameter
-
-         associate (settings => scene%sensitivity)
-            is_at_limit = settings%values(parameter) <= settings%minimum(parameter) .or. &
-               settings%values(parameter) >= settings%maximum(parameter)
-         end associate
-      end function is_at_limit
    end subroutine print_one_sided
 
    !> A one-sided derivative in words.

@@ -170,7 +170,8 @@ contains
          .not. ieee_is_nan(rows(sensitivity%measures, 1)))
       sensitivity%measured = rows(sensitivity%measures, 1)
       associate (settings => scene%sensitivity, measures => sensitivity%measures)
-         allocate (sensitivity%derivative(size(step), size(measures)), sensitivity%impacts_change(size(step)))
+         allocate (sensitivity%derivative(size(step), size(measures)), sensitivity%impacts_change(size(step)), &
+            sensitivity%is_at_limit(size(step)))
          do k = 1, size(step)
             first = 2 + 2*settings%steps*(k - 1)
             above = [(first + 2*(i - 1), i=1, settings%steps)]
@@ -183,6 +184,7 @@ contains
                      merge(rows(measures(i), above), nan, reaches_above), &
                      merge(rows(measures(i), below), nan, reaches_below))
                end do
+               sensitivity%is_at_limit(k) = .not. (any(reaches_above) .and. any(reaches_below))
             end associate
             associate (impacts => rows(measure_named('impacts'), :))
                sensitivity%impacts_change(k) = nint(impacts(above(size(above))) - impacts(below(size(below))))

@@ -216,11 +216,13 @@ contains
       real(wp), intent(out) :: time
 
       type(cubic_t) :: cubic
-      real(wp) :: turn(2)
+      ! turning points, then the end of the span
+      real(wp) :: turn(3)
       integer :: k, turn_count
 
       cubic = cubic_of_row(self, row, span)
-      call find_turns(cubic, turn_count, turn)
+      call find_turns(cubic, turn_count, turn(:2))
+      turn(turn_count + 1) = 1.0_wp
       is_found = .false.
       time = span(2)
       do k = 1, turn_count
@@ -228,7 +230,7 @@ contains
          if (direction /= 0 .and. turn(k) < 1.0e-9_wp) cycle
          is_found = .true.
          time = span(1) + turn(k)*(span(2) - span(1))
-         direction = merge(1, -1, rate_at(cubic, 0.5_wp*(1.0_wp + turn(k))) > 0.0_wp)
+         direction = merge(1, -1, rate_at(cubic, 0.5_wp*(turn(k) + turn(k + 1))) > 0.0_wp)
          return
       end do
    end subroutine seek_turn

@@ -202,15 +202,16 @@ contains
       end do
    end function nearest_of
 
-   !> Hint that a numbered group is missing, such as 'it needs &stop number 3, and the scene has 2' for stop_3_position;
-   !> empty: the name does not consist of the name of a group that may be repeated, a number and more.
+   !> Hint that a numbered group is missing, such as 'it needs &stop number 3, and the scene has 2' for stop_3_position,
+   !> or that names of the first &stop have no number; empty: the name does not begin with the name and the number of a
+   !> group, or the scene has this group.
    pure function missing_group(table, name) result(hint)
       type(table_t), intent(in) :: table
       !> Word that the user wrote
       character(*), intent(in) :: name
       character(:), allocatable :: hint
 
-      integer :: i, first, last
+      integer :: i, first, last, number, there
 
       hint = ''
       do i = 1, table%group_count
@@ -223,9 +224,12 @@ contains
                hint = 'of the first &stop it is '//name(min(last + 2, len(name) + 1):)
                return
             end if
-            hint = 'it needs &'//trim(group%name)//' number '//name(first:last)//', and the scene has ' &
-               //to_text(count(table%groups(:table%group_count)%name == group%name .and. &
-               table%groups(:table%group_count)%is_wanted))
+            there = count(table%groups(:table%group_count)%name == group%name .and. &
+               table%groups(:table%group_count)%is_wanted)
+            number = huge(number)
+            if (last - first < 9) read (name(first:last), *) number
+            if (number <= there) cycle
+            hint = 'it needs &'//trim(group%name)//' number '//name(first:last)//', and the scene has '//to_text(there)
          end associate
       end do
    end function missing_group
@@ -235,12 +239,13 @@ contains
       type(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      !> Whether the phrase is for a message about another group, so it names the entry's group
+      !> Whether the phrase is for a message about another group, so it names the entry's group; absent: it is not
       logical, intent(in), optional :: from_elsewhere
       character(:), allocatable :: phrase
 
       character(max_name_length) :: group
       integer :: comma, i
+      logical :: is_elsewhere
 
       associate (needs => table%entries(place)%name%needs)
          phrase = trim(needs%phrase)
@@ -266,7 +271,9 @@ contains
          end if
          group = needs%group
          if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
-         if (present(from_elsewhere)) then
+         is_elsewhere = .false.
+         if (present(from_elsewhere)) is_elsewhere = from_elsewhere
+         if (group == '' .and. is_elsewhere) then
             associate (group_of_entry => table%groups(table%entries(place)%group))
                group = group_of_entry%name
                if (group_of_entry%occurrence > 1) group = trim(group)//' '//to_text(group_of_entry%occurrence)
