@@ -143,7 +143,7 @@ contains
       class(frequency_response_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
 
-      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'omega'], of_bodies(2) = ['body ', 'omega']
+      character(*), parameter :: at_stops = 'surface omega', of_bodies = 'body omega'
       integer :: k
 
       call group%attribute('meaning', 'displacements, relative to the base, of the beam with its stops open: ' &

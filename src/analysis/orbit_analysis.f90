@@ -82,9 +82,9 @@ contains
             call group%put('surface', [(k, k=1, size(study%stop, 1))], &
                'surface, in the order of &stop, below before above', is_scale=.true.)
             call group%put('displacement_stop', study%stop, 'displacement', &
-               'displacement of the beam there, up from the unstressed beam', [character(7) :: 'surface', 'tau'])
+               'displacement of the beam there, up from the unstressed beam', 'surface tau')
             call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
-               [character(7) :: 'surface', 'tau'])
+               'surface tau')
          end if
          if (.not. allocated(study%branch)) return
          call group%attribute('branches', [size(study%branch)])
@@ -110,7 +110,7 @@ contains
       !> Quantity of the branch parameter, as in `quantity_table`
       character(*), intent(in) :: quantity
 
-      character(*), parameter :: along(2) = [character(8) :: 'section', 'point']
+      character(*), parameter :: along = 'section point'
       complex(wp) :: largest(size(branch%point))
       real(wp), dimension(maxval(branch%point%periods), size(branch%point)) :: displacement, velocity
       character(:), allocatable :: meanings

@@ -6,8 +6,8 @@ module fit_model
    use case_runs, only: run_next, runner_t
    use failures, only: failure_t
    use history_list, only: force_stop
-   use inference_settings, only: fit_settings_t, is_feature, is_of_tip, is_velocity, observed_acceleration_tip, &
-      observed_force, observed_impacts, quantity_observed
+   use inference_settings, only: fit_settings_t, observed_acceleration_tip, observed_force, observed_impacts, &
+      observed_table
    use kinds, only: pi, wp
    use least_squares, only: residuals_t
    use measure_list, only: peak_count
@@ -17,7 +17,7 @@ module fit_model
    use run_settings, only: output_settings_t
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use sweep_plan, only: plan_t
+   use sweep_plan, only: fraction_at_value, plan_t, value_at_fraction
    implicit none (type, external)
    private
    public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, max_name_length
@@ -126,14 +126,7 @@ contains
       real(wp), intent(in) :: x(:)
       real(wp) :: values(size(x))
 
-      associate (fraction => 0.5_wp*(1.0_wp + sin(x)))
-         where (self%is_logarithmic)
-            values = self%minimum*(self%maximum/self%minimum)**fraction
-         else where
-            values = self%minimum + (self%maximum - self%minimum)*fraction
-         end where
-      end associate
-      values = min(max(values, self%minimum), self%maximum)
+      values = value_at_fraction(self%minimum, self%maximum, self%is_logarithmic, 0.5_wp*(1.0_wp + sin(x)))
    end function parameters_at
 
    !> Unbounded coordinates of parameters, the inverse of `parameters_at`. The result has a distance from +-pi/2, where
@@ -143,14 +136,8 @@ contains
       real(wp), intent(in) :: values(:)
       real(wp) :: x(size(values))
 
-      real(wp) :: fraction(size(values))
-
-      where (model%is_logarithmic)
-         fraction = log(values/model%minimum)/log(model%maximum/model%minimum)
-      else where
-         fraction = (values - model%minimum)/(model%maximum - model%minimum)
-      end where
-      x = asin(min(max(2.0_wp*fraction - 1.0_wp, -1.0_wp), 1.0_wp))
+      x = 2.0_wp*fraction_at_value(model%minimum, model%maximum, model%is_logarithmic, values) - 1.0_wp
+      x = asin(min(max(x, -1.0_wp), 1.0_wp))
       x = min(max(x, -0.499_wp*pi), 0.499_wp*pi)
    end function coordinates_of
 
@@ -252,9 +239,9 @@ contains
       last = self%runner%scene%response%duration
       output%history = .false.
       output%history(force_stop) = self%fit%observed == observed_force
-      output%measures = present(response_of_run) .or. is_feature(self%fit%observed)
+      output%measures = present(response_of_run) .or. observed_table(self%fit%observed)%is_feature
       output%max_peaks = peak_count
-      if (is_feature(self%fit%observed)) output%max_peaks = max(peak_count, nint(time(size(time))))
+      if (observed_table(self%fit%observed)%is_feature) output%max_peaks = max(peak_count, nint(time(size(time))))
       if (self%fit%observed == observed_acceleration_tip) then
          allocate (instants, source=limits_of_cells(time))
       else
@@ -263,8 +250,9 @@ contains
       ! before the run the beam is in its initial state
       instants = min(max(instants/unit_of_time, 0.0_wp), last)
       allocate (place(size(instants)), source=0)
-      if (.not. (self%fit%observed == observed_force .or. is_feature(self%fit%observed))) call request_shapes( &
-         instants, output, place)
+      if (.not. (self%fit%observed == observed_force .or. observed_table(self%fit%observed)%is_feature)) then
+         call request_shapes(instants, output, place)
+      end if
       self%runner%scene%output = output
       call run_next(self%runner, values, response, analysed, error, self%sets, of_run)
       if (allocated(error)) then
@@ -272,14 +260,14 @@ contains
          return
       end if
       units = units_in(self%runner%scene)
-      if (is_feature(self%fit%observed)) then
+      if (observed_table(self%fit%observed)%is_feature) then
          call find_features(response, self%fit%observed, nint(time), last, found)
       else if (self%fit%observed == observed_force) then
          call interpolate(response%tau, response%history(force_stop)%values, time/unit_of_time, found)
       else
          associate (position => self%runner%beam%model%mesh%position)
             node = ubound(response%shape_displacement, 1)
-            if (.not. is_of_tip(self%fit%observed)) node = lbound(response%shape_displacement, 1) - 1 + &
+            if (.not. observed_table(self%fit%observed)%is_of_tip) node = lbound(response%shape_displacement, 1) - 1 + &
                minloc(abs(position - self%runner%scene%stop%position), dim=1)
          end associate
          ! an instant at the end of the run may exceed the last shape by rounding
@@ -290,13 +278,13 @@ contains
                if (instants(i + 1) > instants(i)) found(i) = (values_of_shape(i + 1) - values_of_shape(i)) &
                   /(instants(i + 1) - instants(i))
             end do
-         else if (is_velocity(self%fit%observed)) then
+         else if (observed_table(self%fit%observed)%quantity == 'velocity') then
             found = response%shape_velocity(node, place)
          else
             found = response%shape_displacement(node, place)
          end if
       end if
-      if (units%are_physical) found = found*units%factor(quantity_named(quantity_observed(self%fit%observed)))
+      if (units%are_physical) found = found*units%factor(quantity_named(observed_table(self%fit%observed)%quantity))
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(response_of_run)) response_of_run = response
    end subroutine find_signal_of_run
@@ -305,7 +293,7 @@ contains
    !> the run; a rebound that the run does not have gets the height 0.
    pure subroutine find_features(response, observed, numbers, end, found)
       type(response_t), intent(in) :: response
-      !> One of the `observed_` constants for which `is_feature` is true
+      !> Index in `observed_table` of a signal of features
       integer, intent(in) :: observed
       !> Numbers of the features, ascending, >= 1
       integer, intent(in) :: numbers(:)

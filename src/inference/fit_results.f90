@@ -3,7 +3,7 @@ module fit_results
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use fit_model, only: max_name_length
    use fit_statistics, only: certainty_t
-   use inference_settings, only: is_feature, observed_names, quantity_observed
+   use inference_settings, only: observed_table
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use quantities, only: units_t
@@ -71,7 +71,7 @@ contains
 
       n = size(fit%values)
       call group%attribute('data', scene%fit%data)
-      call group%attribute('of', trim(observed_names(scene%fit%observed)))
+      call group%attribute('of', trim(observed_table(scene%fit%observed)%name))
       call group%attribute('condition', fit%certainty%condition)
       call group%attribute('noise', fit%certainty%noise)
       call group%attribute('freedom', [fit%certainty%freedom])
@@ -97,15 +97,15 @@ contains
       call part%add('first', [(i, i=1, n)], '1', 'number of a parameter', is_scale=.true.)
       call part%add('second', [(i, i=1, n)], '1', 'number of another', is_scale=.true.)
       call part%add('covariance', fit%certainty%covariance, "product of the parameters'", 'covariance', &
-         [character(6) :: 'first', 'second'])
-      call part%add('correlation', fit%certainty%correlation, '1', 'correlation', [character(6) :: 'first', 'second'])
+         'first second')
+      call part%add('correlation', fit%certainty%correlation, '1', 'correlation', 'first second')
       part = group%subgroup('signal')
-      unit = unit_in(units_in(scene), quantity_observed(scene%fit%observed))
-      if (unit == '') unit = '1'
-      if (is_feature(scene%fit%observed)) then
+      unit = unit_in(units_in(scene), observed_table(scene%fit%observed)%quantity, '1')
+      if (observed_table(scene%fit%observed)%is_feature) then
          call part%add('time', scene%fit%time, '1', 'number of the impact or rebound', is_scale=.true.)
       else
-         call part%add('time', scene%fit%time, time_unit(units_in(scene)), 'time of the signal', is_scale=.true.)
+         call part%add('time', scene%fit%time, unit_in(units_in(scene), 'time', '1'), 'time of the signal', &
+            is_scale=.true.)
       end if
       call part%add('measured', scene%fit%value, unit, 'signal', along='time')
       call part%add('model', fit%model, unit, 'signal of the model', along='time')
@@ -132,15 +132,6 @@ contains
       if (.not. ieee_is_nan(number)) nint_or_none = nint(number)
    end function nint_or_none
 
-   !> Unit of time of the results.
-   pure function time_unit(units) result(unit)
-      type(units_t), intent(in) :: units
-      character(:), allocatable :: unit
-
-      unit = unit_in(units, 'time')
-      if (unit == '') unit = '1'
-   end function time_unit
-
    !> Print the table of the estimates, and remarks about the quality of the fit.
    subroutine print_fit(unit, scene, plan, fit)
       integer, intent(in) :: unit
@@ -153,11 +144,11 @@ contains
       character(:), allocatable :: own, unit_of_time
 
       units = units_in(scene)
-      own = unit_in(units, quantity_observed(scene%fit%observed))
+      own = unit_in(units, observed_table(scene%fit%observed)%quantity)
       write (unit, '(a)') scene%name//': '//scene%title
       unit_of_time = unit_in(units, 'time')
-      if (is_feature(scene%fit%observed)) unit_of_time = ''
-      call print_line(unit, 'signal', trim(observed_names(scene%fit%observed))//' of '//scene%fit%data//', '// &
+      if (observed_table(scene%fit%observed)%is_feature) unit_of_time = ''
+      call print_line(unit, 'signal', trim(observed_table(scene%fit%observed)%name)//' of '//scene%fit%data//', '// &
          to_text(size(scene%fit%value))//' values from '//with_unit(scene%fit%time(1), unit_of_time) &
          //' to '//with_unit(scene%fit%time(size(scene%fit%time)), unit_of_time))
       call print_line(unit, 'starts', to_text(size(fit%sums))//', of which '//to_text(fit%agreeing)//' ended here'// &

@@ -5,7 +5,7 @@ module fit_start
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use case_runs, only: runner_t
    use fit_model, only: coordinates_of, fit_count, fit_model_t, start_model
-   use inference_settings, only: jumps
+   use inference_settings, only: observed_table
    use kinds, only: wp
    use least_squares, only: final_tolerance, minimise
    use measure_list, only: measure_status, measure_table
@@ -77,7 +77,7 @@ contains
       call make_plan(runner%scene, plan)
       call start_model(runner%scene, plan, runner, sets, model)
       associate (all_samples => size(model%fit%value), passes => size(fitted_fraction), &
-         has_jumps => jumps(model%fit%observed))
+         has_jumps => observed_table(model%fit%observed)%jumps)
          n = fit_count(runner%scene, size(start_values))
          allocate (parameters(n), coordinates(n), signal(all_samples))
          call find_start_values(model, start_values, parameters)

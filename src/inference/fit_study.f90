@@ -2,16 +2,16 @@
 !> of a sweep. Estimates and their errors follow from the best start.
 module fit_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: runner_t
-   use checksums, only: checksum
+   use checksums, only: checksum_of_numbers
    use failures, only: fail, failure_t, status_run_failed
    use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, max_name_length, &
       start_model
    use fit_results, only: fit_t, print_fit, write_fit
    use fit_start, only: extras_of_fit, fit_from
    use fit_statistics, only: find_certainty, growth_rate, whiteness
-   use inference_settings, only: is_feature, jumps, quantity_observed
+   use inference_settings, only: observed_table
    use kinds, only: wp
    use least_squares, only: final_tolerance, minimise
    use motion_run, only: set_store_t
@@ -23,7 +23,7 @@ module fit_study
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use study_job, only: job_t
-   use sweep_chunks, only: remove_chunk_folder, chunk_rows_t, read_chunk
+   use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
    use sweep_plan, only: make_plan, plan_t
    use sweep_ranks, only: is_first_rank
    use sweep_run, only: start_plan
@@ -47,16 +47,22 @@ contains
       type(plan_run_t) :: run
       type(fit_t) :: fit
       type(quantity_group_t) :: root
-      character(:), allocatable :: reason
+      type(chunk_rows_t) :: starts
+      integer :: n
 
       call plan_starts(scene, plan)
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call collect_starts(run, plan, fit, reason, error)
+      call load_chunks(run%path, plan, run%text, starts, error)
       if (allocated(error)) return
+      n = plan%extras - extras_of_fit(0)
+      fit%started = starts%values
+      fit%ended = starts%extras(:n, :)
+      fit%sums = starts%extras(n + 1, :)
+      fit%runs = starts%extras(n + 2, :)
       if (all(ieee_is_nan(fit%sums))) then
          call remove_chunk_folder(run%path)
-         call fail(error, status_run_failed, 'no start of the fit has a run: '//reason)
+         call fail(error, status_run_failed, 'no start of the fit has a run: '//trim(starts%reasons(1)))
          return
       end if
       call find_estimates(scene, plan, fit)
@@ -74,54 +80,14 @@ contains
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(out) :: plan
 
-      character(kind=c_char), allocatable :: bytes(:)
-      integer :: byte_count
-
       call make_plan(scene, plan)
       plan%chunk_cases = 1
       plan%chunks = plan%cases
       plan%extras = extras_of_fit(fit_count(scene, size(plan%axes)))
       plan%run => fit_from
-      associate (signal => [scene%fit%time, scene%fit%value, scene%fit%noise_of_value])
-         byte_count = size(signal)*storage_size(1.0_wp)/8
-         allocate (bytes(byte_count))
-         bytes(:) = transfer(signal, bytes)
-      end associate
-      plan%remark = 'signal, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
+      plan%remark = 'signal, checksum '//to_text(checksum_of_numbers([scene%fit%time, scene%fit%value, &
+         scene%fit%noise_of_value]))
    end subroutine plan_starts
-
-   !> Collect the results of all starts from the chunks on disk.
-   subroutine collect_starts(run, plan, fit, reason, error)
-      type(plan_run_t), intent(in) :: run
-      type(plan_t), intent(in) :: plan
-      type(fit_t), intent(inout) :: fit
-      !> Reason of the first start that failed
-      character(:), allocatable, intent(out) :: reason
-      !> Set if a chunk cannot be read
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(chunk_rows_t) :: chunk
-      logical :: is_good
-      integer :: i, n
-
-      n = plan%extras - extras_of_fit(0)
-      allocate (fit%started(size(plan%axes), plan%cases), fit%ended(n, plan%cases), fit%sums(plan%cases), &
-         fit%runs(plan%cases))
-      reason = ''
-      do i = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, i, chunk, is_good)
-         if (.not. is_good) then
-            call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
-               //'command again')
-            return
-         end if
-         fit%started(:, i) = chunk%values(:, 1)
-         fit%ended(:, i) = chunk%extras(:n, 1)
-         fit%sums(i) = chunk%extras(n + 1, 1)
-         fit%runs(i) = chunk%extras(n + 2, 1)
-         if (reason == '' .and. size(chunk%failed) > 0) reason = trim(chunk%reasons(1))
-      end do
-   end subroutine collect_starts
 
    !> Find the estimates and their errors from the best of all starts.
    subroutine find_estimates(scene, plan, fit)
@@ -165,7 +131,7 @@ contains
       allocate (fit%minimum, source=model%minimum)
       allocate (fit%maximum, source=model%maximum)
       allocate (fit%model(size(scene%fit%value)), step(size(fit%values)))
-      if (jumps(scene%fit%observed)) call search_nearby(model, fit%values, fit%sums(best))
+      if (observed_table(scene%fit%observed)%jumps) call search_nearby(model, fit%values, fit%sums(best))
       fit%ended(:, best) = fit%values
       call model%find_signal(fit%values, fit%model)
       step = 0.0_wp
@@ -183,7 +149,7 @@ contains
       call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
          residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
       fit%is_exact = fit%certainty%noise < rounding_residual*model%spread
-      if (.not. is_feature(scene%fit%observed)) fit%growth_rate = growth_rate(scene%fit%time, &
+      if (.not. observed_table(scene%fit%observed)%is_feature) fit%growth_rate = growth_rate(scene%fit%time, &
          jacobian(:, pack([(k, k=1, size(step))], fit%certainty%is_determined)))
       noise = max(fit%certainty%noise, rounding_residual*model%spread)
       associate (time => scene%fit%time)
@@ -257,7 +223,7 @@ contains
       k = size(plan%axes)
       if (scene%fit%has_offset) then
          k = k + 1
-         names(k) = unit_in(units, quantity_observed(scene%fit%observed))
+         names(k) = unit_in(units, observed_table(scene%fit%observed)%quantity)
       end if
       if (scene%fit%max_time_shift > 0.0_wp) names(size(names)) = unit_in(units, 'time')
       where (names == '') names = '1'

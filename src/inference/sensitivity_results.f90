@@ -116,8 +116,7 @@ contains
 
       character(:), allocatable :: own
 
-      unit = unit_in(units, measure_table(measure)%quantity)
-      if (unit == '') unit = '1'
+      unit = unit_in(units, measure_table(measure)%quantity, '1')
       own = scene_unit_of(units, quantity)
       if (scan(own, '/ ') > 0) own = '('//own//')'
       if (own /= '') unit = trim(unit)//'/'//own

@@ -6,7 +6,7 @@ module sensitivity_study
    use difference_derivatives, only: differentiate
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_named, measure_status
+   use measure_list, only: measure_named, measure_status
    use measure_selection, only: chosen_measures
    use quantities, only: quantity_named, units_t
    use quantity_groups, only: quantity_group_t
@@ -15,8 +15,8 @@ module sensitivity_study
    use scene_units, only: units_in
    use sensitivity_results, only: print_sensitivity, sensitivity_t, write_sensitivity
    use study_job, only: job_t
-   use sweep_chunks, only: remove_chunk_folder, chunk_rows_t, read_chunk
-   use sweep_plan, only: first_of_chunk, plan_t
+   use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
+   use sweep_plan, only: plan_t
    use sweep_ranks, only: is_first_rank
    use sweep_study, only: plan_run_t, run_plan, threads_for
    implicit none (type, external)
@@ -37,21 +37,19 @@ contains
       type(plan_run_t) :: run
       type(sensitivity_t) :: sensitivity
       type(quantity_group_t) :: root
-      real(wp), allocatable :: rows(:, :)
-      character(:), allocatable :: reason
+      type(chunk_rows_t) :: cases
 
       call plan_steps(scene, plan)
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%chunks, wp)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      allocate (rows(measure_count, plan%cases))
-      call collect_rows(run, plan, rows, reason, error)
+      call load_chunks(run%path, plan, run%text, cases, error)
       if (allocated(error)) return
-      if (rows(measure_status, 1) > 0.0_wp) then
+      if (cases%rows(measure_status, 1) > 0.0_wp) then
          call remove_chunk_folder(run%path)
-         call fail(error, status_run_failed, reason)
+         call fail(error, status_run_failed, trim(cases%reasons(1)))
          return
       end if
-      call find_sensitivity(scene, rows, sensitivity)
+      call find_sensitivity(scene, cases%rows, sensitivity)
       call begin_results(root, 100000_c_size_t, scene)
       call write_sensitivity(root%subgroup('sensitivity'), scene, sensitivity)
       call finish_results(root, job%folder, scene, error)
@@ -119,36 +117,6 @@ contains
          end do
       end associate
    end function first_steps
-
-   !> Read the measures of all cases from the chunks on disk.
-   subroutine collect_rows(run, plan, rows, reason, error)
-      type(plan_run_t), intent(in) :: run
-      type(plan_t), intent(in) :: plan
-      !> Measures, [measure_count, cases]
-      real(wp), intent(out) :: rows(:, :)
-      !> Reason if the first case, the scene itself, failed
-      character(:), allocatable, intent(out) :: reason
-      !> Set if a chunk cannot be read
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(chunk_rows_t) :: chunk
-      logical :: is_good
-      integer :: number
-
-      reason = ''
-      do number = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, number, chunk, is_good)
-         if (.not. is_good) then
-            call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
-               //'command again')
-            return
-         end if
-         associate (first => first_of_chunk(plan, number))
-            rows(:, first:first + size(chunk%rows, 2) - 1) = chunk%rows
-            if (first == 1 .and. size(chunk%failed) > 0) reason = trim(chunk%reasons(1))
-         end associate
-      end do
-   end subroutine collect_rows
 
    !> Find the derivatives from the measures of all cases.
    subroutine find_sensitivity(scene, rows, sensitivity)

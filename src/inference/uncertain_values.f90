@@ -8,7 +8,7 @@ module uncertain_values
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: wp
    use scene_types, only: scene_t
-   use sweep_plan, only: axis_t, plan_t
+   use sweep_plan, only: axis_t, fraction_at_value, plan_t
    implicit none (type, external)
    private
    public :: distribute
@@ -79,11 +79,7 @@ contains
       ! least distance from the probabilities 0 and 1, whose normal quantiles are infinite
       real(wp), parameter :: min_distance = 1.0e-12_wp
 
-      if (axis%is_logarithmic) then
-         probability = log(axis%values/axis%minimum)/log(axis%maximum/axis%minimum)
-      else
-         probability = (axis%values - axis%minimum)/(axis%maximum - axis%minimum)
-      end if
+      probability = fraction_at_value(axis%minimum, axis%maximum, axis%is_logarithmic, axis%values)
       probability = min(max(probability, min_distance), 1.0_wp - min_distance)
    end function cumulative_probabilities
 

@@ -37,15 +37,12 @@ contains
       type(quantity_group_t) :: classes, group, part
       character(*), parameter :: along = 'measure', own = "the measure's"
       character(max_text_length) :: names(size(self%measures)), units(size(self%measures))
-      character(:), allocatable :: unit
       integer :: i, k
 
       group = root%subgroup('uncertainty')
       do i = 1, size(self%measures)
          names(i) = group%named(measure_table(self%measures(i))%name)
-         unit = unit_in(group%units, measure_table(self%measures(i))%quantity)
-         if (unit == '') unit = '1'
-         units(i) = unit
+         units(i) = unit_in(group%units, measure_table(self%measures(i))%quantity, '1')
       end do
       call group%add(along, [(i, i=1, size(names))], '1', 'number of the measure', is_scale=.true.)
       call group%add('name', names, 'none', 'measure of the run', along)

@@ -2,9 +2,8 @@
 !> measures.
 module uncertainty_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
-   use checksums, only: checksum
-   use failures, only: fail, failure_t, status_run_failed
+   use checksums, only: checksum_of_numbers
+   use failures, only: failure_t
    use kinds, only: wp
    use measure_selection, only: chosen_measures
    use number_text, only: to_text
@@ -13,10 +12,9 @@ module uncertainty_study
    use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refined_t
-   use sweep_chunks, only: chunk_rows_t, read_chunk
    use sweep_file, only: survey_chunks, survey_t, write_sweep
-   use sweep_plan, only: first_of_chunk, make_plan, plan_t
-   use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
+   use sweep_plan, only: make_plan, plan_t
+   use sweep_ranks, only: is_first_rank, ranks_in_words
    use sweep_study, only: workers_in_words, plan_run_t, run_plan, threads_for
    use sweep_tables, only: print_sweep
    use uncertain_values, only: distribute
@@ -40,27 +38,16 @@ contains
       type(survey_t) :: survey
       type(refined_t) :: refined
       type(uncertainty_t), allocatable :: uncertainty
-      real(wp), allocatable :: values(:, :)
-      integer :: failure_status
 
       call plan_sample(scene, plan, error)
-      failure_status = 0
-      if (allocated(error)) failure_status = error%status
-      ! if one process cannot read the fit, all processes end
-      failure_status = max_of_ranks(failure_status)
-      if (failure_status > 0) then
-         call fail(error, failure_status, '')
-         return
-      end if
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call survey_chunks(run%path, scene, plan, run%text, survey, error)
-      if (allocated(error)) return
-      allocate (survey%analysed(0), uncertainty)
+      allocate (uncertainty)
       uncertainty%measures = chosen_measures(scene, scene%uncertainty%measures)
-      call collect_values(run, plan, uncertainty%measures, values, error)
+      call survey_chunks(run%path, scene, plan, run%text, survey, error, uncertainty%measures)
       if (allocated(error)) return
-      call find_statistics(scene, values, uncertainty)
+      allocate (survey%analysed(0))
+      call find_statistics(scene, survey%values, uncertainty)
       allocate (survey%summary, source=uncertainty)
       call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error)
       if (allocated(error) .or. job%quiet) return
@@ -77,51 +64,17 @@ contains
       !> Set if the results of a fit cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      character(kind=c_char), allocatable :: bytes(:)
-      integer :: k, byte_count
+      integer :: k
 
       call make_plan(scene, plan)
       call distribute(scene, plan, error)
       if (allocated(error)) return
       ! the plan depends on the values, because the scene gives only the name of the results file of a fit
       plan%remark = 'sample, checksum'
-      byte_count = plan%cases*(storage_size(1.0_wp)/8)
-      allocate (bytes(byte_count))
       do k = 1, size(plan%axes)
-         bytes(:) = transfer(plan%axes(k)%values, bytes)
-         plan%remark = plan%remark//' '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
+         plan%remark = plan%remark//' '//to_text(checksum_of_numbers(plan%axes(k)%values))
       end do
    end subroutine plan_sample
-
-   !> Read the selected measures of all cases from the chunks on disk.
-   subroutine collect_values(run, plan, measures, values, error)
-      type(plan_run_t), intent(in) :: run
-      type(plan_t), intent(in) :: plan
-      !> Indices of the measures in `measure_table`
-      integer, intent(in) :: measures(:)
-      !> Measures, [cases, measures]
-      real(wp), allocatable, intent(out) :: values(:, :)
-      !> Set if a chunk cannot be read
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(chunk_rows_t) :: chunk
-      logical :: is_good
-      integer :: first, i, number
-
-      allocate (values(plan%cases, size(measures)))
-      do number = 1, plan%chunks
-         call read_chunk(run%path, plan, run%text, number, chunk, is_good)
-         if (.not. is_good) then
-            call fail(error, status_run_failed, "'"//run%path//"' is damaged (its checksum is wrong); give the same " &
-               //'command again')
-            return
-         end if
-         first = first_of_chunk(plan, number)
-         do i = 1, size(chunk%rows, 2)
-            values(first + i - 1, :) = chunk%rows(measures, i)
-         end do
-      end do
-   end subroutine collect_values
 
    !> Find the statistics of the selected measures; measures that the scene does not name are left out if they have no
    !> value.

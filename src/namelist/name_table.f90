@@ -45,11 +45,10 @@ module name_table
       !> Whether the names of the open group must be listed; if not, their entries are skipped
       logical :: lists_names = .true.
       !> Names of the groups in the file, from which the number of repeated groups follows; unallocated: no file
-      character(max_name_length), allocatable, private :: groups_given(:)
+      character(max_name_length), allocatable :: groups_given(:)
       !> Whether names of a group that stands alone are omitted if the file does not have the group
       logical :: omits_absent = .false.
    contains
-      procedure :: expect_groups
       procedure :: begin_copy_to_scene
       procedure :: begin_copy_from_scene
       procedure :: begin_copy_of_one
@@ -68,15 +67,6 @@ module name_table
    end type table_t
 
 contains
-
-   !> Announce the groups of a file before the names are listed.
-   subroutine expect_groups(table, names)
-      class(table_t), intent(inout) :: table
-      !> Names of all groups in the file in lower case; a repeated group has one element for each occurrence
-      character(*), intent(in) :: names(:)
-
-      table%groups_given = names
-   end subroutine expect_groups
 
    !> Prepare the table for another listing of the same names, which copies the values of the table into the scene.
    subroutine begin_copy_to_scene(table)
@@ -248,7 +238,7 @@ contains
       call table%advance(name, chosen_kind, chosen_list)
    end subroutine store
 
-   !> Bind a number.
+   !> Bind a number. The table has 0 for the number `huge`, the default of limits that a scene need not have.
    subroutine bind_real(table, value, name)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: value
@@ -256,8 +246,8 @@ contains
 
       call table%advance(name, kind_number, .false.)
       associate (entry => table%entries(table%current))
-         if (table%copies_from_scene) entry%value = value
-         if (table%copies_to_scene) value = entry%value
+         if (table%copies_from_scene) entry%value = merge(value, 0.0_wp, value < huge(value))
+         if (table%copies_to_scene .and. (value < huge(value) .or. entry%value > 0.0_wp)) value = entry%value
       end associate
    end subroutine bind_real
 

@@ -43,7 +43,7 @@ contains
          character(*), intent(in) :: meaning
          character(*), intent(in) :: quantity
 
-         call group%put(name, reshape(values, [size(tau), n]), quantity, meaning, ['tau ', 'body'])
+         call group%put(name, reshape(values, [size(tau), n]), quantity, meaning, 'tau body')
       end subroutine add
 
    end subroutine write_bodies

@@ -86,7 +86,7 @@ contains
          character(*), intent(in) :: meaning
          character(*), intent(in) :: quantity
 
-         call group%put(name, reshape(values, [size(tau), n]), quantity, meaning, ['tau    ', 'surface'])
+         call group%put(name, reshape(values, [size(tau), n]), quantity, meaning, 'tau surface')
       end subroutine add
 
    end subroutine write_histories

@@ -56,15 +56,15 @@ contains
       call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', &
          along='column')
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
-         ['column', 'mode  '])
+         'column mode')
       call group%attribute('coordinates', column_coordinates, 'lambda')
       call group%put('omega', omega, &
          trim(merge('frequency         ', 'circular_frequency', group%units%are_physical)), &
-         '{circular frequency in omega1~frequency}', ['column', 'mode  '])
+         '{circular frequency in omega1~frequency}', 'column mode')
       call group%attribute('coordinates', column_coordinates, group%named('omega'))
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
-         call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
+         call group%add('error', error, 'percent', 'error of lambda against the exact value', 'column mode')
          call group%attribute('coordinates', column_coordinates, 'error')
       end if
       if (allocated(table%shape)) call write_mode_shapes(group%subgroup('shapes'), table)
@@ -80,10 +80,10 @@ contains
       call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
       call group%put('x', table%node, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
       call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', &
-         ['x   ', 'mode'])
+         'x mode')
       if (allocated(table%shape_slope)) then
          call group%put('slope', table%shape_slope, trim(merge('per_length', 'number    ', &
-            group%units%are_physical)), 'its derivative by {x/L~x}', ['x   ', 'mode'])
+            group%units%are_physical)), 'its derivative by {x/L~x}', 'x mode')
       end if
       call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
       call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &

@@ -27,10 +27,11 @@ module quantity_groups
       procedure :: subgroup
       !> The same group, for values that need no scaling
       procedure :: unscaled
-      !> Write a dataset: name, values, quantity as in `quantity_table` (absent for integers), meaning. Of {a~b} in the
-      !> meaning, a stands in dimensionless files and b in files with units. The argument `along` is the dimension scale
-      !> of the values, by its name in dimensionless files; with `is_scale` the dataset is itself a dimension scale
-      generic :: put => put_real, put_reals, put_table, put_integer, put_integers
+      !> Write a dataset: name, values (a number, a list or a table), quantity as in `quantity_table` (absent for
+      !> integers), meaning. Of {a~b} in the meaning, a stands in dimensionless files and b in files with units. The
+      !> argument `along` has the dimension scales of the indices, by their names in dimensionless files and separated
+      !> by a blank; with `is_scale` the dataset is itself a dimension scale
+      generic :: put => put_reals, put_integers
       !> Make a list or table that is filled later with values that need no scaling
       procedure :: put_column, put_rows
       !> Show a list of another group as a table
@@ -43,7 +44,7 @@ module quantity_groups
       procedure :: resolved
       !> Unit of a quantity that is in units of the scene in every file
       procedure :: scene_unit
-      procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find_unit, write_scale_unit
+      procedure, private :: put_reals, put_integers, scales_named, find_unit, write_scale_unit
    end type quantity_group_t
 
 contains
@@ -77,97 +78,51 @@ contains
       if (scales_vary) same%units%factor = 0.0_wp
    end function unscaled
 
-   !> Write a number.
-   subroutine put_real(self, name, value, quantity, meaning)
-      class(quantity_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      real(wp), intent(in) :: value
-      character(*), intent(in) :: quantity
-      character(*), intent(in) :: meaning
-
-      character(:), allocatable :: unit
-      real(wp) :: factor, scene_factor
-
-      call self%find_unit(quantity, unit, factor, scene_factor)
-      call self%add(self%named(name), value*factor, unit, self%resolved(meaning), in_scene_units=scene_factor)
-      call self%write_scale_unit(name, quantity, scene_factor)
-   end subroutine put_real
-
-   !> Write a list of numbers.
+   !> Write numbers.
    subroutine put_reals(self, name, values, quantity, meaning, along, is_scale)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      real(wp), contiguous, intent(in) :: values(:)
+      real(wp), contiguous, intent(in) :: values(..)
       character(*), intent(in) :: quantity
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
 
-      character(:), allocatable :: scale, unit
+      character(:), allocatable :: unit
       real(wp) :: factor, scene_factor
 
       call self%find_unit(quantity, unit, factor, scene_factor)
-      scale = ''
-      if (present(along)) scale = self%named(along)
-      if (self%units%are_physical) then
-         call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scale, is_scale, scene_factor)
-      else
-         call self%add(self%named(name), values, unit, self%resolved(meaning), scale, is_scale, scene_factor)
-      end if
+      call self%add(self%named(name), values, unit, self%resolved(meaning), self%scales_named(along), is_scale, &
+         scene_factor, factor)
       call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_reals
 
-   !> Write a table of numbers. Readers in C and Python see its dimensions reversed.
-   subroutine put_table(self, name, values, quantity, meaning, along)
-      class(quantity_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      real(wp), contiguous, intent(in) :: values(:, :)
-      character(*), intent(in) :: quantity
-      character(*), intent(in) :: meaning
-      !> The dimension scales for the first and the second index
-      character(*), intent(in) :: along(2)
-
-      character(:), allocatable :: unit
-      character(64) :: scales(2)
-      real(wp) :: factor, scene_factor
-
-      call self%find_unit(quantity, unit, factor, scene_factor)
-      scales(1) = self%named(along(1))
-      scales(2) = self%named(along(2))
-      if (self%units%are_physical) then
-         call self%add(self%named(name), values*factor, unit, self%resolved(meaning), scales, &
-            in_scene_units=scene_factor)
-      else
-         call self%add(self%named(name), values, unit, self%resolved(meaning), scales, in_scene_units=scene_factor)
-      end if
-      call self%write_scale_unit(name, quantity, scene_factor)
-   end subroutine put_table
-
-   !> Write a whole number.
-   subroutine put_integer(self, name, value, meaning)
-      class(quantity_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      integer, intent(in) :: value
-      character(*), intent(in) :: meaning
-
-      call self%add(self%named(name), value, '1', self%resolved(meaning))
-   end subroutine put_integer
-
-   !> Write a list of whole numbers.
+   !> Write whole numbers.
    subroutine put_integers(self, name, values, meaning, along, is_scale)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      integer, contiguous, intent(in) :: values(:)
+      integer, contiguous, intent(in) :: values(..)
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
 
-      character(:), allocatable :: scale
-
-      scale = ''
-      if (present(along)) scale = self%named(along)
-      call self%add(self%named(name), values, '1', self%resolved(meaning), scale, is_scale)
+      call self%add(self%named(name), values, '1', self%resolved(meaning), self%scales_named(along), is_scale)
    end subroutine put_integers
+
+   !> Names of one or two dimension scales in this file; empty: none is given.
+   pure function scales_named(self, along) result(names)
+      class(quantity_group_t), intent(in) :: self
+      !> Names in dimensionless files, separated by a blank
+      character(*), intent(in), optional :: along
+      character(:), allocatable :: names
+
+      integer :: blank
+
+      names = ''
+      if (.not. present(along)) return
+      blank = index(trim(along), ' ')
+      names = trim(adjustl(self%named(along(:blank - 1))//' '//self%named(along(blank + 1:))))
+   end function scales_named
 
    !> Make a list whose values are written later, in the unit of the list.
    function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)

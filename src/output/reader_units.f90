@@ -140,14 +140,17 @@ contains
       text = words_in(units, words)//value_in_units(units, quantity, value, decimals)
    end function phrase
 
-   !> Unit of a quantity in the results; empty if the quantity is dimensionless in the results.
-   pure function unit_in(units, quantity) result(unit)
+   !> Unit of a quantity in the results.
+   pure function unit_in(units, quantity, none) result(unit)
       type(units_t), intent(in) :: units
       !> Name of the quantity in `quantity_table`
       character(*), intent(in) :: quantity
+      !> Result for a quantity that is dimensionless in the results; absent: empty
+      character(*), intent(in), optional :: none
       character(:), allocatable :: unit
 
       unit = ''
+      if (present(none)) unit = none
       if (units%are_physical .and. quantity /= 'number') unit = unit_of(quantity_named(quantity), units)
    end function unit_in
 

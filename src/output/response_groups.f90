@@ -153,7 +153,7 @@ contains
          !> Long name of the dataset
          character(*), intent(in) :: meaning
 
-         if (present(values)) call group%put(name, values, name, meaning, ['x  ', 'tau'])
+         if (present(values)) call group%put(name, values, name, meaning, 'x tau')
       end subroutine write_shape
 
    end subroutine write_shapes

@@ -8,7 +8,8 @@ module scene_words
    use root_and_mass_settings, only: mass_settings_t, root_pinned, root_settings_t
    use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, law_spring_damper, &
       method_names, method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
-   use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
+   use scene_types, only: all_stops, beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, &
+      support_settings_t
    use scene_units, only: units_in
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names, shape_rectangle
    use table_columns, only: print_line
@@ -16,7 +17,7 @@ module scene_words
    implicit none (type, external)
    private
    public :: print_model, print_warnings, law_in_words, mass_in_words, elements_in_words, mesh_in_words, &
-      place_in_words, stop_of_release, root_in_words, stops_in_scene, support_in_words
+      place_in_words, stop_of_release, root_in_words, support_in_words
 
 contains
 
@@ -148,7 +149,7 @@ contains
          if (.not. scene%has_bodies) call print_line(unit, 'stop', 'none')
          return
       end if
-      allocate (stops, source=stops_in_scene(scene))
+      allocate (stops, source=all_stops(scene))
       do k = 1, size(stops)
          label = 'stop'
          if (size(stops) > 1) label = label//' '//to_text(k)
@@ -292,22 +293,13 @@ contains
       end if
    end function elements_in_words
 
-   !> All stops in the order of the scene.
-   pure function stops_in_scene(scene) result(stops)
-      type(scene_t), intent(in) :: scene
-      type(stop_settings_t), allocatable :: stops(:)
-
-      stops = [scene%stop]
-      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
-   end function stops_in_scene
-
    !> Number of the stop from which the beam is released; 0: there is a single stop.
    pure function stop_of_release(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number
 
       number = 0
-      if (allocated(scene%more_stops)) number = stop_released_from(stops_in_scene(scene), scene%release_stop)
+      if (allocated(scene%more_stops)) number = stop_released_from(all_stops(scene), scene%release_stop)
    end function stop_of_release
 
    !> The law of a stop with its parameters.

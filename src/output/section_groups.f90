@@ -17,8 +17,6 @@ contains
       !> Names of the contacts, with blanks between them
       character(*), intent(in) :: names
 
-      character(*), parameter :: stop_scales(2) = [character(7) :: 'surface', 'tau'], mode_scales(2) = ['mode', &
-         'tau '], body_scales(2) = ['body', 'tau ']
       integer :: k, bodies, contacts
 
       associate (n => sections%count)
@@ -48,21 +46,21 @@ contains
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
             call group%put('displacement_stop', sections%contact(1, :, :n), 'displacement', &
-               'displacement of the beam there, up from the unstressed beam; from a body that moves', stop_scales)
-            call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', stop_scales)
+               'displacement of the beam there, up from the unstressed beam; from a body that moves', 'surface tau')
+            call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', 'surface tau')
          end if
          bodies = size(sections%body, 2)
          if (bodies > 0) then
             call group%put('body', [(k, k=1, bodies)], 'body, in the order of &body', is_scale=.true.)
             call group%put('displacement_body', sections%body(1, :, :n), 'displacement', &
-               'displacement of the body, up', body_scales)
-            call group%put('velocity_body', sections%body(2, :, :n), 'velocity', 'its velocity', body_scales)
+               'displacement of the body, up', 'body tau')
+            call group%put('velocity_body', sections%body(2, :, :n), 'velocity', 'its velocity', 'body tau')
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &
             is_scale=.true.)
-         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', mode_scales)
-         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', mode_scales)
+         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', 'mode tau')
+         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', 'mode tau')
       end associate
    end subroutine write_sections
 

@@ -46,7 +46,7 @@ contains
             call group%put(trim(measure%name)//half_width_ending, statistics%half_width(i, :), measure%quantity, &
                'half the width of its 95 % interval', along)
             call group%put(trim(measure%name)//block_ending, statistics%in_block(i, :, :), measure%quantity, &
-               'the same block by block', ['block  ', 'surface'])
+               'the same block by block', 'block surface')
          end associate
       end do
       do k = 1, contacts

@@ -82,7 +82,7 @@ contains
          real(wp), intent(in) :: values(:)
          character(*), intent(in) :: meaning
 
-         call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, ['tau     ', place_scale])
+         call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, 'tau '//place_scale)
       end subroutine add_history
    end subroutine write_stress
 
@@ -117,9 +117,9 @@ contains
       classes = size(windows(1)%class_edge)
       call group%put('class', [(i, i=1, classes)], 'class of ranges', is_scale=.true.)
       call group%put('range_edge', reshape([(windows(p)%class_edge, p=1, size(windows))], [classes, size(windows)]), &
-         'stress', 'upper end of the class of ranges{, in E D/L}', ['class   ', place_scale])
+         'stress', 'upper end of the class of ranges{, in E D/L}', 'class '//place_scale)
       call group%put('range_cycles', reshape([(windows(p)%class_cycles, p=1, size(windows))], [classes, &
-         size(windows)]), 'number', 'stress cycles in the class of ranges', ['class   ', place_scale])
+         size(windows)]), 'number', 'stress cycles in the class of ranges', 'class '//place_scale)
    end subroutine write_windows
 
 end module stress_groups

@@ -178,11 +178,7 @@ contains
          real(wp), contiguous, intent(in) :: values(:, :)
          character(*), intent(in) :: long_name
 
-         character(16) :: along(2)
-
-         along = 'way'
-         along(1) = name
-         call group%add(dataset, values, '1', long_name, along)
+         call group%add(dataset, values, '1', long_name, name//' way')
       end subroutine add
 
    end subroutine write_series
@@ -202,7 +198,7 @@ contains
       !> Results of the convergence study
       type(convergence_t), intent(in) :: convergence
 
-      character(*), parameter :: along(2) = [character(8) :: 'elements', 'reading']
+      character(*), parameter :: along = 'elements reading'
 
       call group%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
       call group%add('reading', [1, 2], '1', 'reading of the impulse: '//impulse_kinds(1)//', '//impulse_kinds(2), &

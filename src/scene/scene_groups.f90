@@ -23,8 +23,8 @@ module scene_groups
    use scene_stops, only: list_stops, list_supports
    use scene_types, only: integrator_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
-   use sweep_names, only: list_parameters, list_sweep, parameter_of, sweep_of
-   use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
+   use sweep_names, only: list_parameters, list_sweep, parameter_names, parameter_of, sweep_of
+   use sweep_settings, only: best_settings_t, cases_settings_t, goal_names
    use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
    use warning_list, only: warning_names
    implicit none (type, external)
@@ -266,8 +266,6 @@ contains
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
 
-      ! `mode_tolerance` as in the file: 0 if the component has its default value, huge
-      real(wp) :: tolerance
       ! index of Newmark's scheme, which gives beta by name; 0: not given
       integer :: scheme
 
@@ -299,12 +297,9 @@ contains
          range_t(1, 1000000000)))
       call table%bind(response%accuracy, name_t('accuracy', 'share of the maximum displacement by which leaving out ' &
          //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_minimum=.true.)))
-      tolerance = 0.0_wp
-      if (response%mode_tolerance < huge(tolerance)) tolerance = response%mode_tolerance
-      call table%bind(tolerance, name_t('mode_tolerance', &
+      call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
          'eta by which leaving out modes may change the motion at most', mode_range, default='as accuracy asks', &
          is_optional=.true.))
-      if (tolerance > 0.0_wp) response%mode_tolerance = tolerance
       call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode'))
       call table%bind(response%mode_count, name_t('modes', 'number of the lowest modes of the free beam to keep', &
          range_t(1.0_wp, 2.0_wp*real(max_elements, wp)), default='as accuracy asks', is_optional=.true., &
@@ -425,20 +420,15 @@ contains
 
       integer, allocatable :: places(:)
       character(name_length), allocatable :: names(:)
-      type(parameter_t) :: parameter
       integer :: k, chosen
 
       call table%open(group_t('cases', stands_alone=.true.), is_wanted)
       if (.not. table%lists_names) return
       call list_parameters(table, places)
       places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
-      allocate (names(size(places)))
+      allocate (names, source=parameter_names(table, places))
       chosen = 0
-      do k = 1, size(places)
-         parameter = parameter_of(table, places(k))
-         names(k) = parameter%name
-         if (names(k) == cases%parameter%name) chosen = k
-      end do
+      if (cases%parameter%name /= '') chosen = findloc(names, cases%parameter%name, dim=1)
       call table%bind(chosen, name_t('parameter', 'parameter that differs between cases', &
          default='none: give one'), names)
       if (chosen > 0) cases%parameter = parameter_of(table, places(chosen))

@@ -1,8 +1,7 @@
 !> &sensitivity, &fit and &uncertainty: the names of the groups, their checks and defaults, and reading of the signal of
 !> &fit.
 module scene_inference
-   use inference_settings, only: fit_settings_t, is_feature, is_of_tip, observed_names, quantity_observed, &
-      sensitivity_settings_t, uncertainty_settings_t
+   use inference_settings, only: fit_settings_t, observed_table, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
       measure_status, measure_table
@@ -18,7 +17,7 @@ module scene_inference
    use scene_sweep, only: entry_of_parameter, refuse_lost_units
    use scene_types, only: has_rigid_stops, scene_t
    use signal_file, only: read_signal, signal_t, unit_ratio
-   use sweep_names, only: list_parameters, parameter_of
+   use sweep_names, only: list_parameters, parameter_names, parameter_of
    use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
    use value_rules, only: range_t
    implicit none (type, external)
@@ -77,7 +76,7 @@ contains
       call table%bind(fit%data, name_t('data', 'text file of the measured signal, beside the scene: columns of ' &
          //'numbers, their units in a header', range_t(1, 1000), default='none: give one', is_optional=.true.))
       call table%bind(fit%observed, name_t('of', 'what was measured', default='none: give one', is_optional=.true.), &
-         observed_names)
+         observed_table%name)
       call table%bind(fit%time_column, name_t('time_column', &
          'column of the file with the time, or with the number of an impact or rebound', columns))
       call table%bind(fit%value_column, name_t('value_column', 'column with the values', columns))
@@ -86,7 +85,8 @@ contains
          range_t(0.0_wp, 1000.0_wp)))
       call table%bind(fit%start, name_t('start', 'instant from which on the signal counts, in time as results ' &
          //'have it', range_t(0.0_wp, 1.0e9_wp)))
-      call list_end(table, fit%end)
+      call table%bind(fit%end, name_t('end', 'instant up to which it counts', range_t(0.0_wp, 1.0e9_wp, &
+         excludes_minimum=.true.), default='that of the run', is_optional=.true.))
       call table%bind(fit%noise, name_t('noise', 'standard deviation of the noise, in units of results; 0: that ' &
          //'of the residuals', range_t(0.0_wp, 1.0e20_wp)))
       call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
@@ -95,21 +95,6 @@ contains
          //'much or as early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
       call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
    end subroutine list_fit
-
-   !> List the name `end`, whose default is the end of the run.
-   subroutine list_end(table, end)
-      class(table_t), intent(inout) :: table
-      !> Huge: not given
-      real(wp), intent(inout) :: end
-
-      real(wp) :: last
-
-      last = 0.0_wp
-      if (end < huge(end)) last = end
-      call table%bind(last, name_t('end', 'instant up to which it counts', range_t(0.0_wp, 1.0e9_wp, &
-         excludes_minimum=.true.), default='that of the run', is_optional=.true.))
-      if (last > 0.0_wp) end = last
-   end subroutine list_end
 
    !> List the names of &uncertainty in the table, and bind them to the components of the scene.
    subroutine list_uncertainty(table, uncertainty)
@@ -139,15 +124,10 @@ contains
 
       integer, allocatable :: chosen(:), places(:)
       character(name_length), allocatable :: names(:)
-      type(parameter_t) :: parameter
       integer :: k
 
       call list_parameters(table, places)
-      allocate (names(size(places)))
-      do k = 1, size(places)
-         parameter = parameter_of(table, places(k))
-         names(k) = parameter%name
-      end do
+      allocate (names, source=parameter_names(table, places))
       if (allocated(parameters)) then
          allocate (chosen(size(parameters)))
          do k = 1, size(chosen)
@@ -316,7 +296,7 @@ contains
             call input%complain(group, '', "needs data, the file of a signal, such as data = 'signal.csv'")
          else if (fit%observed == 0) then
             call input%complain(group, '', "needs of, what was measured, such as of = 'displacement_tip'")
-         else if (.not. (is_of_tip(fit%observed) .or. scene%has_stop .or. scene%has_bodies)) then
+         else if (.not. (observed_table(fit%observed)%is_of_tip .or. scene%has_stop .or. scene%has_bodies)) then
             call input%complain(group, 'of', 'needs &stop')
          else if (fit%time_column == fit%value_column) then
             call input%complain(group, 'time_column value_column', 'must differ')
@@ -324,8 +304,9 @@ contains
             call input%complain(group, 'noise_column', 'must differ from time_column and value_column')
          else if (fit%noise > 0.0_wp .and. fit%noise_column > 0) then
             call input%complain(group, 'noise', 'does not go with noise_column; give one of them')
-         else if (is_feature(fit%observed) .and. fit%max_time_shift > 0.0_wp) then
-            call input%complain(group, 'time_shift', 'does not go with numbered '//trim(observed_names(fit%observed)))
+         else if (observed_table(fit%observed)%is_feature .and. fit%max_time_shift > 0.0_wp) then
+            call input%complain(group, 'time_shift', 'does not go with numbered ' &
+               //trim(observed_table(fit%observed)%name))
          else if (fit%start >= fit%end) then
             call input%complain(group, 'start end', 'no part of the signal is between start and end')
          else if (scene%response%method /= method_exact) then
@@ -375,7 +356,7 @@ contains
          end = min(fit%end, end)
          inside = pack([(i, i=1, size(signal%time))], signal%time >= fit%start .and. signal%time <= end)
          minimum_count = max(10, parameters + 4)
-         if (is_feature(fit%observed)) then
+         if (observed_table(fit%observed)%is_feature) then
             minimum_count = parameters + count([fit%has_offset, fit%has_scale]) + 1
             end = min(end, maxval(signal%time))
          end if
@@ -384,9 +365,9 @@ contains
                to_text(fit%start)//' to '//to_text(end)//', the end of what is fitted: must be at least ' &
                //to_text(minimum_count))
             return
-         else if (is_feature(fit%observed) .and. any(abs(signal%time - anint(signal%time)) > 0.0_wp .or. &
-            signal%time < 1.0_wp)) then
-            call input%complain(group, 'data', file//': the time_column of '//trim(observed_names(fit%observed)) &
+         else if (observed_table(fit%observed)%is_feature .and. &
+            any(abs(signal%time - anint(signal%time)) > 0.0_wp .or. signal%time < 1.0_wp)) then
+            call input%complain(group, 'data', file//': the time_column of '//trim(observed_table(fit%observed)%name) &
                //' must have their numbers 1, 2, ...')
             return
          end if
@@ -420,7 +401,7 @@ contains
 
       ! the last sample of the run
       end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
-      if (is_feature(scene%fit%observed)) then
+      if (observed_table(scene%fit%observed)%is_feature) then
          end = huge(1.0_wp)
          signal%time_unit = ''
       end if
@@ -434,8 +415,8 @@ contains
          return
       end if
       units = units_of(scene%scales, scene%unit_system, .true.)
-      quantity = quantity_observed(scene%fit%observed)
-      if (.not. is_feature(scene%fit%observed)) end = end*units%factor(quantity_named('time'))
+      quantity = observed_table(scene%fit%observed)%quantity
+      if (.not. observed_table(scene%fit%observed)%is_feature) end = end*units%factor(quantity_named('time'))
       if (signal%time_unit /= '') then
          call unit_ratio(signal%time_unit, unit_of(quantity_named('time'), units), ratio, problem)
          if (.not. allocated(problem)) signal%time = ratio*signal%time

@@ -4,7 +4,7 @@ module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
    use name_table, only: max_repeats, table_t
-   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
+   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, max_name_length
    use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
@@ -58,7 +58,7 @@ contains
       !> messages
       type(table_t), intent(inout), optional :: table
 
-      character(name_length) :: names(namelist%group_count)
+      character(max_name_length) :: names(namelist%group_count)
       integer :: i
 
       input%file = file
@@ -67,7 +67,7 @@ contains
       do i = 1, size(names)
          names(i) = group_name(namelist, i)
       end do
-      call table%expect_groups(names)
+      table%groups_given = names
    end subroutine start
 
    !> Read the values of the file into a table; values that are not given, or have a problem, do not change.

@@ -93,8 +93,6 @@ contains
 
       ! phase in degrees, and the phase as given
       real(wp) :: degrees, given_degrees
-      ! end of the load; 0: the load has no end
-      real(wp) :: last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
@@ -111,11 +109,8 @@ contains
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
-      last = 0.0_wp
-      if (course%end < huge(course%end)) last = course%end
-      call table%bind(last, name_t('end', 'instant at which it ends, tau', duration_range, lasting, &
+      call table%bind(course%end, name_t('end', 'instant at which it ends, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
-      if (last > 0.0_wp) course%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, lasting, &
          instead_of='end', quantity='time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &

@@ -193,7 +193,7 @@ contains
       if (present(previous)) is_set = abs(values - previous) <= 0.0_wp .and. .not. uses_file
       do k = 1, size(parameters)
          if (is_set(k)) cycle
-         if (is_taper(parameters(k)) .or. .not. uses_file) call set_parameter(scene, parameters(k), values(k))
+         if (parameters(k)%name == 'taper' .or. .not. uses_file) call set_parameter(scene, parameters(k), values(k))
       end do
    end subroutine set_parameters
 
@@ -261,15 +261,6 @@ contains
       end if
    end subroutine set_by_file
 
-   !> Whether the parameter is the taper. A change of the taper preserves the mean height, whatever the file gives for
-   !> the section, so it is set directly and not as if the file gave it.
-   pure function is_taper(parameter) result(answer)
-      type(parameter_t), intent(in) :: parameter
-      logical :: answer
-
-      answer = parameter%name == 'taper'
-   end function is_taper
-
    !> Read a scene file for several cases: the parameters count as given by the file.
    subroutine read_for_cases(scene, parameters, draft, problem)
       type(scene_t), intent(in) :: scene
@@ -291,7 +282,9 @@ contains
       allocate (draft%places(size(parameters)), source=0)
       associate (table => draft%table)
          do k = 1, size(parameters)
-            if (is_taper(parameters(k))) cycle
+            ! a change of the taper preserves the mean height, whatever the file gives for the section, so it is set
+            ! directly and not as if the file gave it
+            if (parameters(k)%name == 'taper') cycle
             associate (parameter => parameters(k))
                call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
                draft%places(k) = table%find(table%find_group(parameter%group, parameter%occurrence), &

@@ -44,6 +44,7 @@ contains
       type(scene_t), intent(inout) :: scene
 
       logical :: is_echoed(table%entry_count)
+      real(wp) :: values(size(names_of_scales))
       integer :: i, k
 
       call table%begin_copy_from_scene()
@@ -68,10 +69,18 @@ contains
          k = k + 1
          call echo_entry(table, table%entries(i), scene%echo(k))
       end do
+      ! the scales that convert ratios to the user's units are computed, not read
       associate (scales => scene%scales)
-         call echo_scales([scales%length, scales%omega1, scales%bending_stiffness, scales%beam_mass, &
-            scales%height_ratio, scales%displacement], scene%echo(k + 1:))
+         values = [scales%length, scales%omega1, scales%bending_stiffness, scales%beam_mass, scales%height_ratio, &
+            scales%displacement]
       end associate
+      do i = 1, size(values)
+         associate (echo => scene%echo(k + i))
+            echo%group = 'scales'
+            echo%name = trim(names_of_scales(i))
+            echo%number = [values(i)]
+         end associate
+      end do
    end subroutine make_echo
 
    !> Make the echo of one name and its value.
@@ -117,21 +126,6 @@ contains
          end do
       end if
    end function words_of
-
-   !> Make the echo of the scales that convert ratios to the user's units; they are computed, not read.
-   pure subroutine echo_scales(values, echo)
-      !> Values in the order of `names_of_scales`
-      real(wp), intent(in) :: values(:)
-      type(echo_t), intent(inout) :: echo(:)
-
-      integer :: i
-
-      do i = 1, size(values)
-         echo(i)%group = 'scales'
-         echo(i)%name = trim(names_of_scales(i))
-         echo(i)%number = [values(i)]
-      end do
-   end subroutine echo_scales
 
    !> Describe all names, group by group.
    subroutine list_names(names, program)

@@ -73,18 +73,12 @@ contains
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
-      ! end of the evaluated interval; 0: the end of the run
-      real(wp) :: last
-
       call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau: ' &
          //'after the start-up', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
-      last = 0.0_wp
-      if (statistics%end < huge(statistics%end)) last = statistics%end
-      call table%bind(last, name_t('end', 'end of the part that is evaluated, tau', &
+      call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', &
          duration_range, default='that of the run', is_optional=.true.))
-      if (last > 0.0_wp) statistics%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
          quantity='time'))
       call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length: the half width of the ' &

@@ -103,7 +103,11 @@ contains
       if (input%has_problem()) return
       associate (section => beam%section)
          if (section%shape == shape_rectangle .and. .not. allocated(section%width)) section%width = [beam%width]
-         if (allocated(section%station)) call check_section_stations(input, beam%length, section)
+         if (allocated(section%station) .and. section%profile == profile_stepped) then
+            call check_steps(input, beam%length, section%station)
+         else if (allocated(section%station)) then
+            call check_stations(input, 'section', 'station', beam%length, section%station)
+         end if
          if (input%has_problem()) return
          call check_dimensions(input, section)
          if (input%has_problem()) return
@@ -176,19 +180,6 @@ contains
       end subroutine set_dimensions
 
    end subroutine find_dimensions
-
-   !> Check the stations at which the dimensions are given.
-   subroutine check_section_stations(input, length, section)
-      type(scene_input_t), intent(inout) :: input
-      real(wp), intent(in) :: length
-      type(section_settings_t), intent(inout) :: section
-
-      if (section%profile == profile_stepped) then
-         call check_steps(input, length, section%station)
-      else
-         call check_stations(input, 'section', 'station', length, section%station)
-      end if
-   end subroutine check_section_stations
 
    !> Check that each given dimension has one value or as many values as stations, and that all are positive; at the tip
    !> of a linear profile a dimension may be 0.

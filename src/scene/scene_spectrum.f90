@@ -6,7 +6,7 @@ module scene_spectrum
    use number_text, only: to_text
    use run_settings, only: end_of_run, side_both, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: scene_t
+   use scene_types, only: all_stops, scene_t
    use spectrum_settings, only: quantity_moment, signal_names, signal_table, spectrum_settings_t, window_names
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)
@@ -33,7 +33,6 @@ contains
 
       type(condition_t), parameter :: without_points = condition_t(without='points', &
          phrase='a distance of frequencies, not with points')
-      real(wp) :: last
 
       call table%bind(spectrum%of, name_t('of', 'signals whose spectra are asked for; measures are of the first', &
          default="'displacement_tip'"), signal_names)
@@ -60,11 +59,8 @@ contains
       call table%bind(spectrum%window, name_t('window', 'what weighs a segment'), window_names)
       call table%bind(spectrum%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, instead_of='start', quantity='time'))
-      last = 0.0_wp
-      if (spectrum%end < huge(spectrum%end)) last = spectrum%end
-      call table%bind(last, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
+      call table%bind(spectrum%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
          default='that of the run', is_optional=.true.))
-      if (last > 0.0_wp) spectrum%end = last
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))
       call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'exponentials of all intervals times ' &
          //'frequencies and signals that are integrated in closed form; what comes after is sampled', &
@@ -181,12 +177,8 @@ contains
 
       type(stop_settings_t), allocatable :: stops(:)
 
-      contact_count = 0
-      if (scene%has_stop) then
-         stops = [scene%stop]
-         if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
-         contact_count = size(stops) + count(stops%side == side_both)
-      end if
+      allocate (stops, source=all_stops(scene))
+      contact_count = size(stops) + count(stops%side == side_both)
       if (.not. scene%has_bodies) return
       associate (bodies => scene%bodies)
          contact_count = contact_count + size(bodies) + count(bodies%side == side_both) &

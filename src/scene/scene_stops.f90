@@ -11,7 +11,7 @@ module scene_stops
    use run_settings, only: impulse_names, impulse_nodal, law_names, law_restitution, side_above, &
       side_below, side_both, side_names, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: scales_t, scene_t, support_motion_names, support_settings_t
+   use scene_types, only: all_stops, scales_t, scene_t, support_motion_names, support_settings_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: needs_displacement, entries_in_units
    use value_rules, only: physical_range, place_range, range_t, range_text, stiffness_range
@@ -208,7 +208,7 @@ contains
          unit = table%number('scene', 'displacement_scale')
          if (scene%start%kind /= start_release .and. unit <= 0.0_wp .and. &
             any(needs_displacement(table%entries(entries_in_units(table))))) then
-            do k = 1, merge(stop_count(scene), 0, scene%has_stop)
+            do k = 1, size(all_stops(scene))
                name = height_name(nint(table%number('stop', 'side', k)))
                if (table%has('stop', name, k)) unit = max(unit, abs(table%number('stop', name, k)))
             end do
@@ -216,17 +216,9 @@ contains
          end if
       end associate
       if (.not. scene%has_stop) return
-      call find_released(input, table, stop_count(scene), scene%release_stop)
+      call find_released(input, table, size(all_stops(scene)), scene%release_stop)
       if (.not. input%has_problem()) call check_heights(input, table, scene)
    end subroutine find_displacement
-
-   !> Number of stops of a scene that has at least one.
-   pure integer function stop_count(scene)
-      type(scene_t), intent(in) :: scene
-
-      stop_count = 1
-      if (allocated(scene%more_stops)) stop_count = 1 + size(scene%more_stops)
-   end function stop_count
 
    !> Find the stop from which the beam is released: the stop with `initial_height` or with `pulled`.
    subroutine find_released(input, table, stops, released)
@@ -275,7 +267,7 @@ contains
             call find_displacement_unit(input, table, scene%release_stop, scene%scales)
          end if
          if (input%has_problem()) return
-         do k = 1, stop_count(scene)
+         do k = 1, size(all_stops(scene))
             side = nint(table%number('stop', 'side', k))
             name = height_name(side)
             if (.not. table%has('stop', name, k)) then
@@ -289,7 +281,7 @@ contains
             if (unit <= 0.0_wp) then
                call input%complain('stop', name, 'needs initial_height too'//trim(merge( &
                   ', here or at the stop from which the beam is released', &
-                  '                                                     ', stop_count(scene) > 1)) &
+                  '                                                     ', size(all_stops(scene)) > 1)) &
                   //trim(merge(", or &start kind = 'rest' for a beam at rest between them", &
                   repeat(' ', 57), side == side_both)), k)
             else if (height > scene%scales%length) then
@@ -369,12 +361,11 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      type(stop_settings_t) :: stops(stop_count(scene))
+      type(stop_settings_t), allocatable :: stops(:)
       character(:), allocatable :: conflict
       integer :: i, k
 
-      stops(1) = scene%stop
-      if (allocated(scene%more_stops)) stops(2:) = scene%more_stops
+      allocate (stops, source=all_stops(scene))
       do k = 1, size(stops)
          if (stops(k)%law == law_restitution .and. stops(k)%impulse == impulse_nodal .and. &
             (size(stops) > 1 .or. stops(k)%side /= side_below)) call input%complain('stop', 'impulse', &
@@ -395,20 +386,15 @@ contains
       type(scene_t), intent(in) :: scene
 
       character(*), parameter :: names = 'position motion stiffness_ratio stiffness'
+      type(stop_settings_t), allocatable :: stops(:)
       character(:), allocatable :: conflict
       integer :: i, k
 
+      allocate (stops, source=all_stops(scene))
       do k = 1, size(scene%supports)
          associate (support => scene%supports(k))
             conflict = ''
-            if (scene%has_stop) then
-               if (are_at_one_point(scene%stop%position, support%position)) conflict = conflict_with_support(support)
-               if (allocated(scene%more_stops)) then
-                  if (any(are_at_one_point(scene%more_stops%position, support%position))) then
-                     conflict = conflict_with_support(support)
-                  end if
-               end if
-            end if
+            if (any(are_at_one_point(stops%position, support%position))) conflict = conflict_with_support(support)
             do i = 1, k - 1
                if (conflict /= '' .or. .not. are_at_one_point(scene%supports(i)%position, support%position)) cycle
                conflict = conflict_of_supports(scene%supports(i), support)

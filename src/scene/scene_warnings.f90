@@ -9,7 +9,7 @@ module scene_warnings
    use quantities, only: quantity_named, system_names, system_none, unit_of, units_of, units_t
    use run_settings, only: side_both, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: has_rigid_stops, scene_t
+   use scene_types, only: all_stops, has_rigid_stops, scene_t
    use warning_list, only: warning_first_frequency, warning_thick_beam, warning_former_name, warning_position_ratio, &
       warning_default_start, &
       warning_youngs_modulus, warning_t, warning_dimensionless_time, warning_identical_stops, warning_table_end
@@ -41,13 +41,12 @@ contains
       type(stop_settings_t), allocatable :: stops(:)
 
       if (allocated(scene%warnings)) deallocate (scene%warnings)
-      allocate (scene%warnings(0), stops(0))
+      allocate (scene%warnings(0))
       if (.not. (scene%wants_response .or. scene%wants_frequencies)) return
       call warn_of_names(input, scene)
       call warn_of_beam(input, scene)
       if (.not. scene%wants_response) return
-      if (scene%has_stop) stops = [scene%stop]
-      if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+      allocate (stops, source=all_stops(scene))
       if (has_units(scene)) call warn_of_ratios(input, scene, stops)
       call warn_of_stops(input, scene, stops)
       call warn_of_tables(scene)

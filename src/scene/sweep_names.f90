@@ -11,7 +11,8 @@ module sweep_names
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, max_cases, unswept
+   public :: list_parameters, parameter_of, parameter_names, chosen_parameter, quantity_of, sweep_of, list_sweep, &
+      max_cases, unswept
 
    !> Offset between the numbers of a parameter in successive groups of one name; larger than the number of any
    !> parameter in a group.
@@ -39,17 +40,9 @@ contains
 
       sweeps = [(sweep_of(table, i), i=1, table%entry_count)]
       places = pack([(i, i=1, table%entry_count)], sweeps%order > 0)
-      places = places(ascending_order(grid_order(sweeps(places))))
+      places = places(ascending_order(real(sweeps(places)%order, wp) + merge(0.0_wp, real(huge(1), wp), &
+         sweeps(places)%changes_beam)))
    end subroutine list_parameters
-
-   !> Sort key of a parameter in a grid; parameters with larger keys vary faster, and those that change the beam
-   !> slowest.
-   elemental function grid_order(sweep) result(order)
-      type(sweep_t), intent(in) :: sweep
-      real(wp) :: order
-
-      order = real(sweep%order, wp) + merge(0.0_wp, real(huge(1), wp), sweep%changes_beam)
-   end function grid_order
 
    !> Use of an entry as a parameter; an entry in units is used in the same way as its ratio.
    pure function sweep_of(table, place) result(sweep)
@@ -102,6 +95,22 @@ contains
          if (parameter%quantity /= '') parameter%quantity = quantity_of(table, place)
       end associate
    end function parameter_of
+
+   !> Names of parameters in &sweep.
+   pure function parameter_names(table, places) result(names)
+      class(table_t), intent(in) :: table
+      !> Indices of their entries
+      integer, intent(in) :: places(:)
+      character(name_length) :: names(size(places))
+
+      type(parameter_t) :: parameter
+      integer :: k
+
+      do k = 1, size(places)
+         parameter = parameter_of(table, places(k))
+         names(k) = parameter%name
+      end do
+   end function parameter_names
 
    !> Quantity of an entry in units; for some names the quantity depends on other names of the group.
    pure function quantity_of(table, place) result(quantity)
@@ -219,13 +228,8 @@ contains
       type(sweep_settings_t), intent(inout) :: sweep
 
       character(name_length) :: names(size(places))
-      type(parameter_t) :: parameter
-      integer :: k
 
-      do k = 1, size(places)
-         parameter = parameter_of(table, places(k))
-         names(k) = parameter%name
-      end do
+      names = parameter_names(table, places)
       call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
          //'start of the next', default='none: each case by itself', is_optional=.true.), names)
       call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &

@@ -5,24 +5,35 @@ module inference_settings
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: sensitivity_settings_t, fit_settings_t, uncertainty_settings_t, observed_names
-   public :: observed_acceleration_tip, observed_force, observed_impacts, is_of_tip, is_velocity, is_feature, jumps
-   public :: quantity_observed
+   public :: sensitivity_settings_t, fit_settings_t, uncertainty_settings_t
+   public :: observed_table, observed_acceleration_tip, observed_force, observed_impacts
 
-   !> Quantities that a measured signal may be, `of` in &fit.
-   integer, parameter :: observed_displacement_tip = 1
-   integer, parameter :: observed_velocity_tip = 2
-   integer, parameter :: observed_displacement_stop = 3
-   integer, parameter :: observed_velocity_stop = 4
-   integer, parameter :: observed_force = 5
-   integer, parameter :: observed_acceleration_tip = 6
-   !> Instants of impacts, features of a motion instead of samples, numbered from 1.
-   integer, parameter :: observed_impacts = 7
-   !> Peak displacements of rebounds, likewise.
-   integer, parameter :: observed_peaks = 8
-   !> Names of these constants in scene files.
-   character(*), parameter :: observed_names(8) = [character(24) :: 'displacement_tip', 'velocity_tip', &
-      'displacement_stop', 'velocity_stop', 'contact_force', 'acceleration_tip', 'impact_times', 'rebound_peaks']
+   !> A quantity that a measured signal may be.
+   type :: observed_t
+      !> Value of `of` in &fit
+      character(24) :: name
+      !> The quantity as in `quantity_table`
+      character(24) :: quantity
+      !> Whether the signal belongs to the tip instead of the stop point
+      logical :: is_of_tip = .false.
+      !> Whether the signal is discontinuous at impacts
+      logical :: jumps = .false.
+      !> Whether the signal consists of features, numbered from 1, instead of samples at times
+      logical :: is_feature = .false.
+   end type observed_t
+
+   type(observed_t), parameter :: observed_table(*) = [ &
+      observed_t('displacement_tip', 'displacement', is_of_tip=.true.), &
+      observed_t('velocity_tip', 'velocity', is_of_tip=.true., jumps=.true.), &
+      observed_t('displacement_stop', 'displacement'), &
+      observed_t('velocity_stop', 'velocity', jumps=.true.), &
+      observed_t('contact_force', 'force', jumps=.true.), &
+      observed_t('acceleration_tip', 'acceleration', is_of_tip=.true., jumps=.true.), &
+      observed_t('impact_times', 'time', is_feature=.true.), &
+      observed_t('rebound_peaks', 'displacement', is_feature=.true.)]
+   integer, parameter :: observed_force = findloc(observed_table%name, 'contact_force', dim=1)
+   integer, parameter :: observed_acceleration_tip = findloc(observed_table%name, 'acceleration_tip', dim=1)
+   integer, parameter :: observed_impacts = findloc(observed_table%name, 'impact_times', dim=1)
 
    !> Settings of &sensitivity.
    type :: sensitivity_settings_t
@@ -91,63 +102,5 @@ module inference_settings
       !> Number of classes of a histogram
       integer :: classes = 40
    end type uncertainty_settings_t
-
-contains
-
-   !> Whether a signal belongs to the tip instead of the stop point.
-   elemental function is_of_tip(observed) result(answer)
-      !> One of the `observed_` constants
-      integer, intent(in) :: observed
-      logical :: answer
-
-      answer = any(observed == [observed_displacement_tip, observed_velocity_tip, observed_acceleration_tip])
-   end function is_of_tip
-
-   !> Whether a signal consists of numbered features instead of samples at times.
-   elemental function is_feature(observed) result(answer)
-      !> One of the `observed_` constants
-      integer, intent(in) :: observed
-      logical :: answer
-
-      answer = observed == observed_impacts .or. observed == observed_peaks
-   end function is_feature
-
-   !> Whether a signal is discontinuous at impacts.
-   elemental function jumps(observed)
-      !> One of the `observed_` constants
-      integer, intent(in) :: observed
-      logical :: jumps
-
-      jumps = is_velocity(observed) .or. observed == observed_force .or. observed == observed_acceleration_tip
-   end function jumps
-
-   !> Whether a signal is a velocity.
-   elemental function is_velocity(observed) result(answer)
-      !> One of the `observed_` constants
-      integer, intent(in) :: observed
-      logical :: answer
-
-      answer = observed == observed_velocity_tip .or. observed == observed_velocity_stop
-   end function is_velocity
-
-   !> The quantity of a signal, as in `quantity_table`.
-   pure function quantity_observed(observed) result(quantity)
-      !> One of the `observed_` constants
-      integer, intent(in) :: observed
-      character(len(observed_names)) :: quantity
-
-      select case (observed)
-      case (observed_displacement_tip, observed_displacement_stop, observed_peaks)
-         quantity = 'displacement'
-      case (observed_velocity_tip, observed_velocity_stop)
-         quantity = 'velocity'
-      case (observed_acceleration_tip)
-         quantity = 'acceleration'
-      case (observed_impacts)
-         quantity = 'time'
-      case default
-         quantity = 'force'
-      end select
-   end function quantity_observed
 
 end module inference_settings

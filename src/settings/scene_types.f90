@@ -19,7 +19,7 @@ module scene_types
    use warning_list, only: warning_t
    implicit none (type, external)
    private
-   public :: has_rigid_stops
+   public :: all_stops, has_rigid_stops
    public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
    public :: support_displacement, support_rotation, support_motion_names
    public :: frequency_response_settings_t, frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
@@ -402,6 +402,16 @@ module scene_types
 
 contains
 
+   !> All stops of a scene, in the order of &stop.
+   pure function all_stops(scene) result(stops)
+      class(scene_t), intent(in) :: scene
+      type(stop_settings_t), allocatable :: stops(:)
+
+      allocate (stops(0))
+      if (scene%has_stop) stops = [scene%stop]
+      if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+   end function all_stops
+
    !> Whether the scene has stops, all of them rigid.
    pure function has_rigid_stops(scene) result(answer)
       class(scene_t), intent(in) :: scene
@@ -458,9 +468,7 @@ contains
       ! the number in the name of the group
       integer :: number
 
-      stops = 0
-      if (scene%has_stop) stops = 1
-      if (scene%has_stop .and. allocated(scene%more_stops)) stops = 1 + size(scene%more_stops)
+      stops = size(all_stops(scene))
       bodies = 0
       floors = 0
       if (scene%has_bodies) bodies = size(scene%bodies)

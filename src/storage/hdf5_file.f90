@@ -21,7 +21,10 @@ module hdf5_file
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_file_t
+   public :: hdf5_file_t, no_extent
+
+   !> Extent of one value, which is neither a list nor a table.
+   integer(hsize_t), parameter :: no_extent(0) = 0_hsize_t
 
    !> Maximum number of attributes that HDF5 stores in the header of their object, where access is fastest.
    integer, parameter :: max_compact_attributes = 64
@@ -188,7 +191,8 @@ contains
       character(*), intent(in) :: name
       !> Type of the values in the file and in memory
       integer(hid_t), intent(in) :: type
-      !> Shape of the dataset; of size 0 for a scalar
+      !> Shape of the dataset; of size 0 for a scalar. A negative number counts as 0, because gfortran 12 gives an
+      !> expression without values the extent -1 in a dummy argument of any rank
       integer(hsize_t), intent(in) :: extent(:)
       type(c_ptr), intent(in) :: address
       !> Whether the dataset is a dimension scale
@@ -201,7 +205,7 @@ contains
       dataset = -1_hid_t
       if (allocated(self%failed_call)) return
       space = self%one_value
-      if (size(extent) > 0) call h5screate_simple_f(size(extent), extent, space, status)
+      if (size(extent) > 0) call h5screate_simple_f(size(extent), max(extent, 0_hsize_t), space, status)
       call h5dcreate_f(group, name, type, space, dataset, status, dcpl_id=self%dataset_properties)
       call self%check(status, name)
       if (.not. allocated(self%failed_call) .and. c_associated(address)) then
@@ -227,7 +231,7 @@ contains
       call self%write_text(dataset, 'units', units)
       if (.not. present(in_scene_units)) return
       if (in_scene_units > 0.0_wp) then
-         call self%write_attribute(dataset, 'in_scene_units', h5t_native_double, c_loc(in_scene_units))
+         call self%write_attribute(dataset, 'in_scene_units', h5t_native_double, no_extent, c_loc(in_scene_units))
       end if
    end subroutine describe
 
@@ -263,23 +267,23 @@ contains
    end subroutine finish_scales
 
    !> Write an attribute, a value or a list of values.
-   subroutine write_attribute(self, object, name, type, address, length)
+   subroutine write_attribute(self, object, name, type, extent, address)
       class(hdf5_file_t), intent(inout) :: self
       !> Group or dataset
       integer(hid_t), intent(in) :: object
       character(*), intent(in) :: name
       !> Type of the values in the file and in memory
       integer(hid_t), intent(in) :: type
+      !> Number of values, as for a dataset; empty: one
+      integer(hsize_t), intent(in) :: extent(:)
       type(c_ptr), intent(in) :: address
-      !> Number of values; absent: one
-      integer(hsize_t), intent(in), optional :: length
 
       integer :: status
       integer(hid_t) :: attribute, space
 
       if (allocated(self%failed_call)) return
       space = self%one_value
-      if (present(length)) call h5screate_simple_f(1, [length], space, status)
+      if (size(extent) > 0) call h5screate_simple_f(1, max(extent, 0_hsize_t), space, status)
       call h5acreate_f(object, name, type, space, attribute, status)
       call self%check(status, name)
       if (allocated(self%failed_call)) return
@@ -288,7 +292,7 @@ contains
          call self%check(status, name)
       end if
       call h5aclose_f(attribute, status)
-      if (present(length)) call h5sclose_f(space, status)
+      if (size(extent) > 0) call h5sclose_f(space, status)
    end subroutine write_attribute
 
    !> Write an attribute that is a text.
@@ -304,7 +308,7 @@ contains
 
       terminated = text//c_null_char
       address = c_loc(terminated)
-      call self%write_attribute(object, name, self%text_type, c_loc(address))
+      call self%write_attribute(object, name, self%text_type, no_extent, c_loc(address))
    end subroutine write_text
 
 end module hdf5_file

@@ -44,12 +44,12 @@ module hdf5_loading
       procedure :: close_source
       procedure :: is_sound
       !> Load a dataset: name, values. A dataset of another size is a failure.
-      generic :: load => load_reals, load_table, load_integers, load_texts
+      generic :: load => load_reals, load_integers, load_texts
       procedure :: text_attribute
       procedure :: number_attribute
       procedure :: has
       procedure :: members_of
-      procedure, private :: load_reals, load_table, load_integers, load_texts, load_dataset
+      procedure, private :: load_reals, load_integers, load_texts, load_dataset
    end type hdf5_source_t
 
 contains
@@ -107,18 +107,10 @@ contains
    subroutine load_reals(self, name, values)
       class(hdf5_source_t), intent(inout) :: self
       character(*), intent(in) :: name
-      real(wp), contiguous, target, intent(out) :: values(:)
+      real(wp), contiguous, target, intent(out) :: values(..)
 
       if (size(values) > 0) call self%load_dataset(name, h5t_native_double, size(values, kind=hsize_t), c_loc(values))
    end subroutine load_reals
-
-   subroutine load_table(self, name, values)
-      class(hdf5_source_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      real(wp), contiguous, target, intent(out) :: values(:, :)
-
-      if (size(values) > 0) call self%load_dataset(name, h5t_native_double, size(values, kind=hsize_t), c_loc(values))
-   end subroutine load_table
 
    subroutine load_integers(self, name, values)
       class(hdf5_source_t), intent(inout) :: self

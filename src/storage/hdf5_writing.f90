@@ -7,19 +7,19 @@
 !> Files are made in memory so that the disk sees a single write of finished bytes, whose failure has a reason, and HDF5
 !> never meets a full disk. Object times are off so that the same content gives the same bytes.
 module hdf5_writing
-   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: failure_t
    use hdf5, only: h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5p_dataset_create_f, h5pclose_f, &
       h5pcreate_f, h5pset_obj_track_times_f, h5pset_virtual_f, h5s_select_set_f, h5sclose_f, h5screate_simple_f, &
       h5sselect_hyperslab_f, h5t_native_double, h5t_native_integer, hid_t, hsize_t, size_t
-   use hdf5_file, only: hdf5_file_t
+   use hdf5_file, only: hdf5_file_t, no_extent
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: hdf5_group_t, hdf5_column_t
 
-   !> Extent of a scalar dataset.
-   integer(hsize_t), parameter :: no_extent(0) = 0_hsize_t
+   !> Maximum length of the name of a dimension scale.
+   integer, parameter :: max_scale_name_length = 64
 
    !> A group of a file. `begin` and `begin_on_disk` make the root of a file; `finish` and `finish_on_disk` close the
    !> file with all its groups.
@@ -31,18 +31,20 @@ module hdf5_writing
       procedure :: begin, begin_on_disk, finish, finish_on_disk
       !> Make a subgroup
       procedure :: group
-      !> Write a dataset: name, values, units, long name; the dimension scale of this group for its index, or whether
-      !> the dataset is itself a dimension scale; one unit of the dataset in units of the scene, 0 if unknown
-      generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
+      !> Write a dataset: name, values (a number, a list or a table), units, long name; the dimension scales of this
+      !> group for its indices, separated by a blank, or whether the dataset is itself a dimension scale; one unit of
+      !> the dataset in units of the scene, 0 if unknown; a factor for real values. Readers in C and Python see the
+      !> dimensions of a table reversed
+      generic :: add => add_reals, add_integers, add_text, add_texts
       !> Make a list or a table that is filled later
       procedure :: column, rows
       !> Show a list of another group as a table
       procedure :: view
       !> Write an attribute of the group or of a dataset in the group: name, value, dataset
-      generic :: attribute => text_attribute, real_attribute, reals_attribute, integers_attribute
-      procedure, private :: add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
-      procedure, private :: text_attribute, real_attribute, reals_attribute, integers_attribute
-      procedure, private :: label, open_object, close_object
+      generic :: attribute => text_attribute, reals_attribute, integers_attribute
+      procedure, private :: add_reals, add_integers, add_text, add_texts
+      procedure, private :: text_attribute, reals_attribute, integers_attribute
+      procedure, private :: label, write_attribute
    end type hdf5_group_t
 
    !> A list or table in a file that is filled chunk by chunk. Closing the file closes the list.
@@ -119,85 +121,50 @@ contains
       made%id = self%file%make_group(self%id, name)
    end function group
 
-   !> Write one number.
-   subroutine add_real(self, name, value, units, long_name, in_scene_units)
+   !> Write numbers.
+   subroutine add_reals(self, name, values, units, long_name, along, is_scale, in_scene_units, factor)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      real(wp), target, intent(in) :: value
-      character(*), intent(in) :: units
-      character(*), intent(in) :: long_name
-      real(wp), intent(in), optional :: in_scene_units
-
-      call self%label(self%file%make_dataset(self%id, name, h5t_native_double, no_extent, c_loc(value)), units, &
-         long_name, in_scene_units=in_scene_units)
-   end subroutine add_real
-
-   !> Write a list of numbers.
-   subroutine add_reals(self, name, values, units, long_name, along, is_scale, in_scene_units)
-      class(hdf5_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      real(wp), contiguous, target, intent(in) :: values(:)
+      real(wp), contiguous, target, intent(in) :: values(..)
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
       real(wp), intent(in), optional :: in_scene_units
+      !> Factor by which the values are multiplied; absent: 1
+      real(wp), intent(in), optional :: factor
 
-      integer(hid_t) :: dataset
-
-      dataset = self%file%make_dataset(self%id, name, h5t_native_double, [size(values, kind=hsize_t)], &
-         address_of_reals(values), is_scale)
-      call self%label(dataset, units, long_name, along, in_scene_units)
-   end subroutine add_reals
-
-   !> Write a table of numbers. Readers in C and Python see its dimensions reversed.
-   subroutine add_real_table(self, name, values, units, long_name, along, in_scene_units)
-      class(hdf5_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      real(wp), contiguous, target, intent(in) :: values(:, :)
-      character(*), intent(in) :: units
-      character(*), intent(in) :: long_name
-      !> The dimension scales of this group for the first and the second index
-      character(*), intent(in) :: along(2)
-      real(wp), intent(in), optional :: in_scene_units
-
-      integer(hid_t) :: dataset
+      real(wp), pointer :: list(:)
+      real(wp), allocatable, target :: scaled(:)
       type(c_ptr) :: address
 
       address = c_null_ptr
       if (size(values) > 0) address = c_loc(values)
-      dataset = self%file%make_dataset(self%id, name, h5t_native_double, shape(values, kind=hsize_t), address)
-      call self%file%attach(dataset, self%id, [along(2), along(1)])
-      call self%label(dataset, units, long_name, in_scene_units=in_scene_units)
-   end subroutine add_real_table
+      if (size(values) > 0 .and. present(factor)) then
+         call c_f_pointer(address, list, [size(values)])
+         allocate (scaled, source=factor*list)
+         address = c_loc(scaled)
+      end if
+      call self%label(self%file%make_dataset(self%id, name, h5t_native_double, shape(values, kind=hsize_t), address, &
+         is_scale), units, long_name, along, in_scene_units)
+   end subroutine add_reals
 
-   !> Write one integer.
-   subroutine add_integer(self, name, value, units, long_name)
-      class(hdf5_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      integer, target, intent(in) :: value
-      character(*), intent(in) :: units
-      character(*), intent(in) :: long_name
-
-      call self%label(self%file%make_dataset(self%id, name, h5t_native_integer, no_extent, c_loc(value)), units, &
-         long_name)
-   end subroutine add_integer
-
-   !> Write a list of integers.
+   !> Write integers.
    subroutine add_integers(self, name, values, units, long_name, along, is_scale)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      integer, contiguous, target, intent(in) :: values(:)
+      integer, contiguous, target, intent(in) :: values(..)
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
 
-      integer(hid_t) :: dataset
+      type(c_ptr) :: address
 
-      dataset = self%file%make_dataset(self%id, name, h5t_native_integer, [size(values, kind=hsize_t)], &
-         address_of_integers(values), is_scale)
-      call self%label(dataset, units, long_name, along)
+      address = c_null_ptr
+      if (size(values) > 0) address = c_loc(values)
+      call self%label(self%file%make_dataset(self%id, name, h5t_native_integer, shape(values, kind=hsize_t), address, &
+         is_scale), units, long_name, along)
    end subroutine add_integers
 
    !> Write one text.
@@ -373,55 +340,41 @@ contains
       !> Dataset in the group; absent: the attribute belongs to the group itself
       character(*), intent(in), optional :: dataset
 
-      integer(hid_t) :: object
+      character(len(text) + 1), target :: terminated
+      type(c_ptr), target :: address
 
-      call self%open_object(object, dataset)
-      call self%file%write_text(object, name, text)
-      call self%close_object(object, dataset)
+      terminated = text//c_null_char
+      address = c_loc(terminated)
+      call self%write_attribute(name, self%file%text_type, no_extent, c_loc(address), dataset)
    end subroutine text_attribute
-
-   subroutine real_attribute(self, name, value, dataset)
-      class(hdf5_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      real(wp), target, intent(in) :: value
-      character(*), intent(in), optional :: dataset
-
-      integer(hid_t) :: object
-
-      call self%open_object(object, dataset)
-      call self%file%write_attribute(object, name, h5t_native_double, c_loc(value))
-      call self%close_object(object, dataset)
-   end subroutine real_attribute
 
    subroutine reals_attribute(self, name, values, dataset)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      real(wp), contiguous, target, intent(in) :: values(:)
+      real(wp), contiguous, target, intent(in) :: values(..)
       character(*), intent(in), optional :: dataset
 
-      integer(hid_t) :: object
+      type(c_ptr) :: address
 
-      call self%open_object(object, dataset)
-      call self%file%write_attribute(object, name, h5t_native_double, address_of_reals(values), &
-         size(values, kind=hsize_t))
-      call self%close_object(object, dataset)
+      address = c_null_ptr
+      if (size(values) > 0) address = c_loc(values)
+      call self%write_attribute(name, h5t_native_double, shape(values, kind=hsize_t), address, dataset)
    end subroutine reals_attribute
 
    subroutine integers_attribute(self, name, values, dataset)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      integer, contiguous, target, intent(in) :: values(:)
+      integer, contiguous, target, intent(in) :: values(..)
       character(*), intent(in), optional :: dataset
 
-      integer(hid_t) :: object
+      type(c_ptr) :: address
 
-      call self%open_object(object, dataset)
-      call self%file%write_attribute(object, name, h5t_native_integer, address_of_integers(values), &
-         size(values, kind=hsize_t))
-      call self%close_object(object, dataset)
+      address = c_null_ptr
+      if (size(values) > 0) address = c_loc(values)
+      call self%write_attribute(name, h5t_native_integer, shape(values, kind=hsize_t), address, dataset)
    end subroutine integers_attribute
 
-   !> Write units and long name of a new dataset, attach its dimension scale, and close the dataset.
+   !> Write units and long name of a new dataset, attach its dimension scales, and close the dataset.
    subroutine label(self, dataset, units, long_name, along, in_scene_units)
       class(hdf5_group_t), intent(in) :: self
       integer(hid_t), intent(in) :: dataset
@@ -430,56 +383,38 @@ contains
       character(*), intent(in), optional :: along
       real(wp), intent(in), optional :: in_scene_units
 
-      integer :: status
+      character(max_scale_name_length) :: scales(2)
+      integer :: blank, status
 
       call self%file%describe(dataset, units, long_name, in_scene_units)
       if (present(along)) then
-         if (along /= '') call self%file%attach(dataset, self%id, [along])
+         blank = index(trim(along), ' ')
+         scales(1) = along(blank + 1:)
+         scales(2) = along(:blank - 1)
+         if (along /= '') call self%file%attach(dataset, self%id, scales(:merge(2, 1, blank > 0)))
       end if
       if (dataset >= 0_hid_t) call h5dclose_f(dataset, status)
    end subroutine label
 
-   !> Open the group or a dataset in the group for attributes.
-   subroutine open_object(self, object, dataset)
+   !> Write an attribute of the group or of a dataset in the group.
+   subroutine write_attribute(self, name, type, extent, address, dataset)
       class(hdf5_group_t), intent(in) :: self
-      integer(hid_t), intent(out) :: object
+      character(*), intent(in) :: name
+      integer(hid_t), intent(in) :: type
+      integer(hsize_t), intent(in) :: extent(:)
+      !> Address of the values
+      type(c_ptr), intent(in) :: address
       character(*), intent(in), optional :: dataset
 
+      integer(hid_t) :: object
       integer :: status
 
+      if (allocated(self%file%failed_call)) return
       object = self%id
-      if (allocated(self%file%failed_call) .or. .not. present(dataset)) return
-      call h5dopen_f(self%id, dataset, object, status)
-      call self%file%check(status, dataset)
-   end subroutine open_object
-
-   !> Close the object that `open_object` opened.
-   subroutine close_object(self, object, dataset)
-      class(hdf5_group_t), intent(in) :: self
-      integer(hid_t), intent(in) :: object
-      character(*), intent(in), optional :: dataset
-
-      integer :: status
-
-      if (allocated(self%file%failed_call) .or. .not. present(dataset)) return
-      call h5dclose_f(object, status)
-   end subroutine close_object
-
-   !> Address of an array, null if the array is empty.
-   function address_of_reals(values) result(address)
-      real(wp), contiguous, target, intent(in) :: values(:)
-      type(c_ptr) :: address
-
-      address = c_null_ptr
-      if (size(values) > 0) address = c_loc(values)
-   end function address_of_reals
-
-   function address_of_integers(values) result(address)
-      integer, contiguous, target, intent(in) :: values(:)
-      type(c_ptr) :: address
-
-      address = c_null_ptr
-      if (size(values) > 0) address = c_loc(values)
-   end function address_of_integers
+      if (present(dataset)) call h5dopen_f(self%id, dataset, object, status)
+      if (present(dataset)) call self%file%check(status, dataset)
+      call self%file%write_attribute(object, name, type, extent, address)
+      if (present(dataset)) call h5dclose_f(object, status)
+   end subroutine write_attribute
 
 end module hdf5_writing

@@ -15,7 +15,7 @@ module scene_beam_model
    use run_settings, only: body_settings_t, end_of_run, run_settings_t, side_above, side_below, stop_released_from, &
       stop_settings_t
    use scene_requests, only: harmonic_frequencies, set_period
-   use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
+   use scene_types, only: all_stops, beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
    use section_shapes, only: is_uniform, profile_stepped
    use stop_pairs, only: conflict_of_supports, conflict_with_support
@@ -312,9 +312,7 @@ contains
 
       integer :: b
 
-      allocate (stops(0))
-      if (scene%has_stop) stops = [scene%stop]
-      if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+      allocate (stops, source=all_stops(scene))
       if (.not. allocated(scene%bodies)) return
       do b = 1, size(scene%bodies)
          associate (body => scene%bodies(b))

@@ -4,7 +4,7 @@ module sweep_best
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status
    use scene_types, only: scene_t
-   use sweep_plan, only: axis_t, plan_t
+   use sweep_plan, only: fraction_at_value, plan_t, value_at_fraction
    use sweep_run, only: run_cases
    use sweep_search, only: update_search, next_poll, search_state_t, start_search
    use sweep_settings, only: goal_maximum
@@ -127,7 +127,10 @@ contains
       varied = pack([(k, k=1, size(is_varied))], is_varied)
       allocate (start(size(varied)))
       do i = 1, size(varied)
-         start(i) = position_of(plan%axes(varied(i)), best%values(varied(i), 1))
+         associate (axis => plan%axes(varied(i)))
+            start(i) = min(max(fraction_at_value(axis%minimum, axis%maximum, axis%is_logarithmic, &
+               best%values(varied(i), 1)), 0.0_wp), 1.0_wp)
+         end associate
       end do
       limit = scene%best%evaluations + 1
       allocate (refined%evaluations(limit), refined%values(size(plan%axes), limit), refined%rows(measure_count, limit))
@@ -142,7 +145,10 @@ contains
          do i = 1, size(points, 2)
             values(:, i) = best%values(:, 1)
             do k = 1, size(varied)
-               values(varied(k), i) = value_at(plan%axes(varied(k)), points(k, i))
+               associate (axis => plan%axes(varied(k)))
+                  values(varied(k), i) = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
+                     points(k, i))
+               end associate
             end do
          end do
          call run_cases(scene, plan, values, threads, rows)
@@ -174,34 +180,5 @@ contains
       end subroutine add
 
    end subroutine refine
-
-   !> Position of a value between the minimum (0) and the maximum (1) of its axis.
-   pure function position_of(axis, value) result(position)
-      type(axis_t), intent(in) :: axis
-      real(wp), intent(in) :: value
-      real(wp) :: position
-
-      if (axis%is_logarithmic) then
-         position = log(value/axis%minimum)/log(axis%maximum/axis%minimum)
-      else
-         position = (value - axis%minimum)/(axis%maximum - axis%minimum)
-      end if
-      position = min(max(position, 0.0_wp), 1.0_wp)
-   end function position_of
-
-   !> Value at a position between the minimum (0) and the maximum (1) of an axis.
-   pure function value_at(axis, position) result(value)
-      type(axis_t), intent(in) :: axis
-      !> Position, 0 to 1
-      real(wp), intent(in) :: position
-      real(wp) :: value
-
-      if (axis%is_logarithmic) then
-         value = axis%minimum*(axis%maximum/axis%minimum)**position
-      else
-         value = axis%minimum + position*(axis%maximum - axis%minimum)
-      end if
-      value = min(max(value, axis%minimum), axis%maximum)
-   end function value_at
 
 end module sweep_best

@@ -7,7 +7,7 @@ module sweep_chunks
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use checksums, only: checksum
-   use failures, only: fail, failure_t, status_bad_input
+   use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use file_system, only: entry_length, final_name, folder_entries, kind_folder, kind_nothing, kind_of, load_file, &
       make_new_folder, remove_empty_folder, remove_entries, replace_file
    use hdf5_loading, only: hdf5_source_t
@@ -20,7 +20,7 @@ module sweep_chunks
    implicit none (type, external)
    private
    public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
-      write_chunk, read_chunk
+      write_chunk, read_chunk, load_chunk, load_chunks
    public :: joined, max_reason_length, assembled_file
 
    !> Maximum length of the reason of a failure; longer texts are cut.
@@ -230,11 +230,11 @@ contains
       call root%attribute('names', joined(measure_table(columns)%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
       call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
-      call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
-      call root%add('rows', chunk%rows(columns, :), 'mixed', 'measures of each case', ['column', 'case  '])
+      call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', 'parameter case')
+      call root%add('rows', chunk%rows(columns, :), 'mixed', 'measures of each case', 'column case')
       if (plan%extras > 0) then
          call root%add('extra', [(i, i=1, plan%extras)], '1', 'numbers besides the measures', is_scale=.true.)
-         call root%add('extras', chunk%extras, 'mixed', 'numbers besides the measures of each case', ['extra', 'case '])
+         call root%add('extras', chunk%extras, 'mixed', 'numbers besides the measures of each case', 'extra case')
       end if
       call root%add('failed', chunk%failed, '1', 'cases that failed', is_scale=.true.)
       call root%add('reason', chunk%reasons, 'none', 'why', along='failed')
@@ -322,6 +322,53 @@ contains
       is_good = is_good .and. source%is_sound()
       call source%close_source()
    end subroutine read_chunk
+
+   !> Read a chunk, which must be on disk.
+   subroutine load_chunk(path, plan, text, number, chunk, error)
+      character(*), intent(in) :: path
+      type(plan_t), intent(in) :: plan
+      !> Text of the plan
+      character(*), intent(in) :: text
+      !> Number of the chunk
+      integer, intent(in) :: number
+      type(chunk_rows_t), intent(out) :: chunk
+      !> Set if the chunk cannot be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      logical :: is_good
+
+      call read_chunk(path, plan, text, number, chunk, is_good)
+      if (.not. is_good) call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' is damaged (its " &
+         //'checksum is wrong); give the same command again, and its cases are computed again')
+   end subroutine load_chunk
+
+   !> Read all chunks, and join their cases.
+   subroutine load_chunks(path, plan, text, all_cases, error)
+      character(*), intent(in) :: path
+      type(plan_t), intent(in) :: plan
+      !> Text of the plan
+      character(*), intent(in) :: text
+      type(chunk_rows_t), intent(out) :: all_cases
+      !> Set if a chunk cannot be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(chunk_rows_t) :: chunk
+      integer :: number
+
+      allocate (all_cases%values(size(plan%axes), plan%cases), all_cases%rows(measure_count, plan%cases), &
+         all_cases%extras(plan%extras, plan%cases), all_cases%failed(0), all_cases%reasons(0))
+      do number = 1, plan%chunks
+         call load_chunk(path, plan, text, number, chunk, error)
+         if (allocated(error)) return
+         associate (first => first_of_chunk(plan, number), last => last_of_chunk(plan, number))
+            all_cases%values(:, first:last) = chunk%values
+            all_cases%rows(:, first:last) = chunk%rows
+            all_cases%extras(:, first:last) = chunk%extras
+         end associate
+         all_cases%failed = [all_cases%failed, chunk%failed]
+         all_cases%reasons = [all_cases%reasons, chunk%reasons]
+      end do
+   end subroutine load_chunks
 
    !> Whether the checksum in the seal of a chunk is that of its bytes.
    function is_sealed(bytes) result(fits)

@@ -2,7 +2,7 @@
 !> the number of cases, and gets its final name when it is complete.
 module sweep_file
    use analyses, only: analysed_t, write_analyses
-   use failures, only: fail, failure_t, status_run_failed
+   use failures, only: fail, failure_t
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
    use kinds, only: wp
@@ -14,8 +14,7 @@ module sweep_file
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
-   use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_name, chunk_rows_t, read_chunk, &
-      max_reason_length
+   use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names, varies_scales
    use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
@@ -53,6 +52,8 @@ module sweep_file
       integer, allocatable :: failed_cases(:)
       !> Reasons of their failures
       character(max_reason_length), allocatable :: reasons(:)
+      !> Selected measures of all cases, [cases, measures]; unallocated: none is selected
+      real(wp), allocatable :: values(:, :)
       !> Analyses of the beam of the scene, independent of the cases
       type(analysed_t), allocatable :: analysed(:)
       !> Result computed from the rows of all cases; unallocated: none
@@ -62,7 +63,7 @@ module sweep_file
 contains
 
    !> Read all chunks and summarise them.
-   subroutine survey_chunks(path, scene, plan, text, survey, error)
+   subroutine survey_chunks(path, scene, plan, text, survey, error, measures)
       !> Folder of the chunks
       character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
@@ -74,48 +75,31 @@ contains
       type(survey_t), intent(out) :: survey
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
+      !> Indices in `measure_table` of the measures of which all values are kept; absent: none
+      integer, intent(in), optional :: measures(:)
 
       type(chunk_rows_t) :: chunk
-      character(max_reason_length), allocatable :: reasons(:)
-      integer, allocatable :: failed(:)
-      integer :: number, i, recorded
-      logical :: is_good
+      integer :: number, i
 
       call start_best(scene, plan, survey%best)
-      allocate (failed(min(max_reasons, plan%cases)), reasons(min(max_reasons, plan%cases)))
-      recorded = 0
+      allocate (survey%failed_cases(0), survey%reasons(0))
+      if (present(measures)) allocate (survey%values(plan%cases, size(measures)))
       do number = 1, plan%chunks
-         call read_chunk(path, plan, text, number, chunk, is_good)
-         if (.not. is_good) then
-            call report_chunk(path, number, error)
-            return
-         end if
-         do i = 1, size(chunk%rows, 2)
-            call insert_case(survey%best, first_of_chunk(plan, number) + i - 1, chunk%values(:, i), chunk%rows(:, i))
-         end do
+         call load_chunk(path, plan, text, number, chunk, error)
+         if (allocated(error)) return
+         associate (first => first_of_chunk(plan, number))
+            do i = 1, size(chunk%rows, 2)
+               call insert_case(survey%best, first + i - 1, chunk%values(:, i), chunk%rows(:, i))
+               if (present(measures)) survey%values(first + i - 1, :) = chunk%rows(measures, i)
+            end do
+         end associate
          survey%failure_count = survey%failure_count + size(chunk%failed)
-         do i = 1, min(size(chunk%failed), size(failed) - recorded)
-            failed(recorded + i) = chunk%failed(i)
-            reasons(recorded + i) = chunk%reasons(i)
-         end do
-         recorded = min(survey%failure_count, size(failed))
+         associate (recorded => min(size(chunk%failed), max_reasons - size(survey%failed_cases)))
+            survey%failed_cases = [survey%failed_cases, chunk%failed(:recorded)]
+            survey%reasons = [survey%reasons, chunk%reasons(:recorded)]
+         end associate
       end do
-      allocate (survey%failed_cases, source=failed(:recorded))
-      allocate (survey%reasons(recorded))
-      survey%reasons(:) = reasons(:recorded)
    end subroutine survey_chunks
-
-   !> Report a chunk that cannot be read.
-   subroutine report_chunk(path, number, error)
-      !> Folder of the chunks
-      character(*), intent(in) :: path
-      !> Number of the chunk
-      integer, intent(in) :: number
-      type(failure_t), allocatable, intent(inout) :: error
-
-      call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' is damaged (its checksum is wrong); " &
-         //'give the same command again, and its cases are computed again')
-   end subroutine report_chunk
 
    !> Assemble the results file, and remove the chunks.
    subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error, errors)
@@ -329,7 +313,6 @@ contains
       type(chunk_rows_t) :: chunk
       real(wp), allocatable :: values(:, :), rows(:, :)
       integer :: number, i, first, buffered
-      logical :: is_good
 
       call make_columns(group, plan, has_column, cases, parameters, measures)
       if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
@@ -340,11 +323,8 @@ contains
       first = 1
       buffered = 0
       do number = 1, plan%chunks
-         call read_chunk(path, plan, text, number, chunk, is_good)
-         if (.not. is_good) then
-            call report_chunk(path, number, error)
-            return
-         end if
+         call load_chunk(path, plan, text, number, chunk, error)
+         if (allocated(error)) return
          if (buffered + size(chunk%rows, 2) > size(rows, 1)) call write_buffered()
          ! column by column, because the rows of a column are contiguous in the buffers
          associate (next => buffered + 1, last => buffered + size(chunk%rows, 2))

@@ -1,9 +1,8 @@
 !> The plan of a sweep: the number of its cases, their parameters, and the chunks (sets of successive cases) in which
 !> results are written to disk.
 module sweep_plan
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use case_runs, only: case_interface
-   use checksums, only: checksum
+   use checksums, only: checksum_of_numbers
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
@@ -17,7 +16,7 @@ module sweep_plan
    implicit none (type, external)
    private
    public :: plan_t, axis_t, section_values, make_plan, cases_of_chunk, case_values, first_of_chunk
-   public :: is_at_end, last_of_chunk, plan_text
+   public :: is_at_end, last_of_chunk, plan_text, value_at_fraction, fraction_at_value
 
    !> Number of values recorded in a Poincare section: displacement and velocity at the stop from which the beam is
    !> released, and at the tip.
@@ -93,13 +92,13 @@ contains
             count = count + 1
             axes(count)%parameter = sweep%swept(k)%parameter
             axes(count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
-            if (sweep%design == design_latin_hypercube) then
-               call draw_values(sweep%swept(k), sweep%count, sweep%seed, axes(count)%values)
-            else
-               call list_values(sweep%swept(k), axes(count)%values)
-            end if
             axes(count)%minimum = minval(values_given(sweep%swept(k)))
             axes(count)%maximum = maxval(values_given(sweep%swept(k)))
+            if (sweep%design == design_latin_hypercube) then
+               call draw_values(sweep%count, sweep%seed, axes(count))
+            else
+               call list_values(sweep%swept(k), axes(count))
+            end if
             if (is_follower(sweep, k)) then
                ! index of the axis of the first of the parameters that are tied together
                axes(count)%leader = count_swept(sweep%swept(:minval(sweep%tied)))
@@ -211,45 +210,41 @@ contains
    end subroutine make_chains
 
    !> Values of a list, or evenly spaced values of a range, whose ends are exact.
-   pure subroutine list_values(swept, values)
+   pure subroutine list_values(swept, axis)
       type(swept_t), intent(in) :: swept
-      !> Values of the parameter
-      real(wp), allocatable, intent(out) :: values(:)
+      !> In: with its range; out: with its values
+      type(axis_t), intent(inout) :: axis
 
-      integer :: i, n
+      integer :: i
 
       if (allocated(swept%list)) then
-         allocate (values, source=swept%list)
-         return
+         axis%values = swept%list
+      else
+         axis%values = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
+            [(real(i - 1, wp)/real(swept%points - 1, wp), i=1, swept%points)])
       end if
-      n = swept%points
-      allocate (values(n))
-      do i = 1, n
-         values(i) = value_at_fraction(swept, real(i - 1, wp)/real(n - 1, wp))
-      end do
-      values(n) = value_at_fraction(swept, 1.0_wp)
    end subroutine list_values
 
    !> Draw one value in each of as many strata as there are cases, in random order.
-   subroutine draw_values(swept, cases, seed, values)
-      type(swept_t), intent(in) :: swept
+   subroutine draw_values(cases, seed, axis)
       !> Number of cases
       integer, intent(in) :: cases
       integer, intent(in) :: seed
-      !> Values of the parameter
-      real(wp), allocatable, intent(out) :: values(:)
+      !> In: with its range; out: with its values
+      type(axis_t), intent(inout) :: axis
 
       type(random_t) :: random
       integer, allocatable :: stratum(:)
       real(wp) :: place
       integer :: i
 
-      allocate (values(cases), stratum(cases))
-      call start_random(seed, swept%parameter%order, random)
+      allocate (axis%values(cases), stratum(cases))
+      call start_random(seed, axis%parameter%order, random)
       call shuffle(random, stratum)
       do i = 1, cases
          call next_random(random, place)
-         values(i) = value_at_fraction(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
+         axis%values(i) = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
+            (real(stratum(i) - 1, wp) + place)/real(cases, wp))
       end do
    end subroutine draw_values
 
@@ -263,25 +258,42 @@ contains
       answer = axis%maximum > axis%minimum .and. (value <= minval(axis%values) .or. value >= maxval(axis%values))
    end function is_at_end
 
-   !> The value of a parameter at a fraction of its range from minimum to maximum.
-   pure function value_at_fraction(swept, fraction) result(value)
-      type(swept_t), intent(in) :: swept
-      !> Fraction of the range, 0 to 1; of its logarithm for a logarithmic range
+   !> The value of a parameter at a fraction of its range; the end of the range is exact.
+   elemental function value_at_fraction(minimum, maximum, is_logarithmic, fraction) result(value)
+      !> Range of the parameter
+      real(wp), intent(in) :: minimum
+      real(wp), intent(in) :: maximum
+      !> Whether the fraction is one of the logarithm of the range
+      logical, intent(in) :: is_logarithmic
+      !> 0 at the minimum, 1 at the maximum
       real(wp), intent(in) :: fraction
       real(wp) :: value
 
-      if (allocated(swept%log_range)) then
-         associate (minimum => swept%log_range(1), maximum => swept%log_range(2))
-            value = min(max(minimum*(maximum/minimum)**fraction, minimum), maximum)
-            if (fraction >= 1.0_wp) value = maximum
-         end associate
+      if (is_logarithmic) then
+         value = minimum*(maximum/minimum)**fraction
       else
-         associate (minimum => swept%range(1), maximum => swept%range(2))
-            value = min(max(minimum + (maximum - minimum)*fraction, minimum), maximum)
-            if (fraction >= 1.0_wp) value = maximum
-         end associate
+         value = minimum + (maximum - minimum)*fraction
       end if
+      value = min(max(value, minimum), maximum)
+      if (fraction >= 1.0_wp) value = maximum
    end function value_at_fraction
+
+   !> The fraction of a range at a value, the inverse of `value_at_fraction`.
+   elemental function fraction_at_value(minimum, maximum, is_logarithmic, value) result(fraction)
+      !> Range of the parameter
+      real(wp), intent(in) :: minimum
+      real(wp), intent(in) :: maximum
+      !> Whether the fraction is one of the logarithm of the range
+      logical, intent(in) :: is_logarithmic
+      real(wp), intent(in) :: value
+      real(wp) :: fraction
+
+      if (is_logarithmic) then
+         fraction = log(value/minimum)/log(maximum/minimum)
+      else
+         fraction = (value - minimum)/(maximum - minimum)
+      end if
+   end function fraction_at_value
 
    !> The parameters of a case, in the order of the axes.
    pure subroutine case_values(plan, case, values)
@@ -365,7 +377,6 @@ contains
       character(:), allocatable :: text
 
       integer, parameter :: max_listed = 100
-      character(kind=c_char), allocatable :: bytes(:)
       integer :: i
 
       if (size(numbers) <= max_listed) then
@@ -375,10 +386,8 @@ contains
          end do
          return
       end if
-      allocate (bytes(size(numbers)*storage_size(1.0_wp)/8))
-      bytes(:) = transfer(numbers, bytes)
       text = ' '//to_text(numbers(1))//' ... '//to_text(numbers(size(numbers)))//', '//to_text(size(numbers)) &
-         //' values, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
+         //' values, checksum '//to_text(checksum_of_numbers(numbers))
    end function list_of_numbers
 
 end module sweep_plan

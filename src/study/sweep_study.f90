@@ -85,8 +85,9 @@ contains
       !> Number of threads of each process
       integer, intent(in) :: workers
       type(plan_run_t), intent(out) :: run
-      !> Set if cases have no rows; complete chunks remain on disk
-      type(failure_t), allocatable, intent(out) :: error
+      !> In: set if this process could not plan the cases, which ends all processes; out: set if cases have no rows;
+      !> complete chunks remain on disk
+      type(failure_t), allocatable, intent(inout) :: error
 
       integer :: status
       integer(i8) :: start, finish, rate
@@ -95,7 +96,7 @@ contains
       call plan_text(scene, plan, run%text)
       run%path = chunk_folder(job%folder, scene%name)
       status = 0
-      if (is_first_rank()) call open_chunk_folder(run%path, run%text, error)
+      if (is_first_rank() .and. .not. allocated(error)) call open_chunk_folder(run%path, run%text, error)
       if (allocated(error)) status = error%status
       status = max_of_ranks(status)
       if (status > 0) then

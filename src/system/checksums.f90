@@ -2,10 +2,10 @@
 !> changes.
 module checksums
    use, intrinsic :: iso_c_binding, only: c_char, c_long, c_size_t
-   use kinds, only: i8
+   use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: checksum
+   public :: checksum, checksum_of_numbers
 
    interface
       !> zlib: the checksum of bytes that follow other bytes with the checksum `before`.
@@ -31,5 +31,17 @@ contains
 
       sum = int(crc32_z(0_c_long, bytes, count), i8)
    end function checksum
+
+   !> The checksum of the bytes of numbers.
+   pure function checksum_of_numbers(numbers) result(sum)
+      real(wp), intent(in) :: numbers(:)
+      integer(i8) :: sum
+
+      character(kind=c_char), allocatable :: bytes(:)
+
+      allocate (bytes(size(numbers)*storage_size(numbers)/8))
+      bytes(:) = transfer(numbers, bytes)
+      sum = checksum(bytes, size(bytes, kind=c_size_t))
+   end function checksum_of_numbers
 
 end module checksums
