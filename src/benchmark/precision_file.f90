@@ -73,12 +73,8 @@ contains
             'eta by which leaving out modes may change the motion', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
          call group%add('mass', mass_names(entries%mass), 'none', 'mass matrix', along=along)
-         call group%add('seconds', entries%run_time%median, 's', &
-            'whole run from the assembled beam, events only: median', along=along)
-         call group%add('seconds_lower_quartile', entries%run_time%lower_quartile, 's', 'its lower quartile', &
-            along=along)
-         call group%add('seconds_upper_quartile', entries%run_time%upper_quartile, 's', 'its upper quartile', &
-            along=along)
+         call write_timings(group, 'seconds', entries%run_time, &
+            'whole run from the assembled beam, events only: median', along)
          call group%add('timings', entries%run_time%timings, '1', 'number of timings', along=along)
          call group%add('runs_each', entries%run_time%runs_each, '1', 'runs within each timing', along=along)
          call group%add('seconds_motion', entries%motion_time%median, 's', &
@@ -162,6 +158,21 @@ contains
          'maximum error of the energy balance over the energy at the start', along=along)
    end subroutine write_errors
 
+   !> Write medians and quartiles of timings.
+   subroutine write_timings(group, name, timings, meaning, along)
+      type(hdf5_group_t), intent(in) :: group
+      !> Name of the dataset of the medians, which begins those of the quartiles
+      character(*), intent(in) :: name
+      type(timing_t), intent(in) :: timings(:)
+      !> Meaning of the medians
+      character(*), intent(in) :: meaning
+      character(*), intent(in) :: along
+
+      call group%add(name, timings%median, 's', meaning, along=along)
+      call group%add(name//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
+      call group%add(name//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
+   end subroutine write_timings
+
    !> Write the times of the parts of a run.
    subroutine write_parts(group, study)
       type(hdf5_group_t), intent(in) :: group
@@ -172,9 +183,7 @@ contains
       associate (parts => study%parts)
          call group%add('part', [(i, i=1, size(parts))], '1', 'part of a run', is_scale=.true.)
          call group%add('name', parts%name, 'none', 'which part', along='part')
-         call group%add('seconds', parts%timing%median, 's', 'median', along='part')
-         call group%add('seconds_lower_quartile', parts%timing%lower_quartile, 's', 'lower quartile', along='part')
-         call group%add('seconds_upper_quartile', parts%timing%upper_quartile, 's', 'upper quartile', along='part')
+         call write_timings(group, 'seconds', parts%timing, 'median', 'part')
       end associate
    end subroutine write_parts
 
@@ -190,29 +199,12 @@ contains
          call group%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
             is_scale=.true.)
          call group%add('name', savings%name, 'none', 'what is skipped', along=along)
-         call write_seconds('without', savings%without)
-         call write_seconds('with', savings%with)
+         call write_timings(group, 'seconds_without', savings%without, 'without the skip: median', along)
+         call write_timings(group, 'seconds_with', savings%with, 'with the skip: median', along)
          call group%add('difference', savings%difference, '1', &
             'maximum difference of the two answers; -1: none to compare', along=along)
          call group%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
       end associate
-
-   contains
-
-      !> Write median and quartiles of timings.
-      subroutine write_seconds(which, timings)
-         !> 'without' or 'with'
-         character(*), intent(in) :: which
-         !> Timings, [skips]
-         type(timing_t), intent(in) :: timings(:)
-
-         call group%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
-         call group%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', &
-            along=along)
-         call group%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', &
-            along=along)
-      end subroutine write_seconds
-
    end subroutine write_savings
 
    !> Write growth of time and memory, one group for each curve.
@@ -247,9 +239,7 @@ contains
          call group%add('solver', entries%solver, 'none', 'solver', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
          call group%add('ratio', entries%ratio, '1', 'ratio of neighbouring lengths', along=along)
-         call group%add('seconds', entries%timing%median, 's', 'median', along=along)
-         call group%add('seconds_lower_quartile', entries%timing%lower_quartile, 's', 'lower quartile', along=along)
-         call group%add('seconds_upper_quartile', entries%timing%upper_quartile, 's', 'upper quartile', along=along)
+         call write_timings(group, 'seconds', entries%timing, 'median', along)
          call group%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', &
             along=along)
          call group%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', &

@@ -58,8 +58,6 @@ module paper_outcomes
       real(wp) :: main_peak = 0.0_wp
       !> Duration of the first closed contact, tau
       real(wp) :: contact_length = 0.0_wp
-      !> Time from the first impact to the start of the main rebound, tau
-      real(wp) :: time_to_rebound = 0.0_wp
       !> Ratio of the time in contact to the time out of contact, from the first impact to the last exceedance of 2
       !> percent by eta_c
       real(wp) :: contact_ratio = 0.0_wp
@@ -224,7 +222,6 @@ contains
             end if
          end associate
       end do
-      outcome%time_to_rebound = rebound_start - measures%first_impact_tau
    end subroutine measure
 
    !> Compute the contributions of the modes shortly after the start of the main rebound.

@@ -24,7 +24,8 @@ contains
       type(statements_t), intent(inout) :: list
 
       real(wp), parameter :: period = 2.0_wp*pi
-      ! results of `compare` for one variant, [kappa]
+      ! differences of the main peaks, maximum indentations, and durations of the first contact relative to the period,
+      ! for one variant, [kappa]
       real(wp), dimension(size(soft%cases)) :: difference, indentation, contact_fraction
       ! the same results for kappa = 10, [variants]
       real(wp), dimension(variant_count) :: difference_10, indentation_10, fraction_10
@@ -36,7 +37,9 @@ contains
 
       detail = ''
       do variant = 1, variant_count
-         call compare(soft, rigid, rigid_case, variant, period, difference, indentation, contact_fraction)
+         difference = abs(soft%outcome(:, variant)%main_peak - rigid%outcome(rigid_case, variant)%main_peak)
+         indentation = soft%outcome(:, variant)%indentation
+         contact_fraction = soft%outcome(:, variant)%contact_length/period
          ! the value printed in the paper is kappa = 10, the first of the series
          difference_10(variant) = difference(1)
          indentation_10(variant) = indentation(1)
@@ -82,35 +85,6 @@ contains
       end function first_kappa_below
 
    end subroutine judge_models
-
-   !> Compare both models of the stop in one variant.
-   subroutine compare(soft, rigid, rigid_case, variant, period, difference, indentation, contact_fraction)
-      !> Series of three-element stops
-      type(series_t), intent(in) :: soft
-      !> Series with the rigid stop
-      type(series_t), intent(in) :: rigid
-      !> Number of the case of the rigid stop to compare
-      integer, intent(in) :: rigid_case
-      integer, intent(in) :: variant
-      !> Period of the first mode in tau, 2 pi
-      real(wp), intent(in) :: period
-      !> Difference of the main peaks, [kappa]
-      real(wp), intent(out) :: difference(:)
-      !> Maximum indentation, [kappa]
-      real(wp), intent(out) :: indentation(:)
-      !> Duration of the first contact relative to the period, [kappa]
-      real(wp), intent(out) :: contact_fraction(:)
-
-      integer :: i
-
-      do i = 1, size(soft%cases)
-         associate (compliant => soft%outcome(i, variant), rigid_result => rigid%outcome(rigid_case, variant))
-            difference(i) = abs(compliant%main_peak - rigid_result%main_peak)
-            indentation(i) = compliant%indentation
-            contact_fraction(i) = compliant%contact_length/period
-         end associate
-      end do
-   end subroutine compare
 
    !> Judge statement 3: the larger the preload, the earlier the end of motion.
    subroutine judge_preload(preload, list)
@@ -201,10 +175,11 @@ contains
          percent(1.0_wp/restitution%outcome(1, fine)%inverse_mass)// &
          ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip '// &
          'mass; by the nodal reading eps matters, but its order is not the same by eta and by energy')
-      call add_end_statement(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
-         'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, similar, 'ends at tau = '// &
-         listed(end_tau(first_high:), 2)//"; paper's mesh, nodal reading: "// &
-         listed(values_from(end_tau_of(restitution, coarse_nodal, displacement_end), first_high), 2), '')
+      associate (nodal => end_tau_of(restitution, coarse_nodal, displacement_end))
+         call add_end_statement(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
+            'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, similar, 'ends at tau = '// &
+            listed(end_tau(first_high:), 2)//"; paper's mesh, nodal reading: "//listed(nodal(first_high:), 2), '')
+      end associate
 
    contains
 
@@ -223,15 +198,5 @@ contains
       end function end_reduction
 
    end subroutine judge_restitution
-
-   !> The values from a given index on.
-   pure function values_from(values, first) result(picked)
-      real(wp), intent(in) :: values(:)
-      !> Index of the first value
-      integer, intent(in) :: first
-      real(wp) :: picked(size(values) - first + 1)
-
-      picked = values(first:)
-   end function values_from
 
 end module stop_statements
