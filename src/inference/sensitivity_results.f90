@@ -57,7 +57,7 @@ contains
          call group%add(along, [(i, i=1, pairs)], dimensionless, 'pair of a measure and a parameter', is_scale=.true.)
          texts(:) = [(named(group, measures(measure(i))), i=1, pairs)]
          call group%add('measure', texts, 'none', 'measure of the run', along)
-         texts(:) = [(text_of(settings%parameters(parameter(i))%name), i=1, pairs)]
+         texts(:) = settings%parameters(parameter)%name
          call group%add('parameter', texts, 'none', 'parameter of the scene', along)
          texts(:) = [(unit_of_pair(units_in(scene), measures(measure(i)), &
             settings%parameters(parameter(i))%quantity), i=1, pairs)]
@@ -78,7 +78,7 @@ contains
          call group%add('from_below', derivative%below, unit, 'derivative for smaller values of the parameter', &
             along=along)
          call group%add('from_below_error', derivative%below_error, unit, 'estimate of its error', along=along)
-         texts(:) = [(text_of(derivative_states(derivative(i)%state)), i=1, pairs)]
+         texts(:) = derivative_states(derivative%state)
          call group%add('state', texts, 'none', 'exists: both sides agree; from above or below: the other side is ' &
             //'beyond a limit or has no value; none: the sides differ or do not converge; unknown: the measure is ' &
             //'not there', along)
@@ -86,14 +86,6 @@ contains
             'impacts with the parameter at the smallest step above its value, less those below it', along=along)
       end associate
    end subroutine write_sensitivity
-
-   !> A text padded to the common length of lists.
-   pure function text_of(words) result(text)
-      character(*), intent(in) :: words
-      character(max_text_length) :: text
-
-      text = words
-   end function text_of
 
    !> Name of a measure in the results.
    pure function named(group, measure) result(name)
@@ -163,8 +155,7 @@ contains
                write (unit, '(/, 2x, a)') name//' = ' &
                   //with_unit(sensitivity%measured(i), unit_in(units, measure_table(measures(i))%quantity))
                if (allocated(table%columns)) deallocate (table%columns)
-               texts(:) = [(text_of(settings%parameters(k)%name), k=1, size(derivative))]
-               call add_texts(table, 'parameter', texts)
+               call add_texts(table, 'parameter', settings%parameters%name)
                texts(:) = [(unit_of_pair(units, measures(i), settings%parameters(k)%quantity), k=1, size(derivative))]
                call add_numbers(table, 'derivative', derivative%value, six_digits)
                call add_numbers(table, 'its error', derivative%error, with_exponent)

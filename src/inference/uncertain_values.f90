@@ -4,6 +4,7 @@ module uncertain_values
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use distributions, only: normal_quantile, quantile_within
    use failures, only: fail, failure_t, status_bad_input
+   use file_system, only: path_beside
    use fit_model, only: max_name_length
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: wp
@@ -177,12 +178,10 @@ contains
       type(hdf5_source_t) :: file
       type(member_t), allocatable :: members(:)
       character(:), allocatable :: path
-      integer :: last, n
+      integer :: n
       logical :: is_there
 
-      path = scene%uncertainty%fit
-      last = index(scene%file, '/', back=.true.)
-      if (path(1:1) /= '/' .and. last > 0) path = beginning(scene%file, last)//path
+      path = path_beside(scene%file, scene%uncertainty%fit)
       inquire (file=path, exist=is_there)
       if (is_there) call file%open_file(path)
       if (is_there) is_there = file%is_sound()
@@ -205,14 +204,5 @@ contains
       end if
       call file%close_source()
    end subroutine read_fit
-
-   !> First characters of a text.
-   pure function beginning(text, last) result(part)
-      character(*), intent(in) :: text
-      integer, intent(in) :: last
-      character(:), allocatable :: part
-
-      part = text(:last)
-   end function beginning
 
 end module uncertain_values

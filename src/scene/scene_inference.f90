@@ -1,6 +1,7 @@
 !> &sensitivity, &fit and &uncertainty: the names of the groups, their checks and defaults, and reading of the signal of
 !> &fit.
 module scene_inference
+   use file_system, only: path_beside
    use inference_settings, only: fit_settings_t, observed_table, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
@@ -13,7 +14,6 @@ module scene_inference
    use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
    use run_settings, only: count_samples, method_exact, name_length
    use scene_input, only: scene_input_t
-   use scene_loads, only: folder_of
    use scene_sweep, only: entry_of_parameter, refuse_lost_units
    use scene_types, only: has_rigid_stops, scene_t
    use signal_file, only: read_signal, signal_t, unit_ratio
@@ -343,8 +343,7 @@ contains
       real(wp) :: end
       integer :: i, minimum_count
 
-      file = scene%fit%data
-      if (file(1:1) /= '/') file = folder_of(scene%file)//file
+      file = path_beside(scene%file, scene%fit%data)
       call read_signal(file, pack([scene%fit%time_column, scene%fit%value_column, scene%fit%noise_column], &
          [.true., .true., scene%fit%noise_column > 0]), signal, problem)
       if (.not. allocated(problem)) call convert_to_results(scene, signal, file, end, problem)

@@ -1,6 +1,7 @@
 !> &force and &base: the names of the groups, reading of tables of loads, and checks. A file may have any number of each
 !> group.
 module scene_loads
+   use file_system, only: path_beside
    use kinds, only: wp
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
       course_table, force_settings_t, pulse_names, start_release, time_course_t
@@ -16,7 +17,7 @@ module scene_loads
       range_t, range_text, signed_range
    implicit none (type, external)
    private
-   public :: list_forces, list_bases, resolve_loads, folder_of
+   public :: list_forces, list_bases, resolve_loads
 
    ! Conditions that several names have in common: kinds of time functions
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
@@ -181,7 +182,6 @@ contains
       !> In: ratios are resolved; out: with the tables of loads
       type(scene_t), intent(inout) :: scene
 
-      character(:), allocatable :: folder
       integer :: k
 
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
@@ -190,33 +190,24 @@ contains
          call input%complain('stop', 'impulse', 'goes with a beam that is pulled away and left alone, damped in ' &
             //"proportion to its stiffness, without &stress and &statistics; else take 'momentum'")
       end if
-      folder = folder_of(scene%file)
       if (scene%has_forces) then
          do k = 1, size(scene%forces)
             call check_force(input, table, k, scene%forces(k))
-            if (.not. input%has_problem()) call resolve_course(input, table, 'force', k, scene%scales%omega1, folder, &
-               scene%forces(k)%course)
+            if (.not. input%has_problem()) call resolve_course(input, table, 'force', k, scene%scales%omega1, &
+               scene%file, scene%forces(k)%course)
             if (input%has_problem()) return
          end do
       end if
       if (scene%has_bases) then
          do k = 1, size(scene%bases)
             call check_base(input, table, k, scene%bases(k)%base_settings_t)
-            if (.not. input%has_problem()) call resolve_course(input, table, 'base', k, scene%scales%omega1, folder, &
-               scene%bases(k)%course)
+            if (.not. input%has_problem()) call resolve_course(input, table, 'base', k, scene%scales%omega1, &
+               scene%file, scene%bases(k)%course)
             if (input%has_problem()) return
          end do
       end if
       if (scene%has_start) call check_start(input, table, scene)
    end subroutine resolve_loads
-
-   !> The folder of a file, with a slash at its end; empty: the file name has no folder.
-   pure function folder_of(file) result(folder)
-      character(*), intent(in) :: file
-      character(:), allocatable :: folder
-
-      folder = file(:index(file, '/', back=.true.))
-   end function folder_of
 
    !> Check that a force has points or a stretch, and an amplitude.
    subroutine check_force(input, table, which, force)
@@ -277,7 +268,7 @@ contains
    end subroutine check_base
 
    !> Check the instants of a load, and read its table if it has one.
-   subroutine resolve_course(input, table, group, which, omega1, folder, course)
+   subroutine resolve_course(input, table, group, which, omega1, scene_file, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Name of the group: 'force' or 'base'
@@ -286,14 +277,13 @@ contains
       integer, intent(in) :: which
       !> Reference circular frequency, rad per unit of time
       real(wp), intent(in) :: omega1
-      !> Folder of the scene file, with a slash at its end; empty: the working directory of the program
-      character(*), intent(in) :: folder
+      character(*), intent(in) :: scene_file
       type(time_course_t), intent(inout) :: course
 
       if (course%end <= course%start) call input%complain(group, 'end end_time', &
          'it ends before it begins, at tau = '//to_text(course%start), which)
       if (course%kind /= course_table) return
-      call fetch_table(input, table, group, which, folder, course)
+      call fetch_table(input, table, group, which, scene_file, course)
       if (input%has_problem()) return
       ! with amplitudes in units, the times of the table are in units too
       if (input%has(group, 'amplitude', which)) course%time(:) = course%time*omega1
@@ -301,15 +291,14 @@ contains
    end subroutine resolve_course
 
    !> Read the times and values of a table from its file, if the file is given.
-   subroutine fetch_table(input, table, group, which, folder, course)
+   subroutine fetch_table(input, table, group, which, scene_file, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Name of the group: 'force' or 'base'
       character(*), intent(in) :: group
       !> Number of the group
       integer, intent(in) :: which
-      !> Folder of the scene file, with a slash at its end
-      character(*), intent(in) :: folder
+      character(*), intent(in) :: scene_file
       type(time_course_t), intent(inout) :: course
 
       character(:), allocatable :: file, problem
@@ -323,8 +312,7 @@ contains
          call input%complain(group, 'values', 'does not go with table, whose file has the values', which)
          return
       end if
-      file = table%entries(table%find(table%find_group(group, which), 'table'))%text
-      if (file(1:1) /= '/') file = folder//file
+      file = path_beside(scene_file, table%entries(table%find(table%find_group(group, which), 'table'))%text)
       call read_load_table(file, course%time, course%value, problem)
       if (allocated(problem)) call input%complain(group, 'table', problem, which)
    end subroutine fetch_table

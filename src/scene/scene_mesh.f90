@@ -1,7 +1,7 @@
 !> Checks and resolution of &mesh.
 module scene_mesh
    use kinds, only: wp
-   use run_settings, only: method_newmark, response_settings_t
+   use run_settings, only: method_newmark
    use scene_beam, only: check_stations
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
@@ -56,17 +56,12 @@ contains
          scene%sweep%swept%parameter%group == 'mesh')
       if (scene%wants_cases) varies_mesh = varies_mesh .or. scene%cases%parameter%group == 'mesh'
       scene%mesh%is_sought = scene%wants_response .and. .not. (varies_mesh .or. allocated(scene%mesh%nodes) .or. &
-         scene%mesh%tolerance > 0.0_wp .or. input%has('mesh', 'elements') .or. input%has('mesh', 'ratio') .or. &
-         limits_step(scene%response))
+         scene%mesh%tolerance > 0.0_wp .or. input%has('mesh', 'elements') .or. input%has('mesh', 'ratio'))
+      ! where the mesh limits the time step, the given step may be too long for another mesh
+      associate (response => scene%response)
+         if (response%method == method_newmark .and. .not. response%substep .and. &
+            2.0_wp*response%newmark_beta < response%newmark_gamma) scene%mesh%is_sought = .false.
+      end associate
    end subroutine decide_mesh
-
-   !> Whether the mesh limits the time step, so that the given step may be too long for another mesh.
-   pure function limits_step(response) result(answer)
-      type(response_settings_t), intent(in) :: response
-      logical :: answer
-
-      answer = response%method == method_newmark .and. .not. response%substep .and. &
-         2.0_wp*response%newmark_beta < response%newmark_gamma
-   end function limits_step
 
 end module scene_mesh

@@ -134,20 +134,9 @@ contains
 
       units%are_physical = are_physical
       units%system = merge(system, system_none, system > 0)
-      units%factor = [(factor_of(i, scales), i=1, quantity_count)]
+      units%factor = [(numerator(quantity_table(i), scales)/denominator(quantity_table(i), scales), &
+         i=1, quantity_count)]
    end function units_of
-
-   !> One dimensionless unit of a quantity in the units of the scene; 0: not known.
-   pure function factor_of(quantity, scales) result(factor)
-      !> Index of the quantity in the table
-      integer, intent(in) :: quantity
-      type(scales_t), intent(in) :: scales
-      real(wp) :: factor
-
-      associate (entry => quantity_table(quantity))
-         factor = numerator(entry, scales)/denominator(entry, scales)
-      end associate
-   end function factor_of
 
    !> The dimensionless value of a quantity that is given in the units of the scene.
    elemental function ratio_of(quantity, value, scales) result(ratio)

@@ -148,11 +148,11 @@ contains
          if (.not. sweep%scales_values) maps = maps%unscaled(scales_vary=.true.)
          call make_spectra(maps, scene, plan%cases, spectra)
       end if
-      call write_rows(sweep, path, plan, text, has_measure(scene), spectra, error)
+      call write_rows(sweep, path, plan, text, scene%has_group(measure_table%group), spectra, error)
       if (plan%is_grid .and. .not. plan%goes_back) then
          grid = root%subgroup('grid')
          if (.not. sweep%scales_values) grid = grid%unscaled(scales_vary=.true.)
-         call write_grid(grid, plan, has_measure(scene))
+         call write_grid(grid, plan, scene%has_group(measure_table%group))
       end if
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
@@ -183,7 +183,7 @@ contains
       call group%attribute('parameters', joined(plan%axes%parameter%name))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
          k=1, size(plan%axes))]))
-      call group%attribute('measures', joined(pack(names, has_measure(scene))))
+      call group%attribute('measures', joined(pack(names, scene%has_group(measure_table%group))))
       call group%attribute('failures', [survey%failure_count])
       if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in the array order of C
@@ -232,14 +232,6 @@ contains
             measure_table(k)%is_whole)
       end do
    end subroutine write_grid
-
-   !> Whether a scene has each measure, [measure_count].
-   pure function has_measure(scene) result(answer)
-      type(scene_t), intent(in) :: scene
-      logical :: answer(measure_count)
-
-      answer = scene%has_group(measure_table%group)
-   end function has_measure
 
    !> Write the group /best: the best cases, and the improvements of the refinement.
    subroutine write_best(group, scene, plan, best, refined)

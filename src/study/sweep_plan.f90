@@ -80,36 +80,36 @@ contains
 
       type(axis_t), allocatable :: axes(:)
       real(wp), allocatable :: values(:)
-      integer :: k, count, i
+      integer :: k, axis_count, i
 
       associate (sweep => scene%sweep)
          plan%is_grid = sweep%design == design_grid
          allocate (axes(size(sweep%swept)))
-         count = 0
+         axis_count = 0
          plan%cases = merge(sweep%count, 1, sweep%design == design_latin_hypercube)
          do k = 1, size(sweep%swept)
             if (.not. is_swept(sweep%swept(k))) cycle
-            count = count + 1
-            axes(count)%parameter = sweep%swept(k)%parameter
-            axes(count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
-            axes(count)%minimum = minval(values_given(sweep%swept(k)))
-            axes(count)%maximum = maxval(values_given(sweep%swept(k)))
+            axis_count = axis_count + 1
+            axes(axis_count)%parameter = sweep%swept(k)%parameter
+            axes(axis_count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
+            axes(axis_count)%minimum = minval(values_given(sweep%swept(k)))
+            axes(axis_count)%maximum = maxval(values_given(sweep%swept(k)))
             if (sweep%design == design_latin_hypercube) then
-               call draw_values(sweep%count, sweep%seed, axes(count))
+               call draw_values(sweep%count, sweep%seed, axes(axis_count))
             else
-               call list_values(sweep%swept(k), axes(count))
+               call list_values(sweep%swept(k), axes(axis_count))
             end if
             if (is_follower(sweep, k)) then
                ! index of the axis of the first of the parameters that are tied together
-               axes(count)%leader = count_swept(sweep%swept(:minval(sweep%tied)))
+               axes(axis_count)%leader = count(is_swept(sweep%swept(:minval(sweep%tied))))
             else if (plan%is_grid) then
-               plan%cases = plan%cases*size(axes(count)%values)
+               plan%cases = plan%cases*size(axes(axis_count)%values)
             else
-               plan%cases = size(axes(count)%values)
+               plan%cases = size(axes(axis_count)%values)
             end if
          end do
-         allocate (plan%axes(count))
-         do i = 1, count
+         allocate (plan%axes(axis_count))
+         do i = 1, axis_count
             ! the values are moved instead of copied, because they can be many
             call move_alloc(axes(i)%values, values)
             plan%axes(i) = axes(i)
@@ -123,13 +123,6 @@ contains
          plan%chunks = (plan%cases - 1)/plan%chunk_cases + 1
       end associate
    end subroutine make_plan
-
-   !> Number of parameters that are swept.
-   pure integer function count_swept(swept)
-      type(swept_t), intent(in) :: swept(:)
-
-      count_swept = count(is_swept(swept))
-   end function count_swept
 
    !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
    !> sections; always a multiple of the length of a chain.

@@ -68,8 +68,8 @@ contains
       call print_line(unit, 'cases', words)
       if (computed < plan%cases) call print_line(unit, '', to_text(plan%cases - computed) &
          //' of them were already computed')
-      if (computed > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
-         //rate_in_words(computed, seconds, ' cases')//', '//workers)
+      if (computed > 0) call print_line(unit, 'run time', to_text(real(nint(100.0_wp*min(seconds, 1.0e7_wp)), wp) &
+         /100.0_wp)//' s, '//rate_in_words(computed, seconds, ' cases')//', '//workers)
       do k = 1, min(size(survey%failed_cases), 3)
          call print_line(unit, '', 'case '//to_text(survey%failed_cases(k))//' failed: '//trim(survey%reasons(k)), &
             width=0)
@@ -174,13 +174,5 @@ contains
          call add_numbers(table, name_in_results(measure%name), measured, six_digits, unit_in(units, measure%quantity))
       end associate
    end subroutine add_case_columns
-
-   !> A time in words, such as '0.32 s' and '12 s'.
-   function seconds_in_words(seconds) result(words)
-      real(wp), intent(in) :: seconds
-      character(:), allocatable :: words
-
-      words = to_text(real(nint(100.0_wp*min(seconds, 1.0e7_wp)), wp)/100.0_wp)//' s'
-   end function seconds_in_words
 
 end module sweep_tables

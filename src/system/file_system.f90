@@ -8,7 +8,7 @@ module file_system
    private
    public :: make_folder, make_new_folder, remove_empty_folder, folder_entries, remove_entries, entry_length
    public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
-   public :: load_file, load_bytes, replace_file, move_file, partial_name, final_name, reason
+   public :: load_file, load_bytes, replace_file, move_file, partial_name, final_name, path_beside, reason
    public :: is_terminal, standard_error_descriptor
 
    !> File descriptor of standard error.
@@ -359,6 +359,18 @@ contains
       if (index(name, '.') /= 1 .or. mark_start <= 2) return
       if (verify(name(mark_start + len(partial_mark):), '0123456789') == 0) final = name(2:mark_start - 1)
    end function final_name
+
+   !> Path of a file that is named relative to the folder of another file.
+   pure function path_beside(file, name) result(path)
+      !> Path of the other file
+      character(*), intent(in) :: file
+      !> Name, relative or absolute
+      character(*), intent(in) :: name
+      character(:), allocatable :: path
+
+      path = name
+      if (index(name, '/') /= 1) path = file(:index(file, '/', back=.true.))//name
+   end function path_beside
 
    !> Start of the temporary names of a file.
    pure function partial_prefix(name) result(prefix)
