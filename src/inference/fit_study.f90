@@ -53,7 +53,7 @@ contains
       call plan_starts(scene, plan)
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call load_chunks(run%path, plan, run%text, starts, error)
+      call load_chunks(plan, starts, error)
       if (allocated(error)) return
       n = plan%extras - extras_of_fit(0)
       fit%started = starts%values
@@ -61,7 +61,7 @@ contains
       fit%sums = starts%extras(n + 1, :)
       fit%runs = starts%extras(n + 2, :)
       if (all(ieee_is_nan(fit%sums))) then
-         call remove_chunk_folder(run%path)
+         call remove_chunk_folder(plan%path)
          call fail(error, status_run_failed, 'no start of the fit has a run: '//trim(starts%reasons(1)))
          return
       end if
@@ -70,7 +70,7 @@ contains
       call write_fit(root%subgroup('fit'), scene, plan, fit)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error)) return
-      call remove_chunk_folder(run%path)
+      call remove_chunk_folder(plan%path)
       if (.not. job%quiet) call print_fit(job%unit, scene, plan, fit)
    end subroutine run_fit
 

@@ -42,10 +42,10 @@ contains
       call plan_steps(scene, plan)
       call run_plan(scene, plan, job, threads_for(job%threads, real(plan%chunks, wp)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call load_chunks(run%path, plan, run%text, cases, error)
+      call load_chunks(plan, cases, error)
       if (allocated(error)) return
       if (cases%rows(measure_status, 1) > 0.0_wp) then
-         call remove_chunk_folder(run%path)
+         call remove_chunk_folder(plan%path)
          call fail(error, status_run_failed, trim(cases%reasons(1)))
          return
       end if
@@ -54,7 +54,7 @@ contains
       call write_sensitivity(root%subgroup('sensitivity'), scene, sensitivity)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error)) return
-      call remove_chunk_folder(run%path)
+      call remove_chunk_folder(plan%path)
       if (.not. job%quiet) call print_sensitivity(job%unit, scene, sensitivity)
    end subroutine run_sensitivity
 

@@ -44,12 +44,12 @@ contains
       if (allocated(error) .or. .not. is_first_rank()) return
       allocate (uncertainty)
       uncertainty%measures = chosen_measures(scene, scene%uncertainty%measures)
-      call survey_chunks(run%path, scene, plan, run%text, survey, error, uncertainty%measures)
+      call survey_chunks(scene, plan, survey, error, uncertainty%measures)
       if (allocated(error)) return
       allocate (survey%analysed(0))
       call find_statistics(scene, survey%values, uncertainty)
       allocate (survey%summary, source=uncertainty)
-      call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error)
+      call write_sweep(job%folder, scene, plan, survey, refined, error)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
          workers_in_words(run%workers, ranks_in_words()))

@@ -195,12 +195,8 @@ contains
    end function chunk_is_done
 
    !> Write a chunk.
-   subroutine write_chunk(path, plan, text, number, chunk, error)
-      character(*), intent(in) :: path
-      !> The plan
+   subroutine write_chunk(plan, number, chunk, error)
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
       type(chunk_rows_t), intent(in) :: chunk
@@ -221,7 +217,8 @@ contains
       columns = pack([(i, i=1, measure_count)], is_stored)
       call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
          + int(plan%extras, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
-      call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
+      call root%add('plan', real(checksum(plan%text, len(plan%text, kind=c_size_t)), wp), '1', &
+         'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_chunk(plan, number), last_of_chunk(plan, number))], '1', &
          'number of the case', is_scale=.true.)
       call root%add('is_stored', merge(1, 0, is_stored), '1', '1: the measure is in rows; 0: it is NaN in all cases', &
@@ -244,7 +241,7 @@ contains
       allocate (sealed(size(bytes) + seal_length))
       sealed(:size(bytes)) = bytes
       sealed(size(bytes) + 1:) = transfer(mark, bytes)
-      call replace_file(path, chunk_name(number), sealed, error)
+      call replace_file(plan%path, chunk_name(number), sealed, error)
    end subroutine write_chunk
 
    !> The seal of a chunk, a text with a checksum that follows the last byte of the HDF5 file and that HDF5 does not
@@ -271,12 +268,8 @@ contains
    end function joined
 
    !> Read a chunk.
-   subroutine read_chunk(path, plan, text, number, chunk, is_good)
-      character(*), intent(in) :: path
-      !> The plan
+   subroutine read_chunk(plan, number, chunk, is_good)
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
       type(chunk_rows_t), intent(out) :: chunk
@@ -295,7 +288,7 @@ contains
       cases = last_of_chunk(plan, number) - first + 1
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), case(cases))
       allocate (chunk%extras(plan%extras, cases))
-      call load_file(path//'/'//chunk_name(number), bytes, error)
+      call load_file(plan%path//'/'//chunk_name(number), bytes, error)
       is_good = .not. allocated(error)
       if (is_good) is_good = is_sealed(bytes)
       if (.not. is_good) return
@@ -312,7 +305,7 @@ contains
       chunk%rows(pack([(i, i=1, measure_count)], is_stored == 1), :) = rows
       if (plan%extras > 0) call source%load('extras', chunk%extras)
       is_good = source%is_sound()
-      if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &
+      if (is_good) is_good = nint(found(1), i8) == checksum(plan%text, len(plan%text, kind=c_size_t)) &
          .and. case(1) == first .and. case(cases) == first + cases - 1
       failures = 0
       if (is_good) failures = count(chunk%rows(measure_status, :) > 0.0_wp)
@@ -324,11 +317,8 @@ contains
    end subroutine read_chunk
 
    !> Read a chunk, which must be on disk.
-   subroutine load_chunk(path, plan, text, number, chunk, error)
-      character(*), intent(in) :: path
+   subroutine load_chunk(plan, number, chunk, error)
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Number of the chunk
       integer, intent(in) :: number
       type(chunk_rows_t), intent(out) :: chunk
@@ -337,17 +327,14 @@ contains
 
       logical :: is_good
 
-      call read_chunk(path, plan, text, number, chunk, is_good)
-      if (.not. is_good) call fail(error, status_run_failed, "'"//path//'/'//chunk_name(number)//"' is damaged (its " &
-         //'checksum is wrong); give the same command again, and its cases are computed again')
+      call read_chunk(plan, number, chunk, is_good)
+      if (.not. is_good) call fail(error, status_run_failed, "'"//plan%path//'/'//chunk_name(number)//"' is damaged " &
+         //'(its checksum is wrong); give the same command again, and its cases are computed again')
    end subroutine load_chunk
 
    !> Read all chunks, and join their cases.
-   subroutine load_chunks(path, plan, text, all_cases, error)
-      character(*), intent(in) :: path
+   subroutine load_chunks(plan, all_cases, error)
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       type(chunk_rows_t), intent(out) :: all_cases
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(out) :: error
@@ -358,7 +345,7 @@ contains
       allocate (all_cases%values(size(plan%axes), plan%cases), all_cases%rows(measure_count, plan%cases), &
          all_cases%extras(plan%extras, plan%cases), all_cases%failed(0), all_cases%reasons(0))
       do number = 1, plan%chunks
-         call load_chunk(path, plan, text, number, chunk, error)
+         call load_chunk(plan, number, chunk, error)
          if (allocated(error)) return
          associate (first => first_of_chunk(plan, number), last => last_of_chunk(plan, number))
             all_cases%values(:, first:last) = chunk%values

@@ -63,14 +63,10 @@ module sweep_file
 contains
 
    !> Read all chunks and summarise them.
-   subroutine survey_chunks(path, scene, plan, text, survey, error, measures)
-      !> Folder of the chunks
-      character(*), intent(in) :: path
+   subroutine survey_chunks(scene, plan, survey, error, measures)
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Summary of the chunks
       type(survey_t), intent(out) :: survey
       !> Set if a chunk cannot be read
@@ -85,7 +81,7 @@ contains
       allocate (survey%failed_cases(0), survey%reasons(0))
       if (present(measures)) allocate (survey%values(plan%cases, size(measures)))
       do number = 1, plan%chunks
-         call load_chunk(path, plan, text, number, chunk, error)
+         call load_chunk(plan, number, chunk, error)
          if (allocated(error)) return
          associate (first => first_of_chunk(plan, number))
             do i = 1, size(chunk%rows, 2)
@@ -102,16 +98,12 @@ contains
    end subroutine survey_chunks
 
    !> Assemble the results file, and remove the chunks.
-   subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error, errors)
+   subroutine write_sweep(folder, scene, plan, survey, refined, error, errors)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Folder of the chunks
-      character(*), intent(in) :: path
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Summary of the chunks
       type(survey_t), intent(in) :: survey
       !> Improvements between the cases of the sweep
@@ -126,9 +118,9 @@ contains
       type(failure_t), allocatable :: refusal
       character(:), allocatable :: assembled
 
-      assembled = path//'/'//assembled_file
+      assembled = plan%path//'/'//assembled_file
       ! an incomplete file of a killed run, or a link, is removed instead of overwritten
-      call remove_entries(path, [assembled_file])
+      call remove_entries(plan%path, [assembled_file])
       call root%begin_on_disk(assembled)
       root%units = units_in(scene)
       call write_header(root, scene)
@@ -148,7 +140,7 @@ contains
          if (.not. sweep%scales_values) maps = maps%unscaled(scales_vary=.true.)
          call make_spectra(maps, scene, plan%cases, spectra)
       end if
-      call write_rows(sweep, path, plan, text, scene%has_group(measure_table%group), spectra, error)
+      call write_rows(sweep, plan, scene%has_group(measure_table%group), spectra, error)
       if (plan%is_grid .and. .not. plan%goes_back) then
          grid = root%subgroup('grid')
          if (.not. sweep%scales_values) grid = grid%unscaled(scales_vary=.true.)
@@ -161,7 +153,7 @@ contains
       if (allocated(error)) return
       call move_file(assembled, folder//'/'//results_name(scene), error)
       if (allocated(error)) return
-      call remove_chunk_folder(path)
+      call remove_chunk_folder(plan%path)
    end subroutine write_sweep
 
    !> Write the group /sweep except its columns.
@@ -285,14 +277,10 @@ contains
 
    !> Write the columns of /sweep chunk by chunk; rows are buffered and written up to `max_rows` at a time, or one chunk
    !> if it is longer.
-   subroutine write_rows(group, path, plan, text, has_column, spectra, error)
+   subroutine write_rows(group, plan, has_column, spectra, error)
       type(quantity_group_t), intent(in) :: group
-      !> Folder of the chunks
-      character(*), intent(in) :: path
       !> The plan
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
       !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
       type(spectra_columns_t), intent(in) :: spectra
@@ -315,7 +303,7 @@ contains
       first = 1
       buffered = 0
       do number = 1, plan%chunks
-         call load_chunk(path, plan, text, number, chunk, error)
+         call load_chunk(plan, number, chunk, error)
          if (allocated(error)) return
          if (buffered + size(chunk%rows, 2) > size(rows, 1)) call write_buffered()
          ! column by column, because the rows of a column are contiguous in the buffers

@@ -67,6 +67,9 @@ module sweep_plan
       procedure(case_interface), pointer, nopass :: run => null()
       !> Settings besides the scene on which the results of the cases depend, as text; unallocated: none
       character(:), allocatable :: remark
+      !> Text of the plan, by which chunks on disk are recognised, and their folder
+      character(:), allocatable :: text
+      character(:), allocatable :: path
    end type plan_t
 
 contains

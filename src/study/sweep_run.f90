@@ -46,14 +46,10 @@ module sweep_run
 contains
 
    !> Run the chunks that are not on disk.
-   subroutine run_chunks(scene, plan, text, path, threads, label, is_silent, computed, error)
+   subroutine run_chunks(scene, plan, threads, label, is_silent, computed, error)
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
-      !> Folder of the chunks
-      character(*), intent(in) :: path
       integer, intent(in) :: threads
       !> Label of the progress line
       character(*), intent(in) :: label
@@ -68,7 +64,7 @@ contains
       integer, allocatable :: missing(:)
       integer :: i
 
-      call find_missing(plan, text, path, label, missing)
+      call find_missing(plan, label, missing)
       computed = 0
       do i = 1, size(missing)
          computed = computed + last_of_chunk(plan, missing(i)) - first_of_chunk(plan, missing(i)) + 1
@@ -78,7 +74,7 @@ contains
       call start_sweep_progress(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, &
          shared%progress)
       !$omp parallel num_threads(threads) default(shared)
-      call work_on_chunks(scene, plan, text, path, shared)
+      call work_on_chunks(scene, plan, shared)
       !$omp end parallel
       if (allocated(shared%error)) call clear_queue(shared%queue)
       call finish_queue(shared%queue)
@@ -92,13 +88,9 @@ contains
    end subroutine run_chunks
 
    !> Find the chunks that are missing on disk; only the first process searches.
-   subroutine find_missing(plan, text, path, label, missing)
+   subroutine find_missing(plan, label, missing)
       !> Plan of the sweep
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
-      !> Folder of the chunks
-      character(*), intent(in) :: path
       !> Name of the sweep
       character(*), intent(in) :: label
       !> Numbers of the missing chunks
@@ -112,26 +104,22 @@ contains
       allocate (is_missing(plan%chunks), source=.false.)
       if (is_first_rank()) then
          do i = 1, plan%chunks
-            is_missing(i) = .not. chunk_is_done(path, i)
+            is_missing(i) = .not. chunk_is_done(plan%path, i)
             if (is_missing(i)) cycle
-            call read_chunk(path, plan, text, i, chunk, is_good)
+            call read_chunk(plan, i, chunk, is_good)
             is_missing(i) = .not. is_good
-            if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//chunk_name(i)// &
-               "' is damaged (its checksum is wrong); its cases are computed again"
+            if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//plan%path//'/' &
+               //chunk_name(i)//"' is damaged (its checksum is wrong); its cases are computed again"
          end do
       end if
       missing = pack([(i, i=1, plan%chunks)], is_missing)
    end subroutine find_missing
 
    !> Work of one thread: run one chunk after the other until all are taken.
-   subroutine work_on_chunks(scene, plan, text, path, shared)
+   subroutine work_on_chunks(scene, plan, shared)
       type(scene_t), intent(in) :: scene
       !> Plan of the sweep
       type(plan_t), intent(in) :: plan
-      !> Text of the plan
-      character(*), intent(in) :: text
-      !> Folder of the chunks
-      character(*), intent(in) :: path
       !> Data that the threads share; a thread accesses the data in critical sections
       type(shared_t), intent(inout) :: shared
 
@@ -151,7 +139,7 @@ contains
          if (number == 0) exit
          call run_chunk(runner, sets, plan, number, chunk, shared)
          !$omp critical (sweep_disk)
-         call write_chunk(path, plan, text, number, chunk, failure)
+         call write_chunk(plan, number, chunk, failure)
          !$omp end critical (sweep_disk)
          if (allocated(failure)) then
             !$omp critical (sweep_queue)

@@ -30,10 +30,6 @@ module sweep_study
 
    !> Run of the cases of a plan.
    type :: plan_run_t
-      !> Folder of the chunks
-      character(:), allocatable :: path
-      !> Text of the plan
-      character(:), allocatable :: text
       !> Number of threads of each process
       integer :: workers = 1
       !> Number of cases that were computed in this run
@@ -61,7 +57,7 @@ contains
       call make_plan(scene, plan)
       call run_plan(scene, plan, job, threads_for(job%threads, chain_count_of(scene%sweep)), run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
-      call survey_chunks(run%path, scene, plan, run%text, survey, error)
+      call survey_chunks(scene, plan, survey, error)
       if (allocated(error)) return
       call analyse_beam(scene, survey, error)
       if (allocated(error)) return
@@ -70,7 +66,7 @@ contains
          allocate (errors)
          call estimate_sample(scene, plan, errors)
       end if
-      call write_sweep(job%folder, run%path, scene, plan, run%text, survey, refined, error, errors)
+      call write_sweep(job%folder, scene, plan, survey, refined, error, errors)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
          workers_in_words(run%workers, ranks_in_words()))
@@ -80,7 +76,8 @@ contains
    !> Compute the cases of a plan that are not in chunks on disk yet, with threads and processes, and store their rows.
    subroutine run_plan(scene, plan, job, workers, run, error)
       type(scene_t), intent(in) :: scene
-      type(plan_t), intent(in) :: plan
+      !> Out: with its text and the folder of its chunks
+      type(plan_t), intent(inout) :: plan
       type(job_t), intent(in) :: job
       !> Number of threads of each process
       integer, intent(in) :: workers
@@ -89,14 +86,16 @@ contains
       !> complete chunks remain on disk
       type(failure_t), allocatable, intent(inout) :: error
 
+      character(:), allocatable :: text
       integer :: status
       integer(i8) :: start, finish, rate
 
       run%workers = workers
-      call plan_text(scene, plan, run%text)
-      run%path = chunk_folder(job%folder, scene%name)
+      call plan_text(scene, plan, text)
+      call move_alloc(text, plan%text)
+      plan%path = chunk_folder(job%folder, scene%name)
       status = 0
-      if (is_first_rank() .and. .not. allocated(error)) call open_chunk_folder(run%path, run%text, error)
+      if (is_first_rank() .and. .not. allocated(error)) call open_chunk_folder(plan%path, plan%text, error)
       if (allocated(error)) status = error%status
       status = max_of_ranks(status)
       if (status > 0) then
@@ -104,7 +103,7 @@ contains
          return
       end if
       call system_clock(start, rate)
-      call run_chunks(scene, plan, run%text, run%path, workers, scene%name, job%quiet, run%computed, error)
+      call run_chunks(scene, plan, workers, scene%name, job%quiet, run%computed, error)
       call system_clock(finish)
       run%seconds = real(finish - start, wp)/real(rate, wp)
    end subroutine run_plan
