@@ -9,8 +9,8 @@ module exponential_differences
    private
    public :: exponential_difference, find_differences, square_of
 
-   !> Maximum distance of points for which a series is used; the recurrence of divided differences separates points
-   !> farther apart.
+   !> Maximum distance of points x = s t for which a series is used; the recurrence of divided differences separates
+   !> points farther apart.
    real(wp), parameter :: max_spread = 1.0_wp
 
    !> Maximum number of points.
@@ -116,15 +116,15 @@ contains
    end function difference
 
    !> The divided difference of exp over two points.
-   pure function difference_of_two(first, second, exp_x, exp_second) result(value)
+   pure function difference_of_two(first, second, exp_first, exp_second) result(value)
       complex(wp), intent(in) :: first
       complex(wp), intent(in) :: second
-      complex(wp), intent(in) :: exp_x
+      complex(wp), intent(in) :: exp_first
       complex(wp), intent(in) :: exp_second
       complex(wp) :: value
 
       if (square_of(first - second) > max_spread**2) then
-         value = (exp_x - exp_second)/(first - second)
+         value = (exp_first - exp_second)/(first - second)
       else
          value = series(2, [first, second])
       end if

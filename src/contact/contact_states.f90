@@ -17,7 +17,7 @@ module contact_states
    !> State of one contact during a run.
    type :: contact_state_t
       type(contact_t) :: contact
-      !> Whether the contact is rigid: neither the stop nor a massless node in front of it is deformed
+      !> Whether the contact is rigid: the stop is rigid, and no compliant massless node is in front of it
       logical :: is_rigid = .true.
       !> Law of a compliant stop; unallocated: the stop is rigid
       class(compliant_stop_t), allocatable :: spring
@@ -152,8 +152,8 @@ contains
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover
 
-   !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0. The indentation remains zero if
-   !> the stop recovers instantaneously.
+   !> Set the indentation u of an open contact, which bears no force: with a branch P2 = -k u; without one P2 = 0, and
+   !> the damper balances the spring. The indentation remains zero if the stop recovers instantaneously.
    elemental subroutine set_indentation(state, indentation)
       type(contact_state_t), intent(inout) :: state
       !> Indentation u
@@ -166,7 +166,7 @@ contains
       end associate
    end subroutine set_indentation
 
-   !> Force P = k u + P2 + c u' of a closed compliant contact, with u' minus the velocity of the gap.
+   !> Force P = k u + P2 + c u' of a closed compliant contact, where u' = -(velocity of the gap).
    elemental function force_in(state, velocity) result(force)
       type(contact_state_t), intent(in) :: state
       !> Velocity of the gap: positive if the beam moves away from the surface

@@ -28,7 +28,7 @@ module motion_intervals
       !> Whether the force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node
       !> of the beam in front of it
       logical :: has_finite_force = .false.
-      !> Whether the contact is active: no other contact lies in front of it
+      !> Whether the contact is active: no other one is in front of it and, with exact motion, the beam can reach it
       logical :: is_active = .true.
       !> Whether the contact is closed and its gap is exactly zero
       logical :: has_zero_gap = .false.
@@ -225,22 +225,22 @@ module motion_intervals
          real(wp) :: impulse
       end function impulse_interface
 
-      !> Integrals of rows and of their squares over a span of the interval. The row of a gap is integrated as the
-      !> displacement gap + s d, whereas `evaluate` and the searches for extremes refer to the gap.
+      !> Integrals of rows and of their squares over a span of the interval. The row of a gap is integrated as s times
+      !> the displacement, gap + s d, whereas `evaluate` and the searches for extremes refer to the gap.
       subroutine integrate_interface(self, span, integrals, square_integrals)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          !> Beginning and end of the span, since the start of the interval
          real(wp), intent(in) :: span(2)
-         !> Integrals of displacements (gap + s d) at contacts, of the tip, and of forces, [2 contacts + 1]
+         !> Integrals of gap + s d at contacts, of the displacement of the tip, and of forces, [2 contacts + 1]
          real(wp), intent(out) :: integrals(:)
          !> Integrals of the squares of these quantities, [2 contacts + 1]
          real(wp), intent(out) :: square_integrals(:)
       end subroutine integrate_interface
 
       !> Expand rows into cubic polynomials and exponentials over the whole interval, which is longer than zero. The row
-      !> of a gap is expanded as the displacement gap + s d. The force of an open contact is zero.
+      !> of a gap is expanded as gap + s d, s times the displacement. The force of an open contact is zero.
       subroutine expand_interface(self, rows, sums)
          import :: exponential_sums_t, interval_t
          implicit none (type, external)

@@ -23,7 +23,7 @@ module section_types
       integer :: lowest_modes = 0
       !> Whether each contact is closed, [contacts]
       logical, allocatable :: is_closed(:)
-      !> Whether the stop is still deformed while its contact is open, [contacts]
+      !> Whether the contact is open and the surface of its stop moves with the beam (spring and damper), [contacts]
       logical, allocatable :: is_deformed(:)
       !> Indentation u of each stop, [contacts]
       real(wp), allocatable :: indentation(:)

@@ -1,7 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
 !> velocities at both ends, so that the peak of a rebound within a step is observed. An impact lies between two steps:
 !> the one ends with the velocity before the impact, the other starts with that after it. Forces, moments and energy are
-!> linear. All these are rows of the interval (module `motion_intervals`).
+!> linear. All these except the energy are rows of the interval (module `motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use exponential_sums, only: exponential_sums_t, open_sums
@@ -20,12 +20,11 @@ module step_intervals
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
-      !> Displacements at both ends of the step, then velocities, for the rows of gaps, of the tip and of bodies, [4,
-      !> contacts + 1 + bodies]
+      !> Displacements at both ends of the step, then velocities: gaps, tip, bodies, [4, contacts + 1 + bodies]
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
-      !> z at which the spring of each body has no force, [bodies]
+      !> Displacement z of each body at which its spring has no force, added to its coordinate in a run, [bodies]
       real(wp), allocatable :: rest(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
@@ -63,7 +62,7 @@ contains
       integer, intent(in) :: contacts
       integer, intent(in) :: places
       type(step_interval_t), intent(out) :: interval
-      !> z at which the spring of each body has no force, [bodies]
+      !> Displacement z of each body at which its spring has no force, [bodies]
       real(wp), intent(in) :: rest(:)
 
       interval%contacts = contacts
@@ -107,6 +106,7 @@ contains
       type(cubic_t) :: cubic
       real(wp) :: s
 
+      ! at the start, which is evaluated most often, the stored values: the rate of the cubic would be rounded
       if (.not. time > 0.0_wp .and. cubic_index(self, row%number) > 0) then
          state = row%factor*self%ends([1, 3], cubic_index(self, row%number)) + [row%offset, 0.0_wp]
          return
@@ -128,7 +128,7 @@ contains
       end associate
    end function gap_bound
 
-   !> Rounding error of a gap: zero, because a step is accurate to its discretisation error only, not to rounding.
+   !> Rounding error of a gap: zero, because the discretisation error is larger; the product only uses the arguments.
    pure function rounding(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -152,8 +152,7 @@ contains
       does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
-   !> Lower and upper bound of a row over the step, from the control points of its cubic. For most steps the bounds are
-   !> within the level or the extremes sought, so that no search is needed.
+   !> Lower and upper bound of a row over the step, from the control points of its cubic; they spare most searches.
    function range_of(self, row) result(bounds)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -264,8 +263,7 @@ contains
       impulse = time*((1.0_wp - fraction)*self%line(1, k) + fraction*self%line(2, k))
    end function impulse
 
-   !> Integrals of cubics and of their squares by the mass matrix of the Hermite shape functions, and of linear
-   !> functions.
+   !> Integrals of rows and of their squares, as cubics by the mass matrix of the Hermite shape functions.
    subroutine integrate(self, span, integrals, square_integrals)
       class(step_interval_t), intent(inout) :: self
       real(wp), intent(in) :: span(2)
@@ -289,7 +287,7 @@ contains
 
    contains
 
-      !> Constant that converts the gap into the displacement from the undeformed beam; 0 for other rows.
+      !> Constant s d that converts the gap into s times the displacement from the undeformed beam; 0 for other rows.
       pure function offset_of(row) result(offset)
          integer, intent(in) :: row
          real(wp) :: offset
@@ -353,6 +351,7 @@ contains
       is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
+      ! the last of these times counts; if points(k + 1) is above the level too, the next one replaces it
       do k = 1, turn_count + 1
          if (abs(value_at(cubic, points(k))) > level) time = self%length*crossing(cubic, level, points(k), &
             points(k + 1))
@@ -428,8 +427,7 @@ contains
 
       type(bracket_t) :: bracket
 
-      ! the negative tolerance of the value switches off its test, so that the search ends when the bracket cannot be
-      ! divided
+      ! with a negative tolerance the search ends only when the bracket cannot be divided
       bracket = bracket_t(low=above, high=below, point=above, value_tolerance=-1.0_wp)
       call choose_point(bracket)
       do while (.not. bracket%is_found)
@@ -488,7 +486,7 @@ contains
       end do
    end subroutine find_turns
 
-   !> Is 0 < numerator/denominator < 1?
+   !> Is 0 < numerator/denominator < 1 (or a numerator of 0 over a negative denominator)?
    elemental function is_fraction(numerator, denominator) result(answer)
       !> Numerator of the quotient
       real(wp), intent(in) :: numerator

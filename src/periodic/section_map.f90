@@ -68,7 +68,7 @@ module section_map
       integer :: impacts = 0
       !> Minimum normal speed of an impact at a rigid contact; huge: there is none
       real(wp) :: min_speed = huge(1.0_wp)
-      !> Whether the run failed, or the closed contacts at its end differ from those at its start
+      !> Whether the run failed, or the contacts that are closed or move with the beam differ between its start and end
       logical :: failed = .false.
    end type map_result_t
 
@@ -362,6 +362,7 @@ contains
       do k = 1, size(map%contacts)
          gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
          associate (contact => map%contacts(k))
+            ! the surface is at the beam: closed, or open and moving with it (`is_deformed`)
             if (state%is_closed(k) .or. state%is_deformed(k)) then
                if (.not. contact%is_rigid) state%indentation(k) = -gap
             else

@@ -15,7 +15,8 @@ module set_motions
 contains
 
    !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (1: velocities
-   !> after a unit impulse, W^2: static displacements). Rigid contacts in `compliant` react so that they do not move.
+   !> after a unit impulse, W^2: static displacements). Rigid contacts among those that apply forces
+   !> (`set%compliant`; theory, section 18) hold their points fixed.
    pure function point_response(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k
@@ -39,7 +40,8 @@ contains
       end associate
    end function point_response
 
-   !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
+   !> Values of the terms at the end of a phase, [terms]; if losses or impulses are requested, they are stored in `span`
+   !> too, which these need.
    pure subroutine find_end_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
       !> Values of the terms at the start of the phase, [terms]
@@ -49,6 +51,7 @@ contains
       complex(wp), intent(out) :: term(:)
 
       if (set%has_stop_losses) then
+         ! any power form has the exponents; `losses(1)`, that of the beam, may be missing
          call find_interval_terms(set%losses(2), amplitude, time, set%span)
          term = set%span%term
       else

@@ -23,7 +23,7 @@ contains
    pure function group_hint(table, program, group) result(hint)
       !> Table of all names
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      !> Programs whose groups are considered: a constant `program_...` of `program_identity`, or a sum of several
       integer, intent(in) :: program
       !> Word that the user wrote
       character(*), intent(in) :: group
@@ -53,7 +53,7 @@ contains
    pure function item_hint(table, program, group, name) result(hint)
       !> Table of all names
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      !> Programs whose groups are considered: a constant `program_...` of `program_identity`, or a sum of several
       integer, intent(in) :: program
       !> Group in which the user wrote the name
       character(*), intent(in) :: group
@@ -72,6 +72,7 @@ contains
       if (place > 0) names = table%entries(table%groups(place)%first_entry:table%groups(place)%last_entry)%name%name
       if (place == 0) allocate (names(0))
       nearest = nearest_name(name, names)
+      ! stop_3_position is near stop_2_position, but no typing error in a scene of two stops
       if (missing_group(table, name) /= '') nearest = 0
       if (nearest > 0) then
          hint = 'did you mean '//trim(names(nearest))//'?'
@@ -95,7 +96,7 @@ contains
    !> The groups that have a name, such as ' &stop, &mass'; empty: no group has it.
    pure function groups_with(table, program, name) result(groups)
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      !> Programs whose groups are considered: a constant `program_...` of `program_identity`, or a sum of several
       integer, intent(in) :: program
       character(*), intent(in) :: name
       character(:), allocatable :: groups
@@ -113,11 +114,11 @@ contains
       end do
    end function groups_with
 
-   !> The hint for a name of a scene that &sweep cannot vary, or that has another name there, by itself or with the end
-   !> of a range; empty: it is no such name.
+   !> The hint for a name of another group, with or without the ending `_range`, `_log_range` or `_points`, that &sweep
+   !> cannot vary or calls otherwise; empty: it is no such name, or &sweep calls it the same.
    pure function unswept_hint(table, program, name) result(hint)
       type(table_t), intent(in) :: table
-      !> One of the `program_` constants, or a sum of them: the programs whose groups are considered
+      !> Programs whose groups are considered: a constant `program_...` of `program_identity`, or a sum of several
       integer, intent(in) :: program
       !> Word that the user wrote in &sweep
       character(*), intent(in) :: name
@@ -261,6 +262,7 @@ contains
             phrase = '&'//trim(needs%group)
             return
          end if
+         ! a condition on a name of a group that the scene does not have: the group is missing
          if (needs%group /= '') then
             associate (place_of_group => table%find_group(needs%group, needs%occurrence))
                if (table%groups(place_of_group)%repeats .and. .not. table%groups(place_of_group)%is_wanted) then
@@ -280,6 +282,7 @@ contains
             end associate
          end if
          if (group == '' .or. phrase == '') return
+         ! the group stands after the condition itself, before ', not with ...'
          comma = index(phrase//',', ',')
          phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
       end associate

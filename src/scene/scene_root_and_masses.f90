@@ -13,7 +13,7 @@ module scene_root_and_masses
    private
    public :: list_root, list_masses, check_root, check_masses
 
-   ! Condition that several names have in common: springs restrain a clamped root
+   ! condition of the stiffnesses: `kind` is 'clamped', and springs take the place of the rigid clamp
    type(condition_t), parameter :: elastic_clamp = condition_t(name='kind', words='clamped')
 
    !> Allowed ratios of masses and of rotary inertias.
