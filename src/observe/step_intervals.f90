@@ -31,20 +31,8 @@ module step_intervals
       !> Energy dissipated in the dampers of each stop over the step, [contacts]
       real(wp), allocatable :: lost(:)
    contains
-      procedure :: contact
-      procedure :: evaluate
-      procedure :: gap_bound
-      procedure :: rounding
-      procedure :: exceeds
-      procedure :: range_of
-      procedure :: seek_peak
-      procedure :: seek_turn
-      procedure :: record_gap
-      procedure :: impulse
-      procedure :: integrate
-      procedure :: expand_in_exponentials
-      procedure :: energy
-      procedure :: dissipated
+      procedure :: contact, evaluate, gap_bound, rounding, exceeds, range_of, seek_peak, seek_turn, record_gap
+      procedure :: impulse, integrate, expand_in_exponentials, energy, dissipated
    end type step_interval_t
 
    !> The gap of a contact over a step.
