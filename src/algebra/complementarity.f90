@@ -11,7 +11,7 @@ contains
    !> Principal pivoting: the first component that is negative changes between the active and the inactive set (Murty,
    !> Linear Algebra Appl. 5 (1972) 65). With a positive definite matrix this ends; if rounding prevents the end, the
    !> set with the minimum violation is taken. The values follow from the final set alone.
-   pure subroutine solve_complementarity(matrix, right, solution, is_positive, is_equation)
+   pure subroutine solve_complementarity(matrix, right, solution, is_positive, is_equation, value, place)
       !> A, symmetric, positive definite, [n, n]
       real(wp), intent(in) :: matrix(:, :)
       !> q, [n]
@@ -22,6 +22,10 @@ contains
       logical, intent(out) :: is_positive(:)
       !> True: an equation; w is zero and z may have either sign, [n]; default: none
       logical, intent(in), optional :: is_equation(:)
+      !> Matrix whose columns `place` have the products A, [modes, columns]; if absent, A alone is used
+      real(wp), intent(in), optional :: value(:, :)
+      !> The columns, [n]
+      integer, intent(in), optional :: place(:)
 
       if (size(right) == 1) then
          ! a single contact, as in most runs: no arrays are allocated
@@ -32,11 +36,11 @@ contains
       end if
       is_positive = .false.
       if (present(is_equation)) is_positive = is_equation
-      call find_active_set(matrix, right, is_positive, solution)
+      call find_active_set(matrix, right, is_positive, solution, value, place)
    end subroutine solve_complementarity
 
    !> Find the active set and the solution by exchanges of one element of the set after the other.
-   pure subroutine find_active_set(matrix, right, is_positive, solution)
+   pure subroutine find_active_set(matrix, right, is_positive, solution, value, place)
       !> A
       real(wp), intent(in) :: matrix(:, :)
       !> q
@@ -45,6 +49,9 @@ contains
       logical, intent(inout) :: is_positive(:)
       !> z
       real(wp), intent(out) :: solution(:)
+      !> As in `solve_complementarity`
+      real(wp), intent(in), optional :: value(:, :)
+      integer, intent(in), optional :: place(:)
 
       integer, parameter :: max_pivots = 1000
       logical :: best_set(size(right)), is_equation(size(right))
@@ -55,7 +62,7 @@ contains
       best_set = .false.
       min_violation = huge(1.0_wp)
       do round = 1, max_pivots
-         call solve_active(matrix, right, is_positive, solution)
+         call solve_active(matrix, right, is_positive, solution, value, place)
          violation = merge(0.0_wp, violations(matrix, right, is_positive, solution), is_equation)
          first = findloc(violation > 0.0_wp, .true., dim=1)
          if (first == 0) exit
@@ -67,7 +74,7 @@ contains
       end do
       if (first > 0) then
          is_positive = best_set
-         call solve_active(matrix, right, is_positive, solution)
+         call solve_active(matrix, right, is_positive, solution, value, place)
       end if
       solution = merge(solution, max(solution, 0.0_wp), is_equation)
    end subroutine find_active_set
@@ -102,9 +109,77 @@ contains
       end do
    end function violations
 
-   !> Solve A z + q = 0 on the active set, with z = 0 elsewhere, by elimination without pivoting. An equation that
-   !> depends linearly on the previous ones is omitted, and its z is zero.
-   pure subroutine solve_active(matrix, right, is_positive, solution)
+   !> Solve A z + q = 0 on the active set, with z = 0 elsewhere.
+   pure subroutine solve_active(matrix, right, is_positive, solution, value, place)
+      !> A
+      real(wp), intent(in) :: matrix(:, :)
+      !> q
+      real(wp), intent(in) :: right(:)
+      !> The active set
+      logical, intent(in) :: is_positive(:)
+      !> z
+      real(wp), intent(out) :: solution(:)
+      !> As in `solve_complementarity`
+      real(wp), intent(in), optional :: value(:, :)
+      integer, intent(in), optional :: place(:)
+
+      ! sin^2 of the angle between two columns below which their products lose digits
+      real(wp), parameter :: small = 1.0e-3_wp
+      logical :: loses_digits
+      integer :: i, j
+
+      loses_digits = .false.
+      if (present(value)) then
+         do j = 2, size(right)
+            do i = 1, j - 1
+               loses_digits = loses_digits .or. (is_positive(i) .and. is_positive(j) .and. &
+                  matrix(i, j)**2 > (1.0_wp - small)*matrix(i, i)*matrix(j, j))
+            end do
+         end do
+      end if
+      if (loses_digits) then
+         call solve_reduced(value(:, place), right, is_positive, solution)
+      else
+         call eliminate_active(matrix, right, is_positive, solution)
+      end if
+   end subroutine solve_active
+
+   !> `solve_active` for contacts of a light body that its floor holds: the body alone moves its contact with the floor,
+   !> and the products of its large values hide those of the beam. The column of the floor, with a factor that makes the
+   !> body's value zero, is therefore added to the other columns before their products are formed.
+   pure subroutine solve_reduced(value, right, is_positive, solution)
+      !> The columns, [modes, n]
+      real(wp), intent(in) :: value(:, :)
+      !> q
+      real(wp), intent(in) :: right(:)
+      !> The active set
+      logical, intent(in) :: is_positive(:)
+      !> z
+      real(wp), intent(out) :: solution(:)
+
+      real(wp) :: column(size(value, 1), size(right)), factor(size(right), size(right)), reduced_right(size(right))
+      integer :: i, j, only
+
+      column = value
+      reduced_right = right
+      factor = 0.0_wp
+      do j = 1, size(right)
+         if (.not. is_positive(j) .or. count(abs(column(:, j)) > 0.0_wp) /= 1) cycle
+         only = maxloc(abs(column(:, j)), dim=1)
+         do i = 1, size(right)
+            if (i == j .or. .not. (is_positive(i) .and. abs(column(only, i)) > 0.0_wp)) cycle
+            factor(i, j) = -column(only, i)/column(only, j)
+            column(only, i) = 0.0_wp
+            reduced_right(i) = reduced_right(i) + factor(i, j)*reduced_right(j)
+         end do
+      end do
+      call eliminate_active(matmul(transpose(column), column), reduced_right, is_positive, solution)
+      solution = solution + matmul(solution, factor)
+   end subroutine solve_reduced
+
+   !> `solve_active` by elimination without pivoting. An equation that depends linearly on the previous ones is omitted,
+   !> and its z is zero.
+   pure subroutine eliminate_active(matrix, right, is_positive, solution)
       !> A
       real(wp), intent(in) :: matrix(:, :)
       !> q
@@ -144,7 +219,7 @@ contains
          end do
          solution(j) = solution(j)/rows(j, j)
       end do
-   end subroutine solve_active
+   end subroutine eliminate_active
 
    !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; then, repeatedly, the
    !> most negative of the other gaps is closed together with those that are closed already. Of several gaps at one

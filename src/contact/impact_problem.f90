@@ -78,16 +78,19 @@ contains
 
    !> Solve for impulses Lambda >= 0 complementary to w+ + eps w- >= 0, with the normal velocities w- before and w+ = w-
    !> + W Lambda after the impulses. The energy of the beam does not increase.
-   pure subroutine find_impulses(mobility, struck)
+   pure subroutine find_impulses(mobility, struck, value)
       !> Mobility W: normal velocity at one contact per unit impulse at another, symmetric, [struck, struck]
       real(wp), intent(in) :: mobility(:, :)
       !> Contacts of the problem, which receive impulses and velocities after them
       type(impact_contact_t), intent(inout) :: struck(:)
+      !> Values of the modes at all contacts, whose products are W, [modes, contacts]; absent: W alone is known
+      real(wp), intent(in), optional :: value(:, :)
 
       real(wp) :: impulse(size(struck))
       logical :: is_active(size(struck))
 
-      call solve_complementarity(mobility, struck%before + struck%restitution*struck%before, impulse, is_active)
+      call solve_complementarity(mobility, struck%before + struck%restitution*struck%before, impulse, is_active, &
+         value=value, place=struck%contact)
       struck%impulse = impulse
       struck%after = merge(-struck%restitution*struck%before, struck%before + matmul(mobility, impulse), is_active)
       struck%energy_change = 0.5_wp*impulse*(struck%before + struck%after)

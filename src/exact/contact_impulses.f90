@@ -97,7 +97,7 @@ contains
       do j = 1, size(arrested)
          mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(arrested))]
       end do
-      call solve_active(mobility, reduction, is_active, impulses)
+      call solve_active(mobility, reduction, is_active, impulses, self%beam%value, arrested)
       motion%v = motion%v + matmul(value, impulses)
       impulse = impulses(:size(points))
       do i = size(points) + 1, size(arrested)
@@ -151,9 +151,17 @@ contains
                mobility(a, i) = mobility(i, a)
             end do
          end do
-         call find_impulses(mobility(:n, :n), struck(:n))
+         call find_impulses(mobility(:n, :n), struck(:n), self%beam%value)
          do a = 1, n
             motion%v(:) = motion%v + self%beam%value(:, struck(a)%contact)*struck(a)%impulse
+         end do
+         ! the velocity of a light body between beam and floor is a small difference of its impulses
+         do a = 1, n
+            associate (row => self%beam%value(:, struck(a)%contact))
+               if (.not. struck(a)%impulse > 0.0_wp .or. count(abs(row) > 0.0_wp) /= 1) cycle
+               i = maxloc(abs(row), dim=1)
+               motion%v(i) = struck(a)%after/row(i)
+            end associate
          end do
       end if
       call charge_event(motion%recorder%energy_balance, sum(struck(:n)%energy_change))

@@ -60,7 +60,8 @@ contains
             end do
             reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%rounding(a))
          end do
-         if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, in_active_set)
+         if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, in_active_set, &
+            value=self%beam%value, place=place)
          do a = 1, n
             reactions%acceleration = reactions%acceleration + self%beam%value(:, place(a))*reactions%force(a)
          end do
@@ -152,7 +153,7 @@ contains
       allocate (rate(size(undecided)), in_active_set(size(undecided)))
       associate (b => self%beam%value(:, reactions%place(undecided)))
          call solve_complementarity(reactions%mobility(undecided, undecided), matmul(jerk, b), rate, in_active_set, &
-            is_loaded(undecided))
+            is_loaded(undecided), self%beam%value, reactions%place(undecided))
          jerk = jerk + matmul(b, rate)
          do a = 1, size(undecided)
             jerk_magnitude = jerk_magnitude + abs(b(:, a)*rate(a))

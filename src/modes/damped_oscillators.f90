@@ -48,6 +48,9 @@ module damped_oscillators
 
    !> Damping ratio above which the two exponents, a factor of four or more apart, are separated.
    real(wp), parameter :: min_separated_ratio = 1.25_wp
+   !> Decay rate above which they are separated: the amplitudes of two slow ones are large, velocity over rate, and
+   !> cancel. A body with a weak damper and no spring has such exponents.
+   real(wp), parameter :: min_separated_rate = 1.0e-3_wp
 
    !> Limit of x in exp(-x): exp(-700) is negligible, but a normal number; processors are slow with subnormal numbers.
    real(wp), parameter :: max_exponent = 700.0_wp
@@ -105,7 +108,7 @@ contains
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = damping_ratio(zeta, oscillators%mass_rate(i), oscillators%frequency(i))
-            if (xi < min_separated_ratio) oscillators%unseparated = i
+            if (xi < min_separated_ratio .or. xi*sqrt(square(i)) < min_separated_rate) oscillators%unseparated = i
             if (xi < 1.0_wp) then
                oscillators%underdamped = i
                ! the sum of an undamped body is a rounding error of either sign
@@ -154,7 +157,8 @@ contains
       integer :: i
 
       ratio = damping_ratio(zeta, mass_rate, sqrt(square))
-      associate (is_underdamped => ratio < 1.0_wp, is_unseparated => ratio < min_separated_ratio)
+      associate (is_underdamped => ratio < 1.0_wp, is_unseparated => ratio < min_separated_ratio .or. &
+         ratio*sqrt(square) < min_separated_rate)
          order = [pack([(i, i=1, size(square))], is_underdamped), pack([(i, i=1, size(square))], &
             is_unseparated .and. .not. is_underdamped), pack([(i, i=1, size(square))], .not. is_unseparated)]
       end associate
@@ -422,9 +426,7 @@ contains
 
       zero = 0.0_wp
       one = 1.0_wp
-      associate (n => oscillators%count)
-         allocate (matrices%zz(n), matrices%zv(n), matrices%vz(n), matrices%vv(n))
-      end associate
+      allocate (matrices%zz, matrices%zv, matrices%vz, matrices%vv, mold=zero)
       call propagate(oscillators, h, one, zero, matrices%zz, matrices%vz)
       call propagate(oscillators, h, zero, one, matrices%zv, matrices%vv)
    end subroutine step_matrices
@@ -455,8 +457,7 @@ contains
       self%steps_since_renewal = renewal_interval
    end subroutine restart
 
-   !> Advance to the next sample: by one step from the last sample, or from the closed form when the recurrence
-   !> restarts.
+   !> Advance to the next sample: by one step from the last one or, when the recurrence restarts, by the closed form.
    pure subroutine next_sample(sampler, oscillators, z0, v0, step, time)
       type(sampler_t), intent(inout) :: sampler
       !> Oscillators of the phase

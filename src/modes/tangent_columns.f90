@@ -74,11 +74,12 @@ contains
       type(tangent_t), intent(inout) :: tangent
 
       real(wp) :: mobility(size(is_active), size(is_active)), impulse(size(is_active))
-      integer :: i
+      integer :: i, j
 
       mobility = matmul(transpose(value), value)
       do i = 1, size(tangent%delay)
-         call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), is_active, impulse)
+         call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), is_active, impulse, value, &
+            [(j, j=1, size(is_active))])
          tangent%v(:, i) = tangent%v(:, i) + matmul(value, impulse)
       end do
    end subroutine reflect_columns

@@ -6,7 +6,7 @@ module exponential_signal
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials
    use kinds, only: wp
-   use zero_free_steps, only: zero_free_step
+   use zero_free_steps, only: taylor_step, zero_free_step
    implicit none (type, external)
    private
    public :: exponential_signal_t, add_decay
@@ -169,6 +169,8 @@ contains
       other_terms = 0.0_wp
       other_terms(term_value) = merge(self%offset, 0.0_wp, order == 0)
       bounds%zero_free_step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
+      bounds%zero_free_step = max(bounds%zero_free_step, taylor_step(self%exponent, cmplx(value, value_imag, wp), &
+         other_terms(term_value), bounds%value, bounds%zero_free_step))
    end subroutine find_bounds
 
    !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.

@@ -6,7 +6,7 @@ module zero_free_steps
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: zero_free_step
+   public :: taylor_step, zero_free_step
 
 contains
 
@@ -137,5 +137,87 @@ contains
          trial_step = longest
       end do
    end function cubic_step
+
+   !> Length of a step in which a sum of decaying exponentials certainly has no zero, by the Taylor polynomial of the
+   !> sum; 0: no step is found that is much longer than a known one. If large exponentials cancel in the sum, they
+   !> cancel in the coefficients of the polynomial, too, but not in a bound on its second derivative.
+   pure function taylor_step(exponent, term, constant, whole, step) result(longest)
+      !> Exponents s, Re s <= 0, [count]
+      complex(wp), intent(in) :: exponent(:)
+      !> Exponentials at the start of the step, [count]
+      complex(wp), intent(in) :: term(:)
+      !> Constant of the sum
+      real(wp), intent(in) :: constant
+      !> The whole sum at the start of the step
+      real(wp), intent(in) :: whole
+      !> The known step
+      real(wp), intent(in) :: step
+      real(wp) :: longest
+
+      integer, parameter :: degree = 15
+      ! the step times the rate of the fastest exponential, and the factor by which an unsuccessful step is shortened
+      real(wp), parameter :: first_angle = 0.5_wp, shortened = 0.25_wp
+      ! steps that gain less than this factor are not worth their costs
+      real(wp), parameter :: min_gain = 16.0_wp
+      ! fraction of the sum that is neglected: exponentials that have decayed count by their magnitudes
+      real(wp), parameter :: small = 1.0e-3_wp
+      ! coefficients of the polynomial of t/h, then its Bernstein coefficients on [0, h], to be divided by binomials
+      real(wp) :: coefficient(0:degree), bernstein(0:degree)
+      complex(wp) :: derivative(size(term))
+      ! bound on the terms beyond the polynomial, and on exponentials that have decayed
+      real(wp) :: remainder, decayed
+      real(wp) :: fastest, h
+      logical :: is_large(size(term))
+      integer :: i, j
+
+      longest = 0.0_wp
+      is_large = abs(term)*real(size(term), wp) > small*whole
+      fastest = maxval(abs(exponent), mask=is_large)
+      if (.not. first_angle > min_gain*step*fastest .or. .not. whole > 0.0_wp) return
+      h = first_angle/fastest
+      decayed = sum(abs(term), mask=.not. is_large)
+      derivative = merge(term, (0.0_wp, 0.0_wp), is_large)
+      coefficient(0) = constant + sum(real(derivative, wp))
+      do j = 1, degree
+         where (is_large) derivative = derivative*exponent*cmplx(h/real(j, wp), kind=wp)
+         coefficient(j) = sum(real(derivative, wp))
+      end do
+      ! no exponential grows
+      remainder = sum(abs(derivative*exponent), mask=is_large)*h/real(degree + 1, wp)
+      do while (h > min_gain*step)
+         bernstein = coefficient
+         do j = 1, degree
+            bernstein(j) = coefficient(j)/binomial(degree, j)
+         end do
+         do j = 1, degree
+            do i = degree, j, -1
+               bernstein(i) = bernstein(i) + bernstein(i - 1)
+            end do
+         end do
+         if (minval(bernstein) > decayed + remainder) then
+            longest = h
+            return
+         end if
+         h = shortened*h
+         coefficient = coefficient*[(shortened**j, j=0, degree)]
+         remainder = remainder*shortened**(degree + 1)
+      end do
+
+   contains
+
+      !> Number of subsets with k of n elements.
+      pure function binomial(n, k) result(number)
+         integer, intent(in) :: n
+         integer, intent(in) :: k
+         real(wp) :: number
+
+         integer :: i
+
+         number = 1.0_wp
+         do i = 1, k
+            number = number*real(n + 1 - i, wp)/real(i, wp)
+         end do
+      end function binomial
+   end function taylor_step
 
 end module zero_free_steps

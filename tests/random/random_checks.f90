@@ -4,6 +4,7 @@ module random_checks
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_long, c_null_funptr, c_null_ptr
    use analyses, only: analysed_t
    use beam_model, only: beam_model_t
+   use body_modes, only: damping_rate_of, squared_frequency_of
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
@@ -432,7 +433,8 @@ contains
          3.0_wp*stop%damper_ratio/lambda1**4)
    end function least_force
 
-   !> How far the beam moves, which a nodal impulse can raise with the energy that it creates.
+   !> How far the beam moves, which a nodal impulse can raise with the energy that it creates. Bodies may move farther, and
+   !> so fast that the rounding of an instant matters.
    pure function length_scale(scene, response) result(unit)
       !> The scene
       type(scene_t), intent(in) :: scene
@@ -448,7 +450,8 @@ contains
             + sqrt(maxval(response%energy%strain))
          if (.not. scene%has_bodies) return
          do k = 1, size(response%bodies)
-            unit = max(unit, maxval(abs(response%bodies(k)%displacement)))
+            unit = max(unit, maxval(abs(response%bodies(k)%displacement)), epsilon(1.0_wp)/rounding &
+               *scene%response%duration*maxval(abs(response%bodies(k)%velocity)))
          end do
          return
       end if
@@ -500,19 +503,19 @@ contains
                   complaint)
             else
                call limit('the beam enters a surface', -minval(real(contact%sign, wp)*contact%eta), &
-                  scene%response%contact_tolerance, complaint)
+                  scene%response%contact_tolerance + epsilon(1.0_wp)*reach, complaint)
             end if
          end associate
       end do
    end subroutine check_contacts
 
-   !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What
-   !> opens the energy balance by more than `promised` is refused.
-   function rounding_of_steps(model, step) result(share)
+   !> Newmark's method adds up M, h C and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode, or by
+   !> h^2 k/m and h c/m of a body. What opens the energy balance by more than `promised` is refused.
+   function rounding_of_steps(model, scene) result(share)
       !> The beam
       type(beam_model_t), intent(in) :: model
-      !> h, d tau
-      real(wp), intent(in) :: step
+      !> The scene, with its step and its bodies
+      type(scene_t), intent(in) :: scene
       real(wp) :: share
 
       type(failure_t), allocatable :: error
@@ -521,7 +524,9 @@ contains
 
       call rounding_of_energy(model, share, error)
       call highest_frequency(model%stiffness, model%mass, frequency, error)
-      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2
+      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*scene%response%step/lambda1**2)**2
+      if (scene%has_bodies) share = share + epsilon(1.0_wp)*scene%response%step*maxval(damping_rate_of(scene%bodies) &
+         + squared_frequency_of(scene%bodies)*scene%response%step)
       ! an estimate by the shape at the start, right to its order
       share = min(promised, 1.0e-9_wp + 10.0_wp*share)
    end function rounding_of_steps
@@ -579,7 +584,7 @@ contains
          unit = energy_scale(response) + energy_of_loads(scene)
          share = rounding
          if (scene%response%method /= method_exact) then
-            share = rounding_of_steps(model, scene%response%step)
+            share = rounding_of_steps(model, scene)
          else if (scene%stop%impulse /= impulse_momentum) then
             share = rounding + rounding_of_instants(model, response)
          end if
@@ -854,7 +859,7 @@ contains
       !> Gets what differs
       character(:), allocatable, intent(inout) :: complaint
 
-      character(*), parameter :: lists(*) = [character(24) :: 'events/time', 'events/energy_change', &
+      character(*), parameter :: lists(*) = [character(26) :: 'events/time', 'events/energy_change', &
          'response/displacement_stop', &
          'response/contact_force', 'energy/strain', 'measures/peak']
       ! what is small beside the preload has lost digits to it: lengths once, energies twice

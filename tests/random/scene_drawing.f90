@@ -393,8 +393,9 @@ contains
       end if
    end subroutine draw_poincare
 
-   !> A beam under a harmonic load or without damping does not come to rest, and each period needs some hundred
-   !> evaluations. The duration of a run is therefore limited to a number of periods of the fastest load or of omega1.
+   !> A beam under a harmonic load or without damping does not come to rest, nor does a body on a spring without a damper,
+   !> and each period needs some hundred evaluations. The duration of a run is therefore limited to a number of periods of
+   !> the fastest load or body, or of omega1.
    subroutine bound_periods(draft)
       type(draft_t), intent(inout) :: draft
 
@@ -417,11 +418,21 @@ contains
             if (has_name(draft, group, 'frequency_ratio')) fastest = max(fastest, number_of(draft, group, 'frequency_ratio'))
          end associate
       end do
+      do k = 1, 3
+         associate (group => 'body_'//to_text(k))
+            if (.not. (has_name(draft, group, 'spring_ratio') .and. has_name(draft, group, 'mass_ratio'))) cycle
+            if (has_name(draft, group, 'damping_ratio')) then
+               if (number_of(draft, group, 'damping_ratio') > 1.0e-3_wp) cycle
+            end if
+            fastest = max(fastest, sqrt(3.0_wp*number_of(draft, group, 'spring_ratio') &
+               /(lambda1_power4*number_of(draft, group, 'mass_ratio'))))
+         end associate
+      end do
       if (.not. has_name(draft, 'response', 'duration') .or. fastest <= 0.0_wp) return
       longest = max(1.0e-9_wp, max_periods*2.0_wp*acos(-1.0_wp)/fastest)
       share = longest/number_of(draft, 'response', 'duration')
-      ! what is usual stays as it is
-      if (share >= 1.0_wp .or. number_of(draft, 'response', 'duration') <= 60.0_wp) return
+      ! what is usual stays as it is, but for millions of periods
+      if (share >= merge(0.01_wp, 1.0_wp, number_of(draft, 'response', 'duration') <= 60.0_wp)) return
       call put(draft, 'response', 'duration', to_text(longest))
       if (.not. has_name(draft, 'response', 'step')) return
       call put(draft, 'response', 'step', to_text(min(longest, max(1.0e-9_wp, share*number_of(draft, 'response', &
