@@ -123,31 +123,17 @@ contains
       real(wp), intent(in), optional :: value(:, :)
       integer, intent(in), optional :: place(:)
 
-      ! sin^2 of the angle between two columns below which their products lose digits
-      real(wp), parameter :: small = 1.0e-3_wp
       logical :: loses_digits
-      integer :: i, j
 
-      loses_digits = .false.
-      if (present(value)) then
-         do j = 2, size(right)
-            do i = 1, j - 1
-               loses_digits = loses_digits .or. (is_positive(i) .and. is_positive(j) .and. &
-                  matrix(i, j)**2 > (1.0_wp - small)*matrix(i, i)*matrix(j, j))
-            end do
-         end do
-      end if
-      if (loses_digits) then
-         call solve_reduced(value(:, place), right, is_positive, solution)
-      else
-         call eliminate_active(matrix, right, is_positive, solution)
-      end if
+      call eliminate_active(matrix, right, is_positive, solution, loses_digits)
+      if (loses_digits .and. present(value)) call solve_columns(value(:, place), right, is_positive, solution)
    end subroutine solve_active
 
-   !> `solve_active` for contacts of a light body that its floor holds: the body alone moves its contact with the floor,
-   !> and the products of its large values hide those of the beam. The column of the floor, with a factor that makes the
-   !> body's value zero, is therefore added to the other columns before their products are formed.
-   pure subroutine solve_reduced(value, right, is_positive, solution)
+   !> `solve_active` by orthogonal columns with the products A. The products of a light body's large values hide those
+   !> of the beam, and those of the beam those of a heavy body. Columns in which one mode takes part, such as that of a
+   !> body and its floor, come first: the others lose this mode without rounding. A column that depends linearly on the
+   !> previous ones is omitted, and its z is zero.
+   pure subroutine solve_columns(value, right, is_positive, solution)
       !> The columns, [modes, n]
       real(wp), intent(in) :: value(:, :)
       !> q
@@ -157,29 +143,48 @@ contains
       !> z
       real(wp), intent(out) :: solution(:)
 
-      real(wp) :: column(size(value, 1), size(right)), factor(size(right), size(right)), reduced_right(size(right))
-      integer :: i, j, only
+      ! part of a column that is orthogonal to the previous ones, as a fraction of it; less is rounding
+      real(wp), parameter :: min_part = 64.0_wp*epsilon(1.0_wp)
+      ! orthonormal columns, and coefficients of the columns in them
+      real(wp) :: unit(size(value, 1), size(right)), factor(size(right), size(right))
+      real(wp) :: column(size(value, 1)), part, y(size(right))
+      integer :: i, j, k, n, pass, round, used(size(right))
 
-      column = value
-      reduced_right = right
-      factor = 0.0_wp
-      do j = 1, size(right)
-         if (.not. is_positive(j) .or. count(abs(column(:, j)) > 0.0_wp) /= 1) cycle
-         only = maxloc(abs(column(:, j)), dim=1)
-         do i = 1, size(right)
-            if (i == j .or. .not. (is_positive(i) .and. abs(column(only, i)) > 0.0_wp)) cycle
-            factor(i, j) = -column(only, i)/column(only, j)
-            column(only, i) = 0.0_wp
-            reduced_right(i) = reduced_right(i) + factor(i, j)*reduced_right(j)
+      n = size(right)
+      k = 0
+      do round = 1, 2
+         do j = 1, n
+            column = value(:, j)
+            if (.not. is_positive(j) .or. (count(abs(column) > 0.0_wp) == 1 .neqv. round == 1)) cycle
+            factor(:, k + 1) = 0.0_wp
+            do pass = 1, 2
+               do i = 1, k
+                  part = sum(unit(:, i)*column)
+                  factor(i, k + 1) = factor(i, k + 1) + part
+                  column = column - part*unit(:, i)
+               end do
+            end do
+            part = norm2(column)
+            if (.not. part > min_part*norm2(value(:, j))) cycle
+            k = k + 1
+            used(k) = j
+            factor(k, k) = part
+            unit(:, k) = column/part
          end do
       end do
-      call eliminate_active(matmul(transpose(column), column), reduced_right, is_positive, solution)
-      solution = solution + matmul(solution, factor)
-   end subroutine solve_reduced
+      do i = 1, k
+         y(i) = -(right(used(i)) + sum(factor(:i - 1, i)*y(:i - 1)))/factor(i, i)
+      end do
+      solution = 0.0_wp
+      do i = k, 1, -1
+         y(i) = (y(i) - sum(factor(i, i + 1:k)*y(i + 1:k)))/factor(i, i)
+         solution(used(i)) = y(i)
+      end do
+   end subroutine solve_columns
 
    !> `solve_active` by elimination without pivoting. An equation that depends linearly on the previous ones is omitted,
    !> and its z is zero.
-   pure subroutine eliminate_active(matrix, right, is_positive, solution)
+   pure subroutine eliminate_active(matrix, right, is_positive, solution, loses_digits)
       !> A
       real(wp), intent(in) :: matrix(:, :)
       !> q
@@ -188,7 +193,11 @@ contains
       logical, intent(in) :: is_positive(:)
       !> z
       real(wp), intent(out) :: solution(:)
+      !> Whether a pivot is a small difference
+      logical, intent(out) :: loses_digits
 
+      ! pivot over its entry of A
+      real(wp), parameter :: small = 1.0e-3_wp
       real(wp) :: rows(size(right), size(right))
       integer :: i, j, n
       logical :: is_independent(size(right))
@@ -197,8 +206,10 @@ contains
       rows = matrix
       solution = merge(-right, 0.0_wp, is_positive)
       is_independent = is_positive
+      loses_digits = .false.
       do j = 1, n
          if (.not. is_independent(j)) cycle
+         loses_digits = loses_digits .or. rows(j, j) < small*matrix(j, j)
          is_independent(j) = rows(j, j) > 4.0_wp*epsilon(1.0_wp)*matrix(j, j)
          if (.not. is_independent(j)) then
             solution(j) = 0.0_wp

@@ -35,7 +35,8 @@ contains
 
    !> Find all roots, each as the nearest pole and the offset from it. Of each pair that starts as complex conjugates
    !> only one root is iterated, as long as it stays away from the real axis. A root without a conjugate partner may
-   !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
+   !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately, first
+   !> from the same initial values, then from others.
    subroutine find_coupled_roots(problem, near, offset, converged)
       type(coupled_equation_t), intent(in) :: problem
       !> Index of the nearest pole of each root, [roots]
@@ -44,15 +45,18 @@ contains
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
 
-      call iterate(problem, .true., near, offset, converged)
-      if (.not. converged) call iterate(problem, .false., near, offset, converged)
+      call iterate(problem, .true., .false., near, offset, converged)
+      if (.not. converged) call iterate(problem, .false., .false., near, offset, converged)
+      if (.not. converged) call iterate(problem, .false., .true., near, offset, converged)
    end subroutine find_coupled_roots
 
    !> The simultaneous iteration of all roots.
-   subroutine iterate(problem, in_pairs, near, offset, converged)
+   subroutine iterate(problem, in_pairs, combines_damping, near, offset, converged)
       type(coupled_equation_t), intent(in) :: problem
       !> Whether to iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
+      !> As in `guess_roots`
+      logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
       !> Offset of each root from that pole, [roots]
@@ -70,7 +74,7 @@ contains
 
       allocate (search%near(size(near)), search%offset(size(near)), search%root_distance(size(near)), &
          search%distance(problem%poles))
-      call guess_roots(problem, search%near, search%offset)
+      call guess_roots(problem, combines_damping, search%near, search%offset)
       allocate (search%done(size(near)), source=.false.)
       allocate (search%last_step(size(near)), source=huge(1.0_wp))
       has_conjugate = .false.
@@ -226,8 +230,10 @@ contains
 
    !> Initial values of the roots: the frequencies of the modes with all springs attached, each with an estimate of its
    !> damping ratio, and for each branch a value near its relaxation rate.
-   subroutine guess_roots(problem, near, offset)
+   subroutine guess_roots(problem, combines_damping, near, offset)
       type(coupled_equation_t), intent(in) :: problem
+      !> Whether to combine the whole damping of the modes: its two parts cancel for a light body without a damper
+      logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
       !> Offset of each root from that pole, [roots]
@@ -245,6 +251,7 @@ contains
       allocate (square, source=problem%square)
       allocate (value, source=problem%value)
       allocate (rate, source=problem%mass_rate)
+      if (combines_damping) rate = rate + problem%two_zeta*problem%square
       fastest = sqrt(maxval([0.0_wp, square]))
       do k = 1, size(problem%spring)
          stiffness = problem%spring(k)%stiffness
@@ -258,8 +265,10 @@ contains
          rate = matmul(rate, change**2)
       end do
       do j = 1, size(square)
+         damping = rate(j)
+         if (.not. combines_damping) damping = damping + problem%two_zeta*problem%square(j)
          ! the rate of a body may be negative
-         damping = max(0.5_wp*(problem%two_zeta*problem%square(j) + rate(j)), 0.0_wp)
+         damping = max(0.5_wp*damping, 0.0_wp)
          do k = 1, size(problem%spring)
             associate (spring => problem%spring(k))
                damping = damping + 0.5_wp*spring%viscosity*value(j, k)**2

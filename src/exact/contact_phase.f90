@@ -121,7 +121,7 @@ contains
       type(search_t) :: search
       ! whether it is known already if and when each contact ends the phase, [contacts]
       logical :: is_decided(size(self%now%states))
-      integer :: ended_by, k
+      integer :: ended_by, i, k
 
       self%search = search_t(outcome=found_none, time=limit)
       if (self%now%max_length < limit) self%search = search_t(outcome=found_segment_end, time=self%now%max_length)
@@ -135,8 +135,10 @@ contains
          ! each evaluation computes the sums of all active contacts
          self%search%evaluations = self%now%path%evaluations*count(self%now%states%is_active)
       end if
-      do k = 1, size(self%now%states)
-         if (is_decided(k)) cycle
+      ! closed contacts first: the end of a short contact bounds the searches of gaps, which may oscillate as fast
+      do i = 1, 2*size(self%now%states)
+         k = modulo(i - 1, size(self%now%states)) + 1
+         if (is_decided(k) .or. (self%now%states(k)%is_closed .neqv. i == k)) cycle
          call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
          ! a zero found by the simultaneous search is retained unless this search finds an earlier one

@@ -197,7 +197,7 @@ contains
       character(*), parameter :: reasons(*) = [character(40) :: 'event_limit', 'is too long for this Newmark scheme', &
          'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
          'too uneven', &
-         'contact_tolerance is too small', &
+         'contact_tolerance is too small', 'must be below half the clearance', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
          'cannot be pulled away from a stop', 'nothing carries ', 'rigid stops can be closed', &
          'is for one stop below the beam alone', &

@@ -402,7 +402,7 @@ contains
       real(wp), parameter :: max_periods = 1.0e3_wp
       character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
       character(*), parameter :: dampings(3) = [character(11) :: 'zeta', 'zeta_mass', 'mode_ratios']
-      real(wp) :: fastest, longest, share
+      real(wp) :: fastest, frequency, longest, share
       integer :: k
 
       fastest = 1.0_wp
@@ -424,8 +424,14 @@ contains
             if (has_name(draft, group, 'damping_ratio')) then
                if (number_of(draft, group, 'damping_ratio') > 1.0e-3_wp) cycle
             end if
-            fastest = max(fastest, sqrt(3.0_wp*number_of(draft, group, 'spring_ratio') &
-               /(lambda1_power4*number_of(draft, group, 'mass_ratio'))))
+            frequency = sqrt(3.0_wp*number_of(draft, group, 'spring_ratio') &
+               /(lambda1_power4*number_of(draft, group, 'mass_ratio')))
+            ! periods of the load, and not a duration, are the length of periodic motions
+            if (has_name(draft, 'orbit', 'skip') .and. frequency > max_periods) then
+               call drop(draft, group, 'spring_ratio')
+               cycle
+            end if
+            fastest = max(fastest, frequency)
          end associate
       end do
       if (.not. has_name(draft, 'response', 'duration') .or. fastest <= 0.0_wp) return
