@@ -296,7 +296,8 @@ contains
 
    !> Transform displacements relative to static equilibrium, and velocities, from the free modes to the constrained
    !> modes, p_j = sum psi_ij q_i. The rounding error of this sum is that of the mode with the largest displacement, and
-   !> a force on a stiffer mode, so for stiffer modes the modal forces are summed: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   !> a force on a stiffer mode, so for stiffer modes the modal forces are summed: w_j^2 p_j = sum psi_ij W_i^2 q_i. That
+   !> holds for displacements with closed gaps; the guess of a periodic motion may have others.
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
@@ -309,8 +310,11 @@ contains
       !> Velocities of the constrained modes, [count]
       real(wp), contiguous, intent(out) :: rate(:)
 
+      ! gaps up to this fraction of the sum of their summands are closed but for rounding errors, also those of instants
+      real(wp), parameter :: max_gap = 1.0e-10_wp
       ! displacements, velocities and modal forces, of the free and of the constrained modes
       real(wp) :: state(size(q), 3), sums(padded(size(p)), 3)
+      integer :: k
 
       if (.not. allocated(set%mode)) then
          p = q
@@ -323,6 +327,11 @@ contains
       call combine_columns(size(set%to_set, 1)/lanes, size(q), size(state, 2), set%to_set, state, sums)
       p = sums(:set%count, 1)
       rate = sums(:set%count, 2)
+      do k = 1, size(set%closed)
+         associate (gap => beam%value(:, set%closed(k))*state(:, 1))
+            if (abs(sum(gap)) > max_gap*sum(abs(gap))) return
+         end associate
+      end do
       associate (square => set%oscillators%square(:set%count), largest => maxloc(abs(state(:, 1)), dim=1))
          where (square > beam%oscillators%square(largest)) p = sums(:set%count, 3)/square
       end associate
