@@ -209,19 +209,27 @@ contains
       integer, intent(in) :: place
       character(:), allocatable :: words
 
+      integer :: start
+
       associate (point => branch%point)
+         if (place == 1 .and. branch%parent > 0) then
+            words = 'it leaves its parent at a period doubling'
+            return
+         end if
          select case (point(place)%mark)
          case (mark_limit)
             words = 'the range ends'
          case (mark_grazing)
             words = 'an impact appears or vanishes (grazing)'
          case (mark_doubling)
-            words = 'it meets its parent at a period doubling'
+            words = 'it meets a branch of half its period at a period doubling'
          case (mark_lost)
             words = "Newton's method finds no motion farther on"
          case default
             words = 'most_points are used up'
-            if (size(point) > 1 .and. abs(point(1)%value - point(size(point))%value) <= 0.0_wp) then
+            ! the first point of a branch that leaves another is that of the period doubling
+            start = merge(2, 1, branch%parent > 0)
+            if (size(point) > start .and. abs(point(start)%value - point(size(point))%value) <= 0.0_wp) then
                words = 'it closes in itself'
             end if
          end select

@@ -296,8 +296,8 @@ contains
 
    !> Transform displacements relative to static equilibrium, and velocities, from the free modes to the constrained
    !> modes, p_j = sum psi_ij q_i. The rounding error of this sum is that of the mode with the largest displacement, and
-   !> a force on a stiffer mode, so for stiffer modes the modal forces are summed: w_j^2 p_j = sum psi_ij W_i^2 q_i. That
-   !> holds for displacements with closed gaps; the guess of a periodic motion may have others.
+   !> a force on a stiffer mode, so for stiffer modes the modal forces are summed: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   !> That holds for displacements with closed gaps; the guess of a periodic motion may have others.
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set

@@ -6,7 +6,7 @@ module branch_closures
    use orbit_types, only: orbit_point_t
    implicit none (type, external)
    private
-   public :: halves_swap, rejoins_at, check_closure, has_half_period
+   public :: halves_swap, rejoins_at, check_closure, has_half_period, has_pair_on_circle
 
 contains
 
@@ -149,5 +149,16 @@ contains
 
       velocities = [one_turn/point%period*tip(1), tip(2)]
    end function as_velocities
+
+   !> Is a complex pair of multipliers on the unit circle? The test function of a torus also vanishes for two real
+   !> multipliers that are inverse to each other, without a bifurcation.
+   pure function has_pair_on_circle(point) result(answer)
+      type(orbit_point_t), intent(in) :: point
+      logical :: answer
+
+      real(wp), parameter :: near = 1.0e-6_wp
+
+      answer = any(abs(aimag(point%multiplier)) > 0.0_wp .and. abs(abs(point%multiplier) - 1.0_wp) < near)
+   end function has_pair_on_circle
 
 end module branch_closures

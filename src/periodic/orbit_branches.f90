@@ -5,7 +5,7 @@
 !> Newton's method.
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
-   use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period
+   use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period, has_pair_on_circle
    use failures, only: failure_t
    use kinds, only: wp
    use orbit_newton, only: solve_orbit, doubling_direction, distance_of, find_direction, predictor, initial_state_t, &
@@ -72,6 +72,10 @@ contains
       end if
       n = size(down%point)
       allocate (first%point, source=[down%point(n:1:-1), orbit%point, up%point])
+      associate (point => first%point)
+         if (n == 0) point(1)%mark = mark_lost
+         if (.not. down%is_closed .and. size(up%point) == 0) point(size(point))%mark = mark_lost
+      end associate
       allocate (branch(1), source=[first])
       doubling = [down%doubling, up%doubling]
       associate (doubling_index => [n + 1 - down%doubling_index, n + 1 + up%doubling_index])
@@ -192,9 +196,11 @@ contains
       trace%last = start
       trace%start = start%point
       trace%step = options%step
-      ! the limits are ratios to the scene's value of the parameter, and the unit is the range between them
-      trace%limit = map%unit(size(map%unit))*[options%min_ratio, options%max_ratio] &
+      ! the limits are ratios to the scene's value of the parameter, which may be negative, and the unit is the range
+      ! between them
+      trace%limit = sign(map%unit(size(map%unit)), start%initial%value)*[options%min_ratio, options%max_ratio] &
          /(options%max_ratio - options%min_ratio)
+      if (trace%limit(1) > trace%limit(2)) trace%limit = trace%limit(2:1:-1)
       allocate (trace%point(0), trace%doubling(0), trace%doubling_index(0), trace%parent_doublings(0))
    end subroutine open_trace
 
@@ -308,7 +314,7 @@ contains
          trace%point = [trace%point, trace%parent_doublings(i)]
          return
       end do
-      if (size(trace%point) == 0) trace%second = next
+      if (.not. allocated(trace%second%tip)) trace%second = next
       call check_closure(trace%start, trace%second, trace%last%point, next, units_of(map), is_away, trace%is_closed)
       trace%is_closed = trace%is_closed .and. trace%has_left
       trace%has_left = trace%has_left .or. is_away
@@ -395,17 +401,6 @@ contains
       end associate
       value = real(product_of_all, wp)
    end function test_function
-
-   !> Is a complex pair of multipliers on the unit circle? The test function of a torus also vanishes for two real
-   !> multipliers that are inverse to each other, without a bifurcation.
-   pure function has_pair_on_circle(point) result(answer)
-      type(orbit_point_t), intent(in) :: point
-      logical :: answer
-
-      real(wp), parameter :: near = 1.0e-6_wp
-
-      answer = any(abs(aimag(point%multiplier)) > 0.0_wp .and. abs(abs(point%multiplier) - 1.0_wp) < near)
-   end function has_pair_on_circle
 
    !> Locate the zero of a test function between the last point and the next, by a bracketed search for the step length
    !> of the predictor.

@@ -83,7 +83,7 @@ contains
             //'periods of &orbit, or a longer skip')
          return
       end if
-      call find_units(map, guess%state, (options%max_ratio - options%min_ratio)*guess%value)
+      call find_units(map, guess%state, abs((options%max_ratio - options%min_ratio)*guess%value))
       do round = 1, max_rounds
          ! the second pass checks the shifted section
          do i = 1, 2
