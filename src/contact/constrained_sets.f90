@@ -2,7 +2,7 @@
 !> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
 !> constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their values at a
 !> contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the coefficient
-!> of free mode i in constrained mode j, and a prime on q, p or z denotes d/dtau.
+!> of free mode i in constrained mode j, p_j its displacement, and a prime on q or p denotes d/dtau.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -267,8 +267,8 @@ contains
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
-            ! slow modes are unknowns of the equations, because their flexibility would hide that of the other modes
          else if (any(square < slow_frequency**2)) then
+            ! slow modes are unknowns of the equations, because their flexibility would hide that of the other modes
             no_load = (0.0_wp, 0.0_wp)
             call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &
                force, shape)

@@ -69,6 +69,8 @@ contains
          call allocate_terms(modes, oscillators%count, size(spring), 0)
       end if
       if (allocated(error)) return
+      ! back to the rows before `reduce_rows`: the force of stop j, with the row b_j + c b_i, also acts c-fold at the
+      ! rigid stop i, and its height is h_j + c h_i
       do j = 1, size(spring)
          if (base(j) == 0) cycle
          modes%force(base(j), :) = modes%force(base(j), :) + factor(j)*modes%force(j, :)
@@ -104,7 +106,7 @@ contains
       group = [(j, j=1, size(spring))]
       do j = 2, size(spring)
          do i = 1, j - 1
-            if (.not. any(moves(:, i) .and. moves(:, j)) .and. any(moves(:, j))) cycle
+            if (.not. any(moves(:, i) .and. moves(:, j))) cycle
             where (group == group(j)) group = group(i)
          end do
       end do
@@ -115,7 +117,8 @@ contains
       call allocate_terms(modes, oscillators%count, size(spring), 0)
       do g = 1, size(spring)
          members = pack([(j, j=1, size(spring))], group == g)
-         if (size(members) == 0) cycle
+         ! a stop that no mode moves has no terms
+         if (.not. any(moves(:, members))) cycle
          part = coupled_modes_t()
          part%inactive = pack([(i, i=1, oscillators%count)], .not. any(moves(:, members), dim=2))
          call find_terms(oscillators, value(:, members), spring(members), part, error)
@@ -195,6 +198,7 @@ contains
                   modes%branch(j, m) = of_equivalents%branch(i, m)
                   modes%height_weight(j, m) = of_equivalents%height_weight(i, m)
                else
+                  ! u and P2/(beta k) of a stop are the combinations S' of those of the equivalent stops
                   modes%indentation(j, m) = sum(combination*of_equivalents%indentation(:, m))
                   modes%branch(j, m) = spring(j)%branch_stiffness*sum(combination*of_equivalents%branch(:, m) &
                      /equivalent%spring%branch_stiffness, mask=abs(combination) > 0.0_wp)
@@ -349,9 +353,10 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
-         ! with T = N + M H (`coupled_equation`), T' its derivative by s, y the right and l the left vector at the root,
-         ! l M = -P, and the slope of the equation is l T' y; both vectors are scaled to magnitudes of at most 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
+         ! with T = N + M H (`coupled_equation`) and T' its derivative by s, the vectors with T y = 0 and l T = 0 at the
+         ! root are y = P = -`right` and l = `left`; l M = -y, and the slope of the equation is l T' y. Both vectors are
+         ! scaled to magnitudes of at most 1
          modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
          modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
          modes%memory_weight(:, place) = vectors%left/size_left/scaled_slope
@@ -412,8 +417,8 @@ contains
    end subroutine add_circle_point
 
    !> Indentation and branch force of each stop in a term. The indentation is minus the sum over the modes. At a root
-   !> the force-indentation law of the stop holds as well, and is used if its terms cancel less than that sum; at a
-   !> point of a circle it does not hold.
+   !> the force-indentation law of the stop holds as well: it gives the indentation if the force is more accurate than
+   !> that sum, and replaces the force if not. At a point of a circle it does not hold.
    subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
@@ -428,10 +433,10 @@ contains
       ! `s_plus_rate` and `total` are N and M of `coupled_equation`: M u = N P
       complex(wp) :: s_plus_rate, shape(size(active)), total
       ! parts of a term of the sum over the modes, parts of this sum, and sum of the magnitudes of its terms
-      real(wp) :: imag, part, sum_imag, sum_real, magnitude, max_value
+      real(wp) :: imag, part, sum_imag, sum_real, magnitude, max_force
       integer :: i, j
 
-      max_value = maxval(abs1(modes%force(:, place)))
+      max_force = maxval(abs1(modes%force(:, place)))
       shape = modes%shape(active, place)
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
@@ -453,9 +458,9 @@ contains
             if (problem%branch_pole(j) > 0) s_plus_rate = distance(problem%branch_pole(j))
             total = (spring%stiffness + spring%viscosity*s)*s_plus_rate + spring%branch_stiffness*s
             if (is_root) then
-               ! the rounding error of the force is relative to that of the stiffest stop, the rounding error of the
-               ! indentation relative to that of the sum
-               if (abs1(total)*magnitude > abs1(s_plus_rate)*max_value) then
+               ! the rounding error of the force is `epsilon` times the maximum force of all stops in this term, that
+               ! of the sum `epsilon` times the magnitudes of its summands
+               if (abs1(total)*magnitude > abs1(s_plus_rate)*max_force) then
                   u = force*s_plus_rate/total
                else
                   force = total/s_plus_rate*u
@@ -463,6 +468,7 @@ contains
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle
+            ! by the law of the branch if P2 is the smaller part of the force, because P - k u would cancel
             if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(s_plus_rate)) then
                branch = spring%branch_stiffness*s/s_plus_rate*u
             else

@@ -352,8 +352,8 @@ contains
       !> Amplitudes, to which the contribution of the stop is added, [count]
       complex(wp), contiguous, intent(inout) :: amplitude(:)
 
-      ! factors of the weights: P2 - beta k u of a stop with a branch, c u of a stop without one, and those of the
-      ! alternative form
+      ! factors of the weights: `memory` is the internal variable P2 - beta k u of a stop with a branch, `viscous` minus
+      ! the internal variable -c u of a stop without one; the others belong to the alternative form
       real(wp) :: memory, viscous, from_height, from_memory
       real(wp) :: at_re, at_im, height_re, height_im, memory_re, memory_im
       ! the stop has no branch, so that it may have a damper parallel to the spring

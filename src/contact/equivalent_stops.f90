@@ -165,7 +165,7 @@ contains
          return
       end if
       equivalent%is_own_equivalent(places) = .false.
-      ! K = S k S' and A = S beta k S', with the diagonal matrices of the stops' k and beta k
+      ! K = S k S' and G = S A S', with the diagonal matrices k of stiffnesses and A of branch stiffnesses of the stops
       elastic = matmul(combination*spread(spring%stiffness, 1, rank), transpose(combination))
       branch = matmul(combination*spread(spring%branch_stiffness, 1, rank), transpose(combination))
       call diagonalise(elastic, branch, eigenvalue)
@@ -214,14 +214,14 @@ contains
       allocate (combination, source=coefficients(:size(basis, 2), :))
    end subroutine factorise
 
-   !> Solve the generalised symmetric eigenproblem of the stiffness matrix K and the branch stiffness matrix A: find X
-   !> with X' K X = 1 and X' A X diagonal.
+   !> Solve the generalised symmetric eigenproblem of the stiffness matrix K and the branch stiffness matrix G: find X
+   !> with X' K X = 1 and X' G X diagonal.
    subroutine diagonalise(elastic, branch, eigenvalue)
       !> K, positive definite
       real(wp), intent(in) :: elastic(:, :)
-      !> A on entry, X on return
+      !> G on entry, X on return
       real(wp), intent(inout) :: branch(:, :)
-      !> Diagonal of X' A X
+      !> Diagonal of X' G X
       real(wp), allocatable, intent(out) :: eigenvalue(:)
 
       real(wp) :: factor(size(elastic, 1), size(elastic, 1)), work(8*size(elastic, 1) + 8)
