@@ -9,7 +9,7 @@ module memory_needs
    use value_rules, only: max_stored_numbers
    implicit none (type, external)
    private
-   public :: memory_need_t, check_need, add_need, add_modes, add_samples, number_in_words, overhead, bytes_of_number
+   public :: memory_need_t, check_need, add_need, add_modes, add_samples, short_text, overhead, bytes_of_number
 
    !> Bytes of a real number.
    real(wp), parameter :: bytes_of_number = 8.0_wp
@@ -124,29 +124,29 @@ contains
       type(memory_need_t), intent(inout) :: need
 
       if (samples > max_stored_numbers) then
-         call refuse_need(need, group//' has '//number_in_words(samples)//' samples in a run, more than '// &
-            number_in_words(max_stored_numbers), advice)
+         call refuse_need(need, group//' has '//short_text(samples)//' samples in a run, more than '// &
+            short_text(max_stored_numbers), advice)
       else
          call add_need(need, real(numbers, wp)*bytes_of_number*samples, &
-            'runs of '//number_in_words(samples)//' samples', &
+            'runs of '//short_text(samples)//' samples', &
             advice)
       end if
    end subroutine add_samples
 
-   !> A number in words, rounded if it is large.
-   pure function number_in_words(number) result(words)
+   !> A number as text, with two digits if it is large.
+   pure function short_text(number) result(text)
       real(wp), intent(in) :: number
-      character(:), allocatable :: words
+      character(:), allocatable :: text
 
       real(wp), parameter :: max_exact = 1.0e6_wp
       character(16) :: digits
 
       if (number < max_exact) then
-         words = to_text(nint(number))
+         text = to_text(nint(number))
       else
          write (digits, '(es8.1)') number
-         words = trim(adjustl(digits))
+         text = trim(adjustl(digits))
       end if
-   end function number_in_words
+   end function short_text
 
 end module memory_needs

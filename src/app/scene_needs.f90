@@ -8,7 +8,7 @@ module scene_needs
    use load_settings, only: is_in_mode
    use measure_list, only: measure_count
    use measure_selection, only: chosen_measures
-   use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, number_in_words
+   use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, short_text
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
    use run_settings, only: method_exact, moves_in_modes, run_settings_t
@@ -41,7 +41,7 @@ contains
          call add_tables(scene, workers, need)
          if (scene%wants_uncertainty) call add_need(need, bytes_of_number*case_count_of(scene%sweep)* &
             real(2 + size(chosen_measures(scene, scene%uncertainty%measures)), wp), 'the measures of ' &
-            //number_in_words(case_count_of(scene%sweep))//' cases', 'give &uncertainty fewer measures')
+            //short_text(case_count_of(scene%sweep))//' cases', 'give &uncertainty fewer measures')
       else
          if (scene%wants_frequencies) call add_frequencies(scene, need)
          if (scene%wants_response) call add_response(scene, need)
@@ -77,7 +77,7 @@ contains
          end do
       end if
       call add_need(need, bytes_of_number*points*(per_scene + per_run*real(runs, wp)), 'tables of ' &
-         //number_in_words(points)//' points', 'give &force and &base shorter tables')
+         //short_text(points)//' points', 'give &force and &base shorter tables')
    end subroutine add_tables
 
    !> Add the frequencies. Their columns (modes of one mesh by one solver) are computed one after the other, so the
@@ -178,14 +178,14 @@ contains
          if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
-            //number_in_words(runs*samples)//' samples', &
+            //short_text(runs*samples)//' samples', &
             'give &response a longer step, or &output fewer histories')
          shapes = 0.0_wp
          if (allocated(output%shape_times)) shapes = real(size(output%shape_times), wp)
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
          ! each node has a displacement, a slope and their rates
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
-            'the whole beam at '//number_in_words(shapes)//' instants', 'give &output a longer shape_step')
+            'the whole beam at '//short_text(shapes)//' instants', 'give &output a longer shape_step')
          call add_sections(scene, copies*runs, numbers_of_section(scene), need)
       end associate
    end subroutine add_response
@@ -220,7 +220,7 @@ contains
          if (.not. requested%sets_duration .and. requested%period > 0.0_wp) recorded = max(0.0_wp, min(recorded, &
             scene%response%duration/requested%period - real(requested%skip, wp)))
          call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), &
-            'the sections of '//number_in_words(recorded) &
+            'the sections of '//short_text(recorded) &
             //' periods', 'give &poincare a smaller keep')
       end associate
    end subroutine add_sections
@@ -325,7 +325,7 @@ contains
       end do
       ! one parameter at a time also has a random permutation
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
-         //number_in_words(case_count_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
+         //short_text(case_count_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(parameter_index('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
       call add_beam(scene, elements_of(scene, elements), workers, need)
