@@ -63,6 +63,7 @@ contains
       call find_modes_of_run(model, settings, modes, error)
       if (allocated(error)) return
       mode_count = size(modes%square)
+      ! a given number of modes excludes residual modes, and the higher modes of a small mesh
       if (settings%response%mode_count > 0) mode_count = min(mode_count, settings%response%mode_count)
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
@@ -162,7 +163,8 @@ contains
       call group%put('surface', [(k, k=1, size(self%stop, 1))], &
          'surface, in the order of &stop and &body, below before above', is_scale=.true.)
       call group%put('amplitude_stop', abs(self%stop), 'displacement', &
-         'amplitude of the beam there; from a body that moves', at_stops)
+         'amplitude of the beam there, relative to the body if it is one; at floor and ceiling that of the body', &
+         at_stops)
       call group%put('phase_stop', degrees(self%stop), 'number', 'its phase in degrees', at_stops)
    end subroutine write_group
 

@@ -80,9 +80,10 @@ contains
          call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
          if (size(study%stop, 1) > 0) then
             call group%put('surface', [(k, k=1, size(study%stop, 1))], &
-               'surface, in the order of &stop, below before above', is_scale=.true.)
+               'surface, in the order of &stop and &body, below before above', is_scale=.true.)
             call group%put('displacement_stop', study%stop, 'displacement', &
-               'displacement of the beam there, up from the unstressed beam', 'surface tau')
+               'displacement of the beam there, up from the unstressed beam, relative to the body if it is one; ' &
+               //'at floor and ceiling that of the body', 'surface tau')
             call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
                'surface tau')
          end if
@@ -103,7 +104,7 @@ contains
       if (point%min_speed < huge(1.0_wp)) speed = point%min_speed
    end function speed_of
 
-   !> Write one branch: its points, and the states at the sections of each point.
+   !> Write one branch: its points, and displacement and velocity of the tip at the sections of each point.
    subroutine write_branch(group, branch, quantity)
       type(quantity_group_t), intent(in) :: group
       type(orbit_branch_t), intent(in) :: branch

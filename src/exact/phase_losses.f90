@@ -354,8 +354,8 @@ contains
          end associate
          impulse = offset*time + sum(real(amplitude, wp))
       else
-         ! the contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2, with
-         ! alpha the rate of mass-proportional damping
+         ! the contribution of a mode p (`z`) to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2,
+         ! with alpha the rate of mass-proportional damping
          call find_homogeneous_state(now, time, z, v)
          associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
             place = findloc(constrained%closed, k, dim=1)

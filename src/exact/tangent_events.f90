@@ -140,12 +140,12 @@ contains
          select case (ended_by)
          case (end_gap)
             change = gap
-            ! an open three-element stop bears no force and has the indentation -P2/k1
+            ! an open three-element stop bears no force and has the indentation u = -P2/k
             if (has_branch_force(state)) change = gap - branch_force(k)/state%spring%stiffness
          case (end_undeformed)
             change = -gap
          case (end_renewed_contact)
-            ! a stop whose surface moves with the beam has no branch
+            ! the signal is minus the force; a stop whose surface moves with the beam has no branch
             change = -force_change(now, k, q, v, 0.0_wp*branch_force)
          case (end_force)
             if (state%is_rigid) then
@@ -167,7 +167,7 @@ contains
       real(wp), intent(in) :: q(:), v(:), branch_force(:)
       real(wp) :: change
 
-      ! force of the spring, damper and Maxwell branch: P = P2 - c v - k1 q at the contact
+      ! force of the spring, damper and Maxwell branch: P = P2 + c du/dtau + k u, and the indentation u is minus the gap
       associate (spring => now%states(k)%spring, b => now%beam%value(:, k))
          change = branch_force(k) - spring%viscosity*sum(b*v) - spring%stiffness*sum(b*q)
       end associate

@@ -71,7 +71,8 @@ contains
          rates%q = [(0.0_wp, k=1, size(now%beam%value, 1))]
          rates%v = rates%q
          call to_free_modes(constrained, v, a, rates%q, rates%v)
-         ! branch force P2 of a Maxwell branch: dP2/dtau = -k2 u - P2/(c2/k2), u: velocity of the beam
+         ! closed contact: dP2/dtau = -beta k w - nu P2, with w the velocity of the beam away from the stop; open
+         ! contact: the surface recovers, and P2 decays with the recovery rate
          rates%branch_force = [(0.0_wp, k=1, size(now%states))]
          do k = 1, size(now%states)
             if (.not. has_branch_force(now%states(k))) cycle
@@ -215,8 +216,9 @@ contains
    end subroutine to_free_modes
 
    !> Add to z, v the response of a mode, initially at rest, to the derivative of a load by the load parameter. The
-   !> response is a sum of divided differences of exp(s t) over the exponents of mode and load: exp[0, s] for a
-   !> constant, exp[0, 0, s] for t, exp[sigma, s] for exp(sigma t), exp[sigma, sigma, s] for t exp(sigma t).
+   !> response is a sum of divided differences of exp(s t) over the exponents of the load and the two exponents s1, s2
+   !> of the mode: exp[0, s1, s2] for a constant, exp[0, 0, s1, s2] for t, exp[sigma, s1, s2] for exp(sigma t), and
+   !> exp[sigma, sigma, s1, s2] for t exp(sigma t); exp[s1, s2] is the response to a unit impulse.
    pure subroutine add_mode_response(mode, change, load_factor, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
@@ -367,16 +369,18 @@ contains
          change%segment%frequency = segment%frequency
          if (tangent%parameter == load_amplitude) then
             if (load /= tangent%load) return
-            ! the load per unit of amplitude; as in `gather_loads`, the power of the frequency is an acceleration
+            ! the load per unit of amplitude; if the displacement of the base is given (power 2), the load is its
+            ! acceleration, -w**2 times the amplitude
             course%amplitude = 1.0_wp
             if (power > 0) course%amplitude = -course%frequency**power
             change%segment = load_segment_at(course, now%forced%tau)
          else if (course%kind == course_harmonic) then
-            ! derivative of w**power exp(i w tau) by w, at tau = start of the phase + t
-            associate (load_factor => course%frequency/now%loads%course(tangent%load)%frequency)
-               change%segment%harmonic = load_factor*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
+            ! derivative of w**power exp(i w tau) by w, at tau = start of the phase + t, times the derivative of w by
+            ! the parameter, because all frequencies change in proportion
+            associate (frequency_ratio => course%frequency/now%loads%course(tangent%load)%frequency)
+               change%segment%harmonic = frequency_ratio*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
                   now%forced%tau, wp)
-               change%secular = load_factor*segment%harmonic*(0.0_wp, 1.0_wp)
+               change%secular = frequency_ratio*segment%harmonic*(0.0_wp, 1.0_wp)
             end associate
          end if
       end associate

@@ -177,7 +177,7 @@ contains
    subroutine terms_at(self, t, phasor, value, slope)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> Phasors exp(i W (from + t)) of the harmonics with frequencies W, [harmonics]
+      !> Phasors exp(i w (from + t)) of the harmonics with frequencies w, [harmonics]
       complex(wp), intent(in) :: phasor(:)
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
@@ -229,7 +229,7 @@ contains
    subroutine sum_oscillating_terms(self, t, phasor, order, columns, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> Phasors exp(i W (from + t)) of the harmonics with frequencies W, [harmonics]
+      !> Phasors exp(i w (from + t)) of the harmonics with frequencies w, [harmonics]
       complex(wp), intent(in) :: phasor(:)
       integer, intent(in) :: order
       !> Columns as in `certified_search`

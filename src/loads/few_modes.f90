@@ -78,7 +78,7 @@ contains
    end subroutine find_base_modes
 
    !> Modes of a run whose number of modes is not chosen by trials: all modes, or a fixed number of the lowest modes of
-   !> a large mesh.
+   !> a large mesh, followed by residual modes.
    subroutine find_modes_of_run(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -97,8 +97,8 @@ contains
       end if
    end subroutine find_modes_of_run
 
-   !> The lowest modes, followed by the residual modes of stops and loads. If the lowest modes cannot be found
-   !> separately, all modes are found, as long as the mesh is small enough.
+   !> The lowest modes, followed by the residual modes of stops and loads. All modes are found instead if their number
+   !> is more than half the number of elements, or if Lanczos' method fails and the mesh is small enough.
    subroutine find_few_modes(model, settings, count, modes, error, base)
       type(beam_model_t), intent(in) :: model
       !> Stops and loads
@@ -153,7 +153,8 @@ contains
       type(free_modes_t), intent(in) :: base
       !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
-      !> Coordinates q of the modes other than the rigid-body rotation, [order, modes]
+      !> Multiples B^T B q of the coordinates q of the modes other than the rigid-body rotation, of which only the
+      !> directions are used, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
 
       real(wp) :: deflection(beam%rows)
@@ -165,7 +166,8 @@ contains
       allocate (vectors(beam%order, lowest - rigid_modes))
       do j = 1, size(vectors, 2)
          ! q from displacements contains strains of high modes by rounding errors. The product with B^T B (`bend`
-         ! multiplies by B, `bend_transposed` by B^T) suppresses them, because they have little inertia
+         ! multiplies by B, `bend_transposed` by B^T) suppresses them, because they have little inertia, and is a
+         ! multiple of the exact q
          call bend(beam, coordinates_of_motion(beam, modes%mode(:, rigid_modes + j)), deflection)
          call bend_transposed(beam, deflection, vectors(:, j))
       end do

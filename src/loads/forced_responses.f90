@@ -1,9 +1,10 @@
 !> Load response of a beam with one set of closed contacts, in closed form on each load segment (docs/theory.md, section
-!> 18). The motion is the load response plus a free motion; t is the time since the start of the phase.
+!> 18). The motion is the load response plus a free motion; t is the time since the start of the phase, W the frequency
+!> of a mode, and w that of a load harmonic.
 !>
 !> Each output quantity is a row (a linear functional of the motion): modes of the set, gaps, contact forces,
 !> indentations and branch forces of the contacts, tip displacement, and work-conjugate displacements of the loads. The
-!> load response of a row is constant + slope t + Re sum harmonic exp(i W t), plus modes driven from rest. The latter
+!> load response of a row is constant + slope t + Re sum harmonic exp(i w t), plus modes driven from rest. The latter
 !> are modes in resonance with a harmonic load, or so slow that their stiffness hardly matters during a phase; the sum
 !> of their steady-state response and their free motion, both large, would lose digits.
 module forced_responses
@@ -69,9 +70,9 @@ module forced_responses
       real(wp), allocatable :: constant(:, :)
       !> Response to the load t, minus t times the response to the load 1, [rows, loads]
       real(wp), allocatable :: ramp(:, :)
-      !> Response to exp(i W t), [rows, loads]
+      !> Response to exp(i w t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
-      !> Response of each uncoupled mode to exp(i W t) by the adjoint equation, which has the damping of the other sign.
+      !> Response of each uncoupled mode to exp(i w t) by the adjoint equation, which has the damping of the other sign.
       !> It gives the work of the load on the free motion in closed form, [modes, loads]
       complex(wp), allocatable :: adjoint(:, :)
       !> Modal loads of the set, [modes, loads]
@@ -84,10 +85,10 @@ module forced_responses
       !> With closed compliant contacts: generalized unit load of each term exp(s t) of the motion (`coupled_terms`),
       !> [count, loads]
       complex(wp), allocatable :: term_load(:, :)
-      !> `term_load` times s/(s + i W), as in the integral of load times velocity with the frequency W of the load,
+      !> `term_load` times s/(s + i w), as in the integral of load times velocity with the frequency w of the load,
       !> [count, loads]
       complex(wp), allocatable :: work_plus(:, :)
-      !> `term_load` times s/(s - i W), and 0 for terms in resonance with the load, [count, loads]
+      !> `term_load` times s/(s - i w), and 0 for terms in resonance with the load, [count, loads]
       complex(wp), allocatable :: work_minus(:, :)
       !> Indices of the terms in resonance with a load
       integer, allocatable :: resonant_terms(:)
@@ -441,7 +442,7 @@ contains
       real(wp), contiguous, intent(out) :: rows(:)
       !> Rates of the rows, [last - first + 1]
       real(wp), contiguous, intent(out) :: rates(:)
-      !> exp(i W t) if known already, [harmonics]
+      !> exp(i w t) if known already, [harmonics]
       complex(wp), intent(in), optional :: phasor(:)
 
       complex(wp) :: phasors(size(forced%frequency))

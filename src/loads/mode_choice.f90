@@ -124,8 +124,8 @@ contains
       zeta = merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios))
    end function common_zeta
 
-   !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 zeta_i W_i for a damping
-   !> ratio zeta_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, that
+   !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 xi_i W_i for a damping
+   !> ratio xi_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, that
    !> of a body is 2 xi W + c/m (damping ratio xi, damper c), whatever zeta is: its alpha, which may be negative, is
    !> this rate less the part 2 zeta W^2 that all modes have.
    pure function rates_of_modes(settings, square, body) result(rate)

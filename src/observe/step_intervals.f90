@@ -24,7 +24,8 @@ module step_intervals
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
-      !> Displacement z of each body at which its spring has no force, added to its coordinate in a run, [bodies]
+      !> Displacement z of each body at which its spring has no force, [bodies]. A run counts the coordinate of a body
+      !> from there; `ends` contains the sum of both, z
       real(wp), allocatable :: rest(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp

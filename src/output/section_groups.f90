@@ -46,7 +46,8 @@ contains
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
             call group%put('displacement_stop', sections%contact(1, :, :n), 'displacement', &
-               'displacement of the beam there, up from the unstressed beam; from a body that moves', 'surface tau')
+               'displacement of the beam there, up from the unstressed beam, relative to the body if it is one; ' &
+               //'at floor and ceiling that of the body', 'surface tau')
             call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', 'surface tau')
          end if
          bodies = size(sections%body, 2)

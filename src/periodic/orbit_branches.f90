@@ -1,8 +1,7 @@
 !> Branches of periodic orbits over a parameter (amplitude or frequency of a load), by pseudo-arclength continuation,
 !> and the bifurcations and grazing points on them (docs/theory.md, section 22). The continuation runs in the space of
 !> the unknowns of `section_map` and the parameter, in units of the map (`section_map_t%unit`; the parameter has the
-!> last unit, the length of its range). A step along a branch is an orbit predicted along the tangent and corrected by
-!> Newton's method.
+!> last unit, the length of its range). A step is an orbit predicted along the tangent and corrected by Newton's method.
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter_value, choose_point
    use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period, has_pair_on_circle
@@ -66,6 +65,7 @@ contains
 
       call trace_from(map, options, orbit, -1.0_wp, down)
       if (down%is_closed) then
+         ! a closed branch is complete: the other direction has no points
          call open_trace(map, options, orbit, up)
       else
          call trace_from(map, options, orbit, 1.0_wp, up)
@@ -239,6 +239,7 @@ contains
          end if
       end do
       if (.not. trace%is_over .or. trace%is_closed .or. size(trace%point) == 0) return
+      ! a branch without a mark at its end: Newton's method failed at the limit of the range or at the shifted section
       if (trace%point(size(trace%point))%mark == mark_none) trace%point(size(trace%point))%mark = mark_lost
    end subroutine continue_trace
 
@@ -443,8 +444,7 @@ contains
       !> Whether the branch continues with other impacts
       logical, intent(in) :: continues
 
-      ! number of restarts nearer to the end, where Newton's method converges from shorter distances only; and number of
-      ! bisections after each
+      ! numbers of restarts nearer to the end, where Newton's method converges from shorter distances, and of bisections
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this fraction of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp

@@ -205,7 +205,8 @@ contains
       if (all(abs(rhs) < huge(1.0_wp))) allocate (solution, source=rhs(:, 1))
    end subroutine solve_linear
 
-   !> Unit tangent of a branch at a periodic orbit, with a positive component along another direction.
+   !> Unit tangent of a branch at a periodic orbit in units of the map, with a positive component along another
+   !> direction.
    subroutine find_direction(map, result, along, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
@@ -290,7 +291,7 @@ contains
    subroutine doubling_direction(map, result, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> Direction, [unknowns + 1]; unallocated if the inverse iteration fails
+      !> Direction in units of the map, the parameter last, [unknowns + 1]; unallocated if the inverse iteration fails
       real(wp), allocatable, intent(out) :: direction(:)
 
       ! number of inverse iterations
