@@ -1,7 +1,7 @@
 !> Contacts for Newmark's method. The row w of a contact is a linear functional of the degrees of freedom y: the gap is
-!> w . y - s d, with d the height of the contact surface and s = 1 for a contact below the beam, s = -1 for one above
-!> it. The contact force f acts on the beam as the load vector f w. A row has one nonzero entry, s at a degree of
-!> freedom of the beam, or two if the beam meets a body that moves.
+!> w . y - s d, with d the coordinate of the contact surface and s = 1 for a contact below the beam, s = -1 for one
+!> above it. The contact force f acts as the load vector f w. A row has one nonzero entry, s at a degree of freedom of
+!> the beam or of a body at its floor or ceiling, or two if the beam meets a body.
 module contact_rows
    use kinds, only: wp
    implicit none (type, external)
@@ -13,7 +13,7 @@ module contact_rows
 
    !> The row w: s at the degree of freedom `dof`, and -s at that of the body that the beam meets, if there is one.
    type :: contact_row_t
-      !> Index of the degree of freedom of the beam
+      !> Index of the degree of freedom of the beam; at floor and ceiling of a body, that of the body
       integer :: dof = 0
       !> s
       real(wp) :: sign = 1.0_wp

@@ -46,7 +46,8 @@ module contact_states
       integer :: start_order = 0
       !> Indentation u of the stop at the start of the next phase
       real(wp) :: indentation = 0.0_wp
-      !> Force P2 of the Maxwell branch at the start of the next phase
+      !> Force P2 of the Maxwell branch at the start of the next phase; 0 without a branch: the force c u' of a damper
+      !> parallel to the spring, P2 in `spring_damper_stop`, is not part of the state here
       real(wp) :: branch_force = 0.0_wp
       !> If the gap never exceeds this value during the present flight, the contact is captured at its end; 0: no
       !> capture is possible

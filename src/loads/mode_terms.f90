@@ -326,8 +326,9 @@ contains
       radius = max(fraction_of_decay*center, radius_times_length/mode%length)
       if (mode%spread <= nearness*radius) then
          arm = radius*direction(:half_circle)
-         associate (s => arm - center, square => merge(-1.0_wp, 1.0_wp, mode%oscillates)*mode%spread**2)
-            call add_terms(s, arm/real(half_circle, wp)*((arm + center)*start(1) + start(2))/(arm**2 - square), &
+         ! `pole_square`: squared distance of the exponents from the centre, negative if they are complex
+         associate (s => arm - center, pole_square => merge(-1.0_wp, 1.0_wp, mode%oscillates)*mode%spread**2)
+            call add_terms(s, arm/real(half_circle, wp)*((arm + center)*start(1) + start(2))/(arm**2 - pole_square), &
                1.0_wp + mode%two_zeta*s, terms)
          end associate
          return

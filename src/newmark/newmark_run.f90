@@ -2,9 +2,9 @@
 !> position on the time grid, and quantities of a contact that follow from a state.
 !>
 !> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The gap of a contact is w . y - s d,
-!> with w the row of the contact (module `contact_rows`), y the displacements of the degrees of freedom, d the height of
-!> the contact surface, and s = 1 for a contact below the beam, -1 for one above it. M, K and C are the matrices of
-!> mass, stiffness and damping, M* and C* those with which the steps are taken (module `newmark_stepper`).
+!> with w the row of the contact (module `contact_rows`), y the displacements of the degrees of freedom, d the
+!> coordinate of the contact surface, and s = 1 for a contact below the beam, -1 for one above it. M, K and C are the
+!> matrices of mass, stiffness and damping, M* and C* those with which the steps are taken (module `newmark_stepper`).
 module newmark_run
    use applied_loads, only: applied_loads_t
    use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t

@@ -75,9 +75,9 @@ contains
    end subroutine check_separation
 
    !> Add the span of an interval that lies within one block. Statistics refer to displacements upwards from the
-   !> undeformed beam, y = s (gap + s d) with the sign s of a contact and the height d of its surface. `integrate` gives
-   !> the integrals of gap + s d; `evaluate` and searches give the gap, which an output row with factor s and offset d
-   !> converts to y.
+   !> undeformed beam, y = s (gap + s d) with the sign s of a contact and the coordinate d of its surface. `integrate`
+   !> gives the integrals of gap + s d; `evaluate` and searches give the gap, which an output row with factor s and
+   !> offset d converts to y.
    subroutine add_span(interval, span, block, blocks)
       class(interval_t), intent(inout) :: interval
       !> Beginning and end of the span, since the start of the interval

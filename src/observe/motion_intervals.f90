@@ -19,7 +19,7 @@ module motion_intervals
       integer :: number = 1
       !> Sign s of the contact: 1 below the beam, -1 above it
       real(wp) :: sign = 1.0_wp
-      !> s d, the height d of the contact times its sign; the gap plus s d is s times the displacement of the beam
+      !> Height s d of the contact surface with the coordinate d; gap + s d is s times the displacement of the beam
       real(wp) :: signed_height = 0.0_wp
       !> Whether the contact is closed
       logical :: is_closed = .false.
