@@ -228,7 +228,7 @@ contains
       type(sample_t), intent(inout) :: sample
 
       ! displacements and velocities of the constrained modes with the load response, then without it, [modes, 4]
-      real(wp), target :: state(size(self%now%z), 4)
+      real(wp) :: state(size(self%now%z), 4)
       ! values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp) :: term(merge(self%now%set%coupled%count, 0, size(self%now%set%compliant) > 0))
       ! gap of a contact and its rate, displacement and velocity of a massless node, and sum of all contact forces
