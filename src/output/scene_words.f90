@@ -6,7 +6,7 @@ module scene_words
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, value_in_units
    use root_and_mass_settings, only: mass_settings_t, root_pinned, root_settings_t
-   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, law_spring_damper, &
+   use run_settings, only: body_settings_t, impulse_nodal, law_restitution, law_table, &
       method_names, method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
    use scene_types, only: all_stops, beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, &
       support_settings_t
@@ -309,14 +309,14 @@ contains
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
+      words = trim(law_table(stop%law)%words)
       if (stop%law == law_restitution) then
-         words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' (' &
+         words = words//' '//rounded(stop%restitution)//' (' &
             //merge('node alone', 'whole beam', stop%impulse == impulse_nodal)//')'
          return
       end if
-      words = trim(merge('spring and damper', 'three elements   ', stop%law == law_spring_damper)) &
-         //phrase(units, ', {kappa~k} = ', 'stiffness', stop%stiffness_ratio)
-      if (stop%law /= law_spring_damper) words = words//', branch ratio '//rounded(stop%branch_ratio)
+      words = words//phrase(units, ', {kappa~k} = ', 'stiffness', stop%stiffness_ratio)
+      if (law_table(stop%law)%has_branch) words = words//', branch ratio '//rounded(stop%branch_ratio)
       words = words//phrase(units, ', {c*~c} = ', 'damper', stop%damper_ratio)
    end function law_in_words
 

@@ -7,7 +7,7 @@ module scene_bodies
    use name_table, only: table_t
    use name_types, only: name_t, sweep_t
    use number_text, only: to_text
-   use run_settings, only: body_settings_t, impulse_nodal, law_names, law_restitution, side_both, &
+   use run_settings, only: body_settings_t, impulse_nodal, law_table, law_restitution, side_both, &
       side_names
    use scene_input, only: scene_input_t
    use scene_stops, only: list_law
@@ -48,7 +48,7 @@ contains
          if (.not. table%lists_names) cycle
          call list_position_and_mass(table, bodies(k))
          call list_spring_and_start(table, bodies(k))
-         call table%bind(bodies(k)%contact%law, name_t('law', 'model of its contact with the beam'), law_names)
+         call table%bind(bodies(k)%contact%law, name_t('law', 'model of its contact with the beam'), law_table%name)
          call list_law(table, bodies(k)%contact, '', first=81, has_impulse=.false.)
          call list_floor_and_ceiling(table, bodies(k))
       end do
@@ -125,7 +125,7 @@ contains
       call table%store(name_t('ceiling', 'the same, length', length_range, instead_of='ceiling_ratio', &
          quantity='displacement'))
       call table%bind(body%base_contact%law, name_t('floor_law', 'model of its contacts with floor and ceiling'), &
-         law_names)
+         law_table%name)
       call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)
    end subroutine list_floor_and_ceiling
 

@@ -8,7 +8,7 @@ module scene_stops
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: rounded, to_text
    use program_identity, only: in_motion_and_benchmark
-   use run_settings, only: impulse_names, impulse_nodal, law_names, law_restitution, side_above, &
+   use run_settings, only: impulse_names, impulse_nodal, law_table, law_restitution, side_above, &
       side_below, side_both, side_names, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: all_stops, scales_t, scene_t, support_motion_names, support_settings_t
@@ -104,7 +104,7 @@ contains
          //'length', height_range, &
          instead_of='preload', quantity='displacement', is_scale=.true.))
       call table%bind(stop%law, name_t('law', 'rigid, with a coefficient of restitution; a spring beside a spring ' &
-         //'and damper in series; or a spring beside a damper'), law_names)
+         //'and damper in series; or a spring beside a damper'), law_table%name)
       call list_law(table, stop, '', first=10, has_impulse=.true.)
    end subroutine list_stop
 

@@ -16,7 +16,7 @@ module run_settings
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t
-   public :: law_restitution, law_three_element, law_spring_damper, law_names
+   public :: law_restitution, law_three_element, law_spring_damper, law_table
    public :: stop_released_from, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
@@ -50,9 +50,23 @@ module run_settings
    !> Newmark's method; the step is halved at an event.
    integer, parameter :: method_newmark = 2
 
+   !> A contact law.
+   type :: law_t
+      !> Name in scene files
+      character(name_length) :: name
+      !> Name in tables
+      character(name_length) :: words
+      !> Whether the law has a Maxwell branch, and so the component `branch_ratio`
+      logical :: has_branch = .false.
+   end type law_t
+
+   !> The contact laws, such as `law_table(law_restitution)`.
+   type(law_t), parameter :: law_table(3) = [ &
+      law_t('restitution', 'restitution'), &
+      law_t('three_element', 'three elements', has_branch=.true.), &
+      law_t('spring_damper', 'spring and damper')]
+
    !> Names of these constants in scene files, such as `side_names(side_above)`.
-   character(*), parameter :: law_names(3) = [character(name_length) :: 'restitution', 'three_element', &
-      'spring_damper']
    character(*), parameter :: side_names(3) = [character(name_length) :: 'below', 'above', 'both']
    character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
    character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
