@@ -57,16 +57,16 @@ contains
       end if
       modified = scene
       associate (parameter => scene%cases%parameter)
-         do i = 1, size(scene%cases%values)
+         do i = 1, size(scene%cases%list)
             ! without an effect of the parameter on the start one case stands for all
             if (i > 1 .and. .not. changes_start(parameter, single_contact)) return
-            call set_parameters(modified, [parameter], [scene%cases%values(i)], problem)
+            call set_parameters(modified, [parameter], [scene%cases%list(i)], problem)
             if (allocated(problem)) then
                call complain_of_scene(scene, 'cases', 'values', trim(parameter%name)//' = ' &
-                  //to_text(scene%cases%values(i))//': '//problem, error)
+                  //to_text(scene%cases%list(i))//': '//problem, error)
                return
             end if
-            call check_run(scene, modified, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
+            call check_run(scene, modified, trim(parameter%name)//' = '//to_text(scene%cases%list(i))//': ', &
                i == 1 .or. parameter%changes_beam, model, error)
             if (allocated(error)) return
          end do

@@ -46,7 +46,7 @@ contains
          if (scene%wants_frequencies) call add_frequencies(scene, need)
          if (scene%wants_response) call add_response(scene, need)
          workers = 1
-         if (scene%wants_cases) workers = size(scene%cases%values)
+         if (scene%wants_cases) workers = size(scene%cases%list)
          call add_tables(scene, workers, need)
       end if
    end subroutine memory_need_of_scene
@@ -162,7 +162,7 @@ contains
       integer :: histories, contacts
 
       runs = 1.0_wp
-      if (scene%wants_cases) runs = real(max(size(scene%cases%values), 1), wp)
+      if (scene%wants_cases) runs = real(max(size(scene%cases%list), 1), wp)
       call add_beam(scene, elements_of(scene, scene%mesh%elements), 1, need)
       associate (output => scene%output)
          histories = count(output%history)

@@ -28,7 +28,7 @@ module fit_study
    use sweep_ranks, only: is_first_rank
    use sweep_run, only: start_plan
    use sweep_search, only: update_search, next_poll, search_state_t, start_search
-   use sweep_study, only: plan_run_t, run_plan, threads_for
+   use sweep_study, only: plan_run_t, run_plan
    implicit none (type, external)
    private
    public :: run_fit, plan_starts, find_estimates
@@ -51,7 +51,7 @@ contains
       integer :: n
 
       call plan_starts(scene, plan)
-      call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
+      call run_plan(scene, plan, job, run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       call load_chunks(plan, starts, error)
       if (allocated(error)) return

@@ -18,7 +18,7 @@ module sensitivity_study
    use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
    use sweep_plan, only: plan_t
    use sweep_ranks, only: is_first_rank
-   use sweep_study, only: plan_run_t, run_plan, threads_for
+   use sweep_study, only: plan_run_t, run_plan
    implicit none (type, external)
    private
    public :: run_sensitivity, plan_steps, find_sensitivity
@@ -40,7 +40,7 @@ contains
       type(chunk_rows_t) :: cases
 
       call plan_steps(scene, plan)
-      call run_plan(scene, plan, job, threads_for(job%threads, real(plan%chunks, wp)), run, error)
+      call run_plan(scene, plan, job, run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       call load_chunks(plan, cases, error)
       if (allocated(error)) return

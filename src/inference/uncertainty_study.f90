@@ -15,7 +15,7 @@ module uncertainty_study
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: make_plan, plan_t
    use sweep_ranks, only: is_first_rank, ranks_in_words
-   use sweep_study, only: workers_in_words, plan_run_t, run_plan, threads_for
+   use sweep_study, only: workers_in_words, plan_run_t, run_plan
    use sweep_tables, only: print_sweep
    use uncertain_values, only: distribute
    use uncertainty_results, only: print_uncertainty, uncertainty_t
@@ -40,7 +40,7 @@ contains
       type(uncertainty_t), allocatable :: uncertainty
 
       call plan_sample(scene, plan, error)
-      call run_plan(scene, plan, job, threads_for(job%threads, real(plan%cases, wp)), run, error)
+      call run_plan(scene, plan, job, run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       allocate (uncertainty)
       uncertainty%measures = chosen_measures(scene, scene%uncertainty%measures)

@@ -24,7 +24,7 @@ module scene_groups
    use scene_types, only: integrator_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use sweep_names, only: list_parameters, list_sweep, parameter_names, parameter_of, sweep_of
-   use sweep_settings, only: best_settings_t, cases_settings_t, goal_names
+   use sweep_settings, only: best_settings_t, goal_names, swept_t
    use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
    use warning_list, only: warning_names
    implicit none (type, external)
@@ -416,7 +416,7 @@ contains
    subroutine list_cases(table, is_wanted, cases)
       class(table_t), intent(inout) :: table
       logical, intent(inout) :: is_wanted
-      type(cases_settings_t), intent(inout) :: cases
+      type(swept_t), intent(inout) :: cases
 
       integer, allocatable :: places(:)
       character(name_length), allocatable :: names(:)
@@ -432,7 +432,7 @@ contains
       call table%bind(chosen, name_t('parameter', 'parameter that differs between cases', &
          default='none: give one'), names)
       if (chosen > 0) cases%parameter = parameter_of(table, places(chosen))
-      call table%bind(cases%values, name_t('values', 'its values, one case each', range_t(-1.0e6_wp, 1.0e12_wp), &
+      call table%bind(cases%list, name_t('values', 'its values, one case each', range_t(-1.0e6_wp, 1.0e12_wp), &
          default='none: give some', range_of='parameter'))
    end subroutine list_cases
 

@@ -54,7 +54,6 @@ contains
       varies_mesh = scene%wants_precision
       if (allocated(scene%sweep%swept)) varies_mesh = varies_mesh .or. any(is_swept(scene%sweep%swept) .and. &
          scene%sweep%swept%parameter%group == 'mesh')
-      if (scene%wants_cases) varies_mesh = varies_mesh .or. scene%cases%parameter%group == 'mesh'
       scene%mesh%is_sought = scene%wants_response .and. .not. (varies_mesh .or. allocated(scene%mesh%nodes) .or. &
          scene%mesh%tolerance > 0.0_wp .or. input%has('mesh', 'elements') .or. input%has('mesh', 'ratio'))
       ! where the mesh limits the time step, the given step may be too long for another mesh

@@ -317,22 +317,16 @@ contains
       logical, allocatable :: must_be_valid(:)
       integer :: k
 
-      if (scene%wants_sweep) then
-         associate (swept => scene%sweep%swept)
-            parameters = pack(swept%parameter, is_swept(swept))
-            allocate (extremes(2, size(parameters)))
-            do k = 1, size(parameters)
-               associate (all => values_given(swept(parameter_index(trim(parameters(k)%name), swept))))
-                  extremes(:, k) = [minval(all), maxval(all)]
-               end associate
-            end do
-         end associate
-      else if (scene%wants_cases) then
-         parameters = [scene%cases%parameter]
-         extremes = reshape([minval(scene%cases%values), maxval(scene%cases%values)], [2, 1])
-      else
-         return
-      end if
+      if (.not. (scene%wants_sweep .or. scene%wants_cases)) return
+      associate (swept => scene%sweep%swept)
+         parameters = pack(swept%parameter, is_swept(swept))
+         allocate (extremes(2, size(parameters)))
+         do k = 1, size(parameters)
+            associate (all => values_given(swept(parameter_index(trim(parameters(k)%name), swept))))
+               extremes(:, k) = [minval(all), maxval(all)]
+            end associate
+         end do
+      end associate
       must_be_valid = parameters%quantity /= '' .or. scene%wants_cases
       call try_corners(scene, pack(parameters, must_be_valid), reshape(pack(extremes, spread(must_be_valid, 1, 2)), &
          [2, count(must_be_valid)]), problem, spacing)

@@ -389,22 +389,24 @@ contains
       end if
    end function reason
 
-   !> Check that the parameter and the values of &cases are valid. Problems are reported to `input`.
+   !> Check that the parameter and the values of &cases are valid, and make them the sweep of the scene. Problems are
+   !> reported to `input`.
    subroutine resolve_cases(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> Resolved except for the cases
-      type(scene_t), intent(in) :: scene
+      !> Resolved except for the cases; out: with a sweep of their parameter
+      type(scene_t), intent(inout) :: scene
 
       if (.not. scene%wants_cases) return
       if (scene%cases%parameter%name == '') then
          call input%complain('cases', '', 'needs a parameter, which differs between cases')
-      else if (.not. allocated(scene%cases%values)) then
+      else if (.not. allocated(scene%cases%list)) then
          call input%complain('cases', '', 'needs values, one for each case')
       else
          call check_parameter(input, table, trim(scene%cases%parameter%name))
          if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) call check_taper(input, scene)
+         scene%sweep%swept = [scene%cases]
       end if
    end subroutine resolve_cases
 
@@ -436,7 +438,7 @@ contains
 
       if (scene%beam%has_section) then
          call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
-      else if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
+      else if (any(abs(scene%cases%list) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
          call input%complain('cases', 'values', 'a taper must be at most '//rounded(2.0_wp*scene%scales%height_ratio) &
             //' in size, twice the mean height over the length (a full wedge)')
       end if

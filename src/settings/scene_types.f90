@@ -15,7 +15,7 @@ module scene_types
       relay_settings_t, response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
-   use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
+   use sweep_settings, only: best_settings_t, sweep_settings_t, swept_t
    use warning_list, only: warning_t
    implicit none (type, external)
    private
@@ -377,7 +377,9 @@ module scene_types
       logical :: has_inconsistent_cases = .false.
       !> Whether the file has &cases
       logical :: wants_cases = .false.
-      type(cases_settings_t) :: cases
+      !> The parameter of &cases with the list of its values, one for each case; an empty name: not given. In a resolved
+      !> scene `sweep` contains this parameter alone
+      type(swept_t) :: cases
       !> Whether the file has &sensitivity
       logical :: wants_sensitivity = .false.
       type(sensitivity_settings_t) :: sensitivity

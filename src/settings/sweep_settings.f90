@@ -5,7 +5,7 @@ module sweep_settings
    use measure_list, only: measure_settling
    implicit none (type, external)
    private
-   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t
+   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t
    public :: is_follower, is_swept, parameter_index, values_given, varies_scales
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
@@ -57,8 +57,8 @@ module sweep_settings
    ! words of scene files for the minimum and the maximum
    character(*), parameter :: goal_names(2) = [character(max_name_length) :: 'least', 'most']
 
-   !> A parameter of a sweep and its values: `list`, `range` or `log_range`; if none of them is allocated, the parameter
-   !> is not varied.
+   !> A parameter of a sweep or of &cases and its values: `list`, `range` or `log_range`; if none of them is allocated,
+   !> the parameter is not varied.
    type :: swept_t
       type(parameter_t) :: parameter
       !> List of the values
@@ -108,14 +108,6 @@ module sweep_settings
       !> Refinement: the search ends when its step is shorter than this fraction of the range of each parameter
       real(wp) :: precision = 1.0e-4_wp
    end type best_settings_t
-
-   !> Settings of &cases: runs of one scene for a list of values of one parameter, with their histories.
-   type :: cases_settings_t
-      !> The parameter; an empty name: not given
-      type(parameter_t) :: parameter
-      !> Values of the parameter, one for each case
-      real(wp), allocatable :: values(:)
-   end type cases_settings_t
 
 contains
 

@@ -126,16 +126,12 @@ contains
          end do
       end if
       !$omp end critical (case_scenes)
-      if (allocated(problem)) then
-         call fail(error, status_run_failed, problem)
-         return
-      end if
+      if (allocated(problem)) call fail(error, status_run_failed, problem)
+      if (allocated(error)) return
       runner%values = values
       call update_case_beam(runner%scene, values, runner%parameter%changes_beam, runner%beam, runner%extremes)
-      if (allocated(runner%beam%error)) then
-         allocate (error, source=runner%beam%error)
-         return
-      end if
+      if (allocated(runner%beam%error)) error = runner%beam%error
+      if (allocated(error)) return
       settings = run_settings_of(runner%scene)
       call run_motion(runner%beam%model, settings, response, error, runner%beam%modes, sets, runner%carried)
       if (allocated(runner%carried)) then
@@ -165,7 +161,7 @@ contains
       output = scene%output
       output%measures = .true.
       allocate (runner)
-      associate (parameter => scene%cases%parameter, values => scene%cases%values)
+      associate (parameter => scene%cases%parameter, values => scene%cases%list)
          call start_runner(scene, output, [parameter], [minval(values)], [maxval(values)], runner)
          allocate (cases(size(values)))
          do i = 1, size(cases)

@@ -4,13 +4,11 @@ module default_mesh
    use kinds, only: wp
    use mesh_checks, only: mesh_check_t
    use mesh_choice, only: case_beam_t, search_mesh
-   use mesh_estimates, only: sample_cases
    use number_text, only: to_text
    use orbit_settings, only: vary_amplitude, vary_frequency, vary_nothing
-   use scene_reader, only: set_parameters
    use scene_types, only: scene_t
    use sweep_plan, only: make_plan, plan_t
-   use sweep_run, only: scene_of_case
+   use sweep_run, only: sample_plan
    implicit none (type, external)
    private
    public :: find_mesh
@@ -81,24 +79,12 @@ contains
       type(scene_t), allocatable, intent(out) :: sample(:)
 
       type(plan_t) :: plan
-      character(:), allocatable :: problem
       integer, allocatable :: numbers(:)
-      integer :: i
 
       if (scene%wants_sweep .or. scene%wants_cases) then
-         if (scene%wants_sweep) then
-            call make_plan(scene, plan)
-            allocate (numbers, source=sample_cases(plan%cases))
-         else
-            allocate (numbers, source=sample_cases(size(scene%cases%values)))
-         end if
+         call make_plan(scene, plan)
+         call sample_plan(scene, plan, numbers, sample)
          scene%mesh%found_for = 'in cases '//list_of_numbers(numbers)
-         allocate (sample(size(numbers)), source=scene)
-         do i = 1, size(numbers)
-            if (scene%wants_sweep) call scene_of_case(scene, plan, numbers(i), sample(i))
-            if (scene%wants_cases) call set_parameters(sample(i), [scene%cases%parameter], &
-               [scene%cases%values(numbers(i))], problem)
-         end do
       else if (scene%wants_orbit .and. scene%orbit%varied /= vary_nothing) then
          scene%mesh%found_for = 'for the run and the ends of the branch'
          allocate (sample(3), source=scene)

@@ -10,6 +10,7 @@ module sweep_run
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use measure_rows, only: row_in_units
+   use mesh_estimates, only: sample_cases
    use motion_run, only: set_store_t
    use number_text, only: to_text
    use program_identity, only: program_name
@@ -29,7 +30,7 @@ module sweep_run
    use sweep_spectra, only: record_spectra, spectrum_size
    implicit none (type, external)
    private
-   public :: run_chunks, run_cases, start_plan, run_case, scene_of_case
+   public :: run_chunks, run_cases, start_plan, run_case, sample_plan
 
    !> Data of a process that its threads share.
    type :: shared_t
@@ -209,21 +210,26 @@ contains
       chunk%reasons(:) = reasons(:failures)
    end subroutine run_chunk
 
-   !> Make the scene with the parameters of a case.
-   subroutine scene_of_case(scene, plan, number, case_scene)
+   !> Make the scenes of some cases, evenly spaced from the first to the last.
+   subroutine sample_plan(scene, plan, numbers, scenes)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> Number of the case, from 1
-      integer, intent(in) :: number
-      type(scene_t), intent(out) :: case_scene
+      !> Numbers of the cases
+      integer, allocatable, intent(out) :: numbers(:)
+      !> The scenes with the parameters of these cases
+      type(scene_t), allocatable, intent(out) :: scenes(:)
 
       character(:), allocatable :: problem
       real(wp) :: values(size(plan%axes))
+      integer :: i
 
-      case_scene = scene
-      call case_values(plan, number, values)
-      call set_parameters(case_scene, plan%axes%parameter, values, problem)
-   end subroutine scene_of_case
+      numbers = sample_cases(plan%cases)
+      allocate (scenes(size(numbers)), source=scene)
+      do i = 1, size(numbers)
+         call case_values(plan, numbers(i), values)
+         call set_parameters(scenes(i), plan%axes%parameter, values, problem)
+      end do
+   end subroutine sample_plan
 
    !> Prepare a runner for the cases of a plan; it records only measures.
    subroutine start_plan(scene, plan, runner)

@@ -8,7 +8,7 @@ module sweep_study
    use machine_memory, only: free_addresses
    use mesh_choice, only: case_beam_t, choose_mesh
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
-   use mesh_estimates, only: estimate_cases, sample_cases
+   use mesh_estimates, only: estimate_cases
    use number_text, only: to_text
    use response_types, only: response_t
    use scene_beam_model, only: run_settings_of
@@ -20,7 +20,7 @@ module sweep_study
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
-   use sweep_run, only: run_chunks, scene_of_case
+   use sweep_run, only: run_chunks, sample_plan
    use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, sweep_settings_t
    use sweep_tables, only: print_sweep
    implicit none (type, external)
@@ -53,9 +53,12 @@ contains
       type(survey_t) :: survey
       type(refined_t) :: refined
       type(mesh_errors_t), allocatable :: errors
+      ! cases whose errors are estimated, and their numbers
+      type(scene_t), allocatable :: sample(:)
+      integer, allocatable :: numbers(:)
 
       call make_plan(scene, plan)
-      call run_plan(scene, plan, job, threads_for(job%threads, chain_count_of(scene%sweep)), run, error)
+      call run_plan(scene, plan, job, run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_chunks(scene, plan, survey, error)
       if (allocated(error)) return
@@ -64,7 +67,8 @@ contains
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, run%workers, refined)
       if (scene%mesh%estimate) then
          allocate (errors)
-         call estimate_sample(scene, plan, errors)
+         call sample_plan(scene, plan, numbers, sample)
+         call estimate_cases(sample, numbers, errors)
       end if
       call write_sweep(job%folder, scene, plan, survey, refined, error, errors)
       if (allocated(error) .or. job%quiet) return
@@ -74,13 +78,11 @@ contains
    end subroutine run_sweep
 
    !> Compute the cases of a plan that are not in chunks on disk yet, with threads and processes, and store their rows.
-   subroutine run_plan(scene, plan, job, workers, run, error)
+   subroutine run_plan(scene, plan, job, run, error)
       type(scene_t), intent(in) :: scene
       !> Out: with its text and the folder of its chunks
       type(plan_t), intent(inout) :: plan
       type(job_t), intent(in) :: job
-      !> Number of threads of each process
-      integer, intent(in) :: workers
       type(plan_run_t), intent(out) :: run
       !> In: set if this process could not plan the cases, which ends all processes; out: set if cases have no rows;
       !> complete chunks remain on disk
@@ -90,7 +92,7 @@ contains
       integer :: status
       integer(i8) :: start, finish, rate
 
-      run%workers = workers
+      run%workers = threads_for(job%threads, real(plan%cases/max(plan%chain, 1), wp))
       call plan_text(scene, plan, text)
       call move_alloc(text, plan%text)
       plan%path = chunk_folder(job%folder, scene%name)
@@ -103,7 +105,7 @@ contains
          return
       end if
       call system_clock(start, rate)
-      call run_chunks(scene, plan, workers, scene%name, job%quiet, run%computed, error)
+      call run_chunks(scene, plan, run%workers, scene%name, job%quiet, run%computed, error)
       call system_clock(finish)
       run%seconds = real(finish - start, wp)/real(rate, wp)
    end subroutine run_plan
@@ -123,30 +125,10 @@ contains
       allocate (survey%analysed(0))
       if (.not. requests_analysis(scene, of_beam)) return
       call choose_mesh(scene, beam)
-      if (allocated(beam%error)) then
-         allocate (error, source=beam%error)
-         return
-      end if
+      if (allocated(beam%error)) error = beam%error
+      if (allocated(error)) return
       call analyse(scene, beam%model, run_settings_of(scene), none, survey%analysed, error, of_beam)
    end subroutine analyse_beam
-
-   !> Estimate the errors of the mesh for some of the cases.
-   subroutine estimate_sample(scene, plan, errors)
-      type(scene_t), intent(in) :: scene
-      type(plan_t), intent(in) :: plan
-      type(mesh_errors_t), intent(out) :: errors
-
-      type(scene_t), allocatable :: scenes(:)
-      integer, allocatable :: sample(:)
-      integer :: i
-
-      allocate (sample, source=sample_cases(plan%cases))
-      allocate (scenes(size(sample)))
-      do i = 1, size(sample)
-         call scene_of_case(scene, plan, sample(i), scenes(i))
-      end do
-      call estimate_cases(scenes, sample, errors)
-   end subroutine estimate_sample
 
    !> Number of threads of a sweep: the requested number, but at most the number of independent cases (or chains of
    !> cases), four for each core, and the number for which there is address space.

@@ -872,12 +872,12 @@ contains
       real(wp) :: tolerance
       integer :: i, k
 
-      do i = 1, size(scene%cases%values)
+      do i = 1, size(scene%cases%list)
          accumulator%rows = accumulator%rows + 1
          single = numbered(draft)
          parameter = trim(scene%cases%parameter%name)
          call put_found_mesh(file, single)
-         call put_parameter(names, parameter, scene%cases%values(i), file, single)
+         call put_parameter(names, parameter, scene%cases%list(i), file, single)
          call drop(single, 'cases', '')
          call put(single, 'scene', 'name', '''single''')
          call save_text(folder//'/single.nml', text_of(single))
