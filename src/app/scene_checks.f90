@@ -6,7 +6,7 @@ module scene_checks
    use motion_run, only: check_motion
    use number_text, only: to_text
    use run_settings, only: method_newmark
-   use scene_beam_model, only: motion_model_of, run_settings_of
+   use scene_beam_model, only: model_of, run_settings_of
    use scene_reader, only: complain_of_scene, draft_t, set_parameters
    use scene_types, only: mass_redistributed, scene_t
    use stop_contacts, only: has_one_contact
@@ -123,7 +123,7 @@ contains
       type(beam_model_t), intent(inout) :: model
       type(failure_t), allocatable, intent(out) :: failure
 
-      if (is_new_beam) call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, failure)
+      if (is_new_beam) call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, failure, moves=.true.)
       if (.not. allocated(failure)) call check_motion(model, run_settings_of(scene), failure)
    end subroutine find_failure
 

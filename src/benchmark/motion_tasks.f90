@@ -10,7 +10,7 @@ module motion_tasks
    use response_types, only: response_t
    use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t, &
       strict_mode_tolerance
-   use scene_beam_model, only: motion_model_of, run_settings_of
+   use scene_beam_model, only: model_of, run_settings_of
    use scene_types, only: integrator_average, integrator_exact, integrator_linear, precision_settings_t, scene_t
    use timed_tasks, only: timed_task_t
    implicit none (type, external)
@@ -97,13 +97,13 @@ contains
       associate (scene => self%scene)
          select case (self%action)
          case (task_assembly)
-            call motion_model_of(scene, self%elements, self%ratio, self%model, error)
+            call model_of(scene, self%elements, self%ratio, self%model, error, moves=.true.)
          case (task_modes)
             call find_free_modes(self%model, self%modes, error)
          case (task_motion)
             call run_motion(self%model, run_of_task(self), self%response, error, self%modes)
          case (task_few_modes)
-            call motion_model_of(scene, self%elements, self%ratio, self%model, error)
+            call model_of(scene, self%elements, self%ratio, self%model, error, moves=.true.)
             if (allocated(error)) return
             call lanczos_modes(self%model, min(self%mode_count, self%elements), self%lambda, error, modes)
          case (task_solver)

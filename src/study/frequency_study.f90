@@ -39,7 +39,7 @@ contains
          rows = 0
          column = 0
          do i = 1, size(group%mesh_elements)
-            call model_of(scene, group%mesh_elements(i), group%mesh_ratios(i), model, error)
+            call model_of(scene, group%mesh_elements(i), group%mesh_ratios(i), model, error, moves=.false.)
             if (allocated(error)) return
             do j = 1, size(group%solver)
                column = column + 1
@@ -78,7 +78,7 @@ contains
          associate (group => scene%frequencies)
             ! the segments of the beam between stations, supports and masses are taken from the finest mesh
             finest = maxloc(group%mesh_elements, 1)
-            call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error)
+            call model_of(scene, group%mesh_elements(finest), group%mesh_ratios(finest), model, error, moves=.false.)
          end associate
          if (.not. allocated(error)) lambda = piecewise_lambda(count, segments_of(model))
       else

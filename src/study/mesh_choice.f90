@@ -12,7 +12,7 @@ module mesh_choice
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: mode_check_t, response_t, run_measures_t
    use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
-   use scene_beam_model, only: motion_model_of, redistributes, run_settings_of, section_of
+   use scene_beam_model, only: model_of, redistributes, run_settings_of, section_of
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -83,7 +83,7 @@ contains
       !> Settings of the runs if they differ from those of the scene
       type(run_settings_t), intent(in), optional :: settings
 
-      call motion_model_of(scene, elements, ratio, beam%model, beam%error)
+      call model_of(scene, elements, ratio, beam%model, beam%error, moves=.true.)
       if (allocated(beam%error)) return
       if (present(settings)) then
          call find_shared_modes(beam%model, settings, beam%modes, beam%error)

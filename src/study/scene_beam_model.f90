@@ -21,7 +21,7 @@ module scene_beam_model
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
-   public :: load_period_of, varies_at_end, section_of, model_of, motion_model_of, redistributes, run_settings_of
+   public :: load_period_of, varies_at_end, section_of, model_of, redistributes, run_settings_of
 
    !> Stiffness of a spring with stiffness ratio 1, for E Ibar = L = 1
    real(wp), parameter :: spring_unit = 3.0_wp
@@ -74,8 +74,8 @@ contains
          .and. abs(scene%bases(k)%course%amplitude) > 0.0_wp, k=1, size(scene%bases))])
    end function varies_at_end
 
-   !> Assemble the beam of a scene on a mesh, with the consistent mass matrix.
-   pure subroutine model_of(scene, elements, ratio, model, error)
+   !> Assemble the beam of a scene on a mesh.
+   pure subroutine model_of(scene, elements, ratio, model, error, moves)
       type(scene_t), intent(in) :: scene
       !> Number of elements of the mesh
       integer, intent(in) :: elements
@@ -84,33 +84,19 @@ contains
       type(beam_model_t), intent(out) :: model
       !> Set if the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
+      !> Whether the beam has the mass matrix that the scene chooses for runs in time; else the matrix is consistent
+      logical, intent(in) :: moves
 
       type(mesh_t) :: mesh
+      logical :: is_redistributed
 
       call mesh_of(scene, elements, ratio, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, &
-         supports=supports_of(scene, mesh), root=root_of(scene), point_masses=masses_of(scene, mesh))
-   end subroutine model_of
-
-   !> Assemble the beam of a scene for runs in time, with the mass matrix that the scene chooses.
-   pure subroutine motion_model_of(scene, elements, ratio, model, error)
-      type(scene_t), intent(in) :: scene
-      !> Number of elements of the mesh
-      integer, intent(in) :: elements
-      !> Length of an element over that of the next towards the tip
-      real(wp), intent(in) :: ratio
-      type(beam_model_t), intent(out) :: model
-      !> Set if the mesh cannot be made
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(mesh_t) :: mesh
-
-      call mesh_of(scene, elements, ratio, mesh, error)
-      if (allocated(error)) return
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, redistributes(scene, mesh), &
+      is_redistributed = .false.
+      if (moves) is_redistributed = redistributes(scene, mesh)
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, is_redistributed, &
          supports_of(scene, mesh), root_of(scene), masses_of(scene, mesh))
-   end subroutine motion_model_of
+   end subroutine model_of
 
    !> Whether the mass of the node at the stop is redistributed to its neighbours in the runs of a scene.
    pure function redistributes(scene, mesh) result(answer)

@@ -20,7 +20,7 @@ module single_study
    use run_tables, only: print_contacts, print_driven, print_measures, print_mesh, print_modes, print_statistics, &
       print_stresses
    use run_warnings, only: warn_of_run
-   use scene_beam_model, only: load_period_of, motion_model_of, run_settings_of, varies_at_end
+   use scene_beam_model, only: load_period_of, model_of, run_settings_of, varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_words, only: print_model, stop_of_release
@@ -136,16 +136,14 @@ contains
       if (draws_start) settings%output%shape_times = [0.0_wp]
       if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%finer_elements > 0) then
          call choose_mesh(scene, beam)
-         if (allocated(beam%error)) then
-            allocate (error, source=beam%error)
-            return
-         end if
+         if (allocated(beam%error)) error = beam%error
+         if (allocated(error)) return
          model = beam%model
          call enable_progress()
          call run_motion(model, settings, response, error, beam%modes)
          response%mesh_check = beam%check
       else
-         call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+         call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error, moves=.true.)
          if (allocated(error)) return
          call enable_progress()
          call run_motion(model, settings, response, error)

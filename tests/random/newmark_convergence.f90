@@ -14,7 +14,7 @@ module newmark_convergence
    use number_text, only: to_text
    use response_types, only: event_t, response_t
    use run_settings, only: method_exact, run_settings_t
-   use scene_beam_model, only: motion_model_of, run_settings_of
+   use scene_beam_model, only: model_of, run_settings_of
    use random_checks, only: is_legal
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -80,7 +80,7 @@ contains
       complaint = ''
       is_compared = .false.
       is_refined = .false.
-      call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error, moves=.true.)
       settings = run_settings_of(scene)
       if (.not. allocated(error)) call set_steps(model, settings, h, error)
       if (allocated(error)) return
