@@ -1,6 +1,7 @@
 !> The arguments of the command line.
 module command_line
    use failures, only: fail, failure_t, status_bad_input
+   use joined_texts, only: joined
    use program_identity, only: program_name
    use scene_templates, only: template_kinds
    use table_texts, only: table_formats
@@ -249,8 +250,6 @@ contains
       character(*), intent(in) :: option
       character(:), allocatable :: words
 
-      integer :: i
-
       select case (option)
       case ('--threads')
          words = 'a number'
@@ -259,10 +258,7 @@ contains
       case ('--format')
          words = trim(table_formats(1))//' or '//trim(table_formats(2))
       case default
-         words = 'one of '//trim(template_kinds(1))
-         do i = 2, size(template_kinds)
-            words = words//', '//trim(template_kinds(i))
-         end do
+         words = 'one of '//joined(template_kinds, ', ')
       end select
    end function description_of_values
 

@@ -1,5 +1,6 @@
 !> Template scenes (input files to begin from), which `impactbeam --new KIND` prints.
 module scene_templates
+   use joined_texts, only: joined
    implicit none (type, external)
    private
    public :: template_kinds, template_text
@@ -105,31 +106,20 @@ contains
       character(*), intent(in) :: kind
       character(:), allocatable :: text
 
+      character, parameter :: next = new_line('a')
+
       select case (kind)
       case ('beam')
-         text = joined(beam)
+         text = joined(beam, next)//next
       case ('relay')
-         text = joined(relay)
+         text = joined(relay, next)//next
       case ('tube')
-         text = joined(tube)
+         text = joined(tube, next)//next
       case ('reed')
-         text = joined(reed)
+         text = joined(reed, next)//next
       case default
          text = ''
       end select
    end function template_text
-
-   !> Lines joined into one text.
-   pure function joined(lines) result(text)
-      character(*), intent(in) :: lines(:)
-      character(:), allocatable :: text
-
-      integer :: i
-
-      text = ''
-      do i = 1, size(lines)
-         text = text//trim(lines(i))//new_line('a')
-      end do
-   end function joined
 
 end module scene_templates

@@ -3,6 +3,7 @@ module response_groups
    use body_groups, only: write_bodies
    use contact_groups, only: contact_names, write_contacts
    use history_list, only: history_count, history_table
+   use joined_texts, only: joined
    use kinds, only: wp
    use measure_list, only: force_window
    use measure_rows, only: write_measures_of_run
@@ -96,20 +97,15 @@ contains
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
 
-      character(:), allocatable :: meanings
       integer :: count, i, kinds
 
       ! only with several contacts can an impact at one cause an impulse on another that is closed
       kinds = merge(size(event_names), event_closed_impulse - 1, allocated(response%contacts))
-      meanings = trim(event_names(1))
-      do i = 2, kinds
-         meanings = meanings//' '//trim(event_names(i))
-      end do
       count = response%event_count
       call group%put('tau', [(response%events(i)%tau, i=1, count)], 'time', 'time of the event{, tau}', is_scale=.true.)
       call group%put('kind', [(response%events(i)%kind, i=1, count)], 'kind of the event', along='tau')
       call group%attribute('flag_values', [(i, i=1, kinds)], 'kind')
-      call group%attribute('flag_meanings', meanings, 'kind')
+      call group%attribute('flag_meanings', joined(event_names(:kinds), ' '), 'kind')
       call group%put('eta', [(response%events(i)%eta, i=1, count)], 'displacement', &
          'displacement of the beam at the stop, up from its surface{, eta}', 'tau')
       call group%put('velocity_before', [(response%events(i)%velocity_before, i=1, count)], 'velocity', &

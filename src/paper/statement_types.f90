@@ -72,14 +72,12 @@ contains
       character(*), intent(in), optional :: remark
 
       type(statement_t), allocatable :: longer(:)
-      integer :: n, i
+      integer :: n
 
       n = 0
       if (allocated(list%item)) n = size(list%item)
       allocate (longer(n + 1))
-      do i = 1, n
-         longer(i) = list%item(i)
-      end do
+      if (n > 0) longer(:n) = list%item
       associate (new => longer(n + 1))
          new%label = label
          new%text = text

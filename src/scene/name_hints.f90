@@ -1,6 +1,7 @@
 !> Hints in error messages about names: the valid name nearest to an unknown one, or all valid names, and the conditions
 !> under which a name may be given.
 module name_hints
+   use joined_texts, only: joined
    use name_table, only: table_t
    use name_types, only: max_name_length, sweep_t
    use near_names, only: edit_distance, nearest_name
@@ -44,7 +45,7 @@ contains
       if (nearest > 0) then
          hint = 'did you mean &'//trim(groups(nearest))//'?'
       else
-         hint = 'the groups are'//joined(groups(:count), '&')
+         hint = 'the groups are &'//joined(groups(:count), ', &')
       end if
    end function group_hint
 
@@ -86,9 +87,9 @@ contains
       hint = missing_group(table, name)
       if (hint /= '') return
       if (size(names) <= max_listed) then
-         hint = '&'//group//' takes'//joined(names, '')
+         hint = '&'//group//' takes '//joined(names, ', ')
       else
-         hint = 'the nearest of '//to_text(size(names))//' are'//joined(nearest_of(name, names), '') &
+         hint = 'the nearest of '//to_text(size(names))//' are '//joined(nearest_of(name, names), ', ') &
             //'; --names prints all'
       end if
    end function item_hint
@@ -287,21 +288,5 @@ contains
          phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
       end associate
    end function phrase_of
-
-   !> Names with a prefix and commas between them.
-   pure function joined(names, prefix) result(text)
-      character(*), intent(in) :: names(:)
-      !> Prefix of each name
-      character(*), intent(in) :: prefix
-      character(:), allocatable :: text
-
-      integer :: i
-
-      text = ''
-      do i = 1, size(names)
-         text = text//' '//prefix//trim(names(i))
-         if (i < size(names)) text = text//','
-      end do
-   end function joined
 
 end module name_hints

@@ -1,6 +1,7 @@
 !> Lists of the names of scene files: the names of one scene with their resolved values (echo), for results files, and
 !> all names with their descriptions (reference), for users.
 module scene_reference
+   use joined_texts, only: joined
    use kinds, only: wp
    use name_hints, only: group_hint, phrase_of
    use name_table, only: table_t
@@ -111,8 +112,6 @@ contains
       type(entry_t), intent(in) :: entry
       character(:), allocatable :: text
 
-      integer :: i
-
       text = ''
       if (allocated(entry%text)) text = entry%text
       if (entry%kind == kind_logical) text = trim(merge('.true. ', '.false.', nint(entry%value) == 1))
@@ -120,10 +119,7 @@ contains
       if (.not. entry%is_list) then
          if (nint(entry%value) > 0) text = trim(entry%words(nint(entry%value)))
       else if (allocated(entry%list)) then
-         do i = 1, size(entry%list)
-            if (i > 1) text = text//', '
-            text = text//trim(entry%words(nint(entry%list(i))))
-         end do
+         text = joined(entry%words(nint(entry%list)), ', ')
       end if
    end function words_of
 

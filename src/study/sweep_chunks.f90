@@ -12,6 +12,7 @@ module sweep_chunks
       make_new_folder, remove_empty_folder, remove_entries, replace_file
    use hdf5_loading, only: hdf5_source_t
    use hdf5_writing, only: hdf5_group_t
+   use joined_texts, only: joined
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_status, measure_table
    use program_identity, only: program_name
@@ -21,7 +22,7 @@ module sweep_chunks
    private
    public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
       write_chunk, read_chunk, load_chunk, load_chunks
-   public :: joined, max_reason_length, assembled_file
+   public :: max_reason_length, assembled_file
 
    !> Maximum length of the reason of a failure; longer texts are cut.
    integer, parameter :: max_reason_length = 200
@@ -224,9 +225,9 @@ contains
       call root%add('is_stored', merge(1, 0, is_stored), '1', '1: the measure is in rows; 0: it is NaN in all cases', &
          is_scale=.true.)
       call root%add('column', columns, '1', 'number of the measure', is_scale=.true.)
-      call root%attribute('names', joined(measure_table(columns)%name), 'column')
+      call root%attribute('names', joined(measure_table(columns)%name, ', '), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
-      call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
+      call root%attribute('names', joined(plan%axes%parameter%name, ', '), 'parameter')
       call root%add('parameters', chunk%values, 'mixed', 'parameters of each case', 'parameter case')
       call root%add('rows', chunk%rows(columns, :), 'mixed', 'measures of each case', 'column case')
       if (plan%extras > 0) then
@@ -253,19 +254,6 @@ contains
 
       write (words, '(a, z8.8, a)') new_line('a')//'impactbeam part CRC-32 ', sum, new_line('a')
    end function seal
-
-   !> Names separated by commas.
-   pure function joined(names) result(text)
-      character(*), intent(in) :: names(:)
-      character(:), allocatable :: text
-
-      integer :: i
-
-      text = trim(names(1))
-      do i = 2, size(names)
-         text = text//', '//trim(names(i))
-      end do
-   end function joined
 
    !> Read a chunk.
    subroutine read_chunk(plan, number, chunk, is_good)

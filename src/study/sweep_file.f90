@@ -5,6 +5,7 @@ module sweep_file
    use failures, only: fail, failure_t
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
+   use joined_texts, only: joined
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measure_lists
@@ -14,7 +15,7 @@ module sweep_file
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
-   use sweep_chunks, only: assembled_file, joined, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
+   use sweep_chunks, only: assembled_file, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names, varies_scales
    use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
@@ -172,15 +173,15 @@ contains
          names(k) = group%named(measure_table(k)%name)
       end do
       call group%attribute('design', trim(design_names(scene%sweep%design)))
-      call group%attribute('parameters', joined(plan%axes%parameter%name))
+      call group%attribute('parameters', joined(plan%axes%parameter%name, ', '))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
-         k=1, size(plan%axes))]))
-      call group%attribute('measures', joined(pack(names, scene%has_group(measure_table%group))))
+         k=1, size(plan%axes))], ', '))
+      call group%attribute('measures', joined(pack(names, scene%has_group(measure_table%group)), ', '))
       call group%attribute('failures', [survey%failure_count])
       if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in the array order of C
          leads = plan%axes%leader == 0
-         call group%attribute('grid_parameters', joined(pack(plan%axes%parameter%name, leads)))
+         call group%attribute('grid_parameters', joined(pack(plan%axes%parameter%name, leads), ', '))
          call group%attribute('grid_extents', pack([(size(plan%axes(k)%values), k=1, size(plan%axes))], leads))
       end if
       if (plan%chain > 0) then
