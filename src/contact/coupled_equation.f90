@@ -10,6 +10,10 @@
 !> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is separated, if any mode
 !> moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that
 !> mode, so that nothing cancels next to its pole. All derivatives are derivatives by s.
+!>
+!> Terms of H that exceed all others by far would hide them: those of a free body in slow motion between beam and floor.
+!> The coordinates x_k = b_k' P/D_k of such dominant modes stay unknowns beside the forces P: T_i is then the matrix
+!> (N + M H, M B; -B', D) with b_k in the columns of B, D_k in the diagonal matrix D, and only the other modes in H.
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use kinds, only: wp
@@ -38,6 +42,10 @@ module coupled_equation
    type :: coupled_vectors_t
       !> The separated mode; 0: there is none
       integer :: mode = 0
+      !> Indices of the dominant modes, [dominant]
+      integer, allocatable :: dominant(:)
+      !> x_k of the dominant modes for the forces `right`, [dominant]
+      complex(wp), allocatable :: coordinate(:)
       !> T_i^-1 M b_i, [stops]
       complex(wp), allocatable :: right(:)
       !> Product of b_i and the inverse of the transpose of T_i, [stops]
@@ -48,7 +56,7 @@ module coupled_equation
       complex(wp) :: slope = 0.0_wp
       !> Derivative of log det T_i
       complex(wp) :: trace = 0.0_wp
-      !> Sum of 1/(s - pole) over the poles of all modes except the separated mode
+      !> Sum of 1/(s - pole) over the poles of all modes except the separated mode and the dominant ones
       complex(wp) :: pole_sum = 0.0_wp
       !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp
@@ -56,17 +64,19 @@ module coupled_equation
       complex(wp), allocatable, private :: n(:), m(:)
       !> Derivatives of N and M, [stops]
       complex(wp), allocatable, private :: n_slope(:), m_slope(:)
-      !> Derivative of T_i times `right`, [stops]
+      !> Summands of the derivative of b_i' T_i^-1 M b_i by T_i, [2 stops]; of this dimension and the next ones, the
+      !> first [stops + dominant] entries are used
       complex(wp), allocatable, private :: slope_times_right(:)
-      !> T_i, [stops, stops]
+      !> T_i, [2 stops, 2 stops]
       complex(wp), allocatable, private :: matrix(:, :)
-      !> Derivative of T_i by s, [stops, stops]
+      !> Derivative of T_i by s, [2 stops, 2 stops]
       complex(wp), allocatable, private :: slopes(:, :)
-      !> Right-hand sides of the elimination, then its solutions, [stops, stops + 1]
+      !> Right-hand sides of the elimination, then its solutions, [2 stops, 2 stops + 1]
       complex(wp), allocatable, private :: solution(:, :)
-      !> Copy of T_i for the elimination, [stops, stops]
+      !> Copy of T_i for the elimination, [2 stops, 2 stops]
       complex(wp), allocatable, private :: elimination(:, :)
-      !> Real and imaginary part of 1/D_i, and of minus its derivative, zero for the separated mode, [modes, 4]
+      !> Real and imaginary part of 1/D_i, and of minus its derivative, zero for the separated mode and the dominant
+      !> ones, [modes, 4]
       real(wp), allocatable, private :: term(:, :)
    end type coupled_vectors_t
 
@@ -147,9 +157,10 @@ contains
 
       stops = size(problem%spring)
       if (.not. allocated(vectors%right)) allocate (vectors%right(stops), vectors%left(stops), vectors%n(stops), &
-         vectors%m(stops), vectors%n_slope(stops), vectors%m_slope(stops), vectors%slope_times_right(stops), &
-         vectors%matrix(stops, stops), vectors%slopes(stops, stops), vectors%solution(stops, stops + 1), &
-         vectors%elimination(stops, stops), vectors%term(problem%modes, 4))
+         vectors%m(stops), vectors%n_slope(stops), vectors%m_slope(stops), vectors%slope_times_right(2*stops), &
+         vectors%matrix(2*stops, 2*stops), vectors%slopes(2*stops, 2*stops), &
+         vectors%solution(2*stops, 2*stops + 1), vectors%elimination(2*stops, 2*stops), &
+         vectors%term(problem%modes, 4))
       vectors%mode = 0
       if (near > 0 .and. near <= 2*problem%modes) then
          vectors%mode = (near + 1)/2
@@ -163,6 +174,7 @@ contains
       end if
       call stop_fractions(problem, s, distance, vectors%n, vectors%m, vectors%n_slope, vectors%m_slope)
       call add_modes(problem, distance, vectors)
+      call add_dominant(problem, distance, vectors)
       call separate_mode(problem, s, distance, vectors)
    end subroutine vectors_at
 
@@ -259,6 +271,8 @@ contains
          vectors%term(i, 4) = x*total_imag + y*total
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
+      call find_dominant(problem, vectors)
+      vectors%term(vectors%dominant, :) = 0.0_wp
       total = 0.0_wp
       total_imag = 0.0_wp
       ! columns 3, 4 become D_i'/D_i^2, which is minus the derivative of 1/D_i
@@ -286,6 +300,59 @@ contains
          vectors%slopes(k, k) = vectors%slopes(k, k) + vectors%n_slope(k)
       end do
    end subroutine add_modes
+
+   !> Modes whose terms of H exceed those of all other modes by far; as many as there are stops at most, none with one
+   !> stop.
+   pure subroutine find_dominant(problem, vectors)
+      type(coupled_equation_t), intent(in) :: problem
+      !> Contains 1/D_i, zero for the separated mode
+      type(coupled_vectors_t), intent(inout) :: vectors
+
+      ! terms of the dominant modes over the sum of all others
+      real(wp), parameter :: much = 1.0e3_wp
+      real(wp) :: highest, strength(problem%modes)
+      integer :: first(size(problem%spring)), found, i, pair
+
+      found = 0
+      if (size(problem%spring) > 1) then
+         strength = 0.0_wp
+         pair = 0
+         do i = 1, size(problem%spring)
+            pair = pair + i
+            strength = strength + problem%product(:, pair)*(abs(vectors%term(:, 1)) + abs(vectors%term(:, 2)))
+         end do
+         do i = 1, min(size(first), problem%modes)
+            first(i) = maxloc(strength, dim=1)
+            highest = strength(first(i))
+            strength(first(i)) = 0.0_wp
+            if (highest > much*sum(strength)) found = i
+         end do
+      end if
+      vectors%dominant = first(:found)
+   end subroutine find_dominant
+
+   !> Rows and columns of the dominant modes in T_i and its derivative.
+   pure subroutine add_dominant(problem, distance, vectors)
+      type(coupled_equation_t), intent(in) :: problem
+      complex(wp), contiguous, intent(in) :: distance(:)
+      !> Contains T_i of the stops
+      type(coupled_vectors_t), intent(inout) :: vectors
+
+      integer :: j, k, n, stops
+
+      stops = size(problem%spring)
+      n = stops + size(vectors%dominant)
+      vectors%matrix(stops + 1:n, stops + 1:n) = 0.0_wp
+      vectors%slopes(stops + 1:n, :n) = 0.0_wp
+      do j = stops + 1, n
+         k = vectors%dominant(j - stops)
+         vectors%matrix(:stops, j) = vectors%m*problem%value(k, :)
+         vectors%matrix(j, :stops) = -problem%value(k, :)
+         vectors%matrix(j, j) = distance(2*k - 1)*distance(2*k)
+         vectors%slopes(:stops, j) = vectors%m_slope*problem%value(k, :)
+         vectors%slopes(j, j) = distance(2*k - 1) + distance(2*k)
+      end do
+   end subroutine add_dominant
 
    !> Entry of H and minus its derivative: sums of the products b_ij b_ik of two stops times 1/D_i, and times minus the
    !> derivative of 1/D_i.
@@ -326,23 +393,28 @@ contains
       !> Contains T_i and its derivative
       type(coupled_vectors_t), intent(inout) :: vectors
 
-      integer :: j, stops
+      integer :: j, n, stops
       logical :: needs_transpose
 
       stops = size(problem%spring)
+      n = stops + size(vectors%dominant)
       associate (m => vectors%m, right => vectors%right, left => vectors%left, m_slope => vectors%m_slope, &
          solution => vectors%solution)
-         vectors%elimination(:, :) = vectors%matrix
-         solution(:, :stops) = vectors%slopes
-         solution(:, stops + 1) = 0.0_wp
-         if (vectors%mode > 0) solution(:, stops + 1) = m*problem%value(vectors%mode, :)
-         call eliminate(vectors%elimination, solution)
+         vectors%elimination(:n, :n) = vectors%matrix(:n, :n)
+         solution(:n, :n) = vectors%slopes(:n, :n)
+         solution(:n, n + 1) = 0.0_wp
+         if (vectors%mode > 0) solution(:stops, n + 1) = m*problem%value(vectors%mode, :)
+         call eliminate(vectors%elimination(:n, :n), solution(:n, :n + 1))
          vectors%trace = 0.0_wp
-         do j = 1, stops
+         do j = 1, n
             vectors%trace = vectors%trace + solution(j, j)
          end do
          if (vectors%mode == 0) return
-         right(:) = solution(:, stops + 1)
+         right(:) = solution(:stops, n + 1)
+         vectors%coordinate = solution(stops + 1:n, n + 1)
+         vectors%slope_times_right(:n) = matmul(vectors%slopes(:n, :n), solution(:n, n + 1))
+         ! the solution with the transpose has the coordinates with the opposite signs
+         vectors%slope_times_right(stops + 1:n) = -vectors%coordinate*vectors%slope_times_right(stops + 1:n)
          needs_transpose = .false.
          ! T_i is M times a symmetric matrix, so `left` is `right`/M. The transpose serves where M has lost digits by
          ! cancellation.
@@ -354,20 +426,21 @@ contains
             end if
          end do
          if (needs_transpose) then
-            vectors%elimination(:, :) = transpose(vectors%matrix)
-            solution(:, 1) = problem%value(vectors%mode, :)
-            call eliminate(vectors%elimination, solution(:, :1))
+            vectors%elimination(:n, :n) = transpose(vectors%matrix(:n, :n))
+            solution(:n, 1) = 0.0_wp
+            solution(:stops, 1) = problem%value(vectors%mode, :)
+            call eliminate(vectors%elimination(:n, :n), solution(:n, :1))
             do j = 1, stops
                if (.not. is_accurate(j)) left(j) = solution(j, 1)
             end do
          end if
          associate (b => problem%value(vectors%mode, :), first => distance(2*vectors%mode - 1), &
             second => distance(2*vectors%mode))
-            vectors%slope_times_right(:) = matmul(vectors%slopes, right)
+            vectors%slope_times_right(:stops) = left*vectors%slope_times_right(:stops)
             vectors%value = first*second + sum(b*right)
-            vectors%slope = first + second + sum(left*(m_slope*b)) - sum(left*vectors%slope_times_right)
+            vectors%slope = first + second + sum(left*(m_slope*b)) - sum(vectors%slope_times_right(:n))
             vectors%condition = (abs1(first + second) + sum(abs1(left*(m_slope*b))) &
-               + sum(abs1(left*vectors%slope_times_right)))/max(abs1(vectors%slope), tiny(1.0_wp))
+               + sum(abs1(vectors%slope_times_right(:n))))/max(abs1(vectors%slope), tiny(1.0_wp))
          end associate
       end associate
 

@@ -353,6 +353,8 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
+         ! forces on a body between two stops almost cancel in slow motion
+         modes%shape(active(vectors%dominant), place) = -vectors%coordinate/size_right
          call find_stop_values(problem, s, distance, place, .true., active, modes)
          ! with T = N + M H (`coupled_equation`) and T' its derivative by s, the vectors with T y = 0 and l T = 0 at the
          ! root are y = P = -`right` and l = `left`; l M = -y, and the slope of the equation is l T' y. Both vectors are
