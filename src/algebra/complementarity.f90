@@ -145,8 +145,10 @@ contains
 
       ! part of a column that is orthogonal to the previous ones, as a fraction of it; less is rounding
       real(wp), parameter :: min_part = 64.0_wp*epsilon(1.0_wp)
-      ! orthonormal columns, and coefficients of the columns in them
-      real(wp) :: unit(size(value, 1), size(right)), factor(size(right), size(right))
+      ! orthonormal columns
+      real(wp) :: unit(size(value, 1), size(right))
+      ! coefficients of the columns of the matrix in the orthonormal columns
+      real(wp) :: factor(size(right), size(right))
       real(wp) :: column(size(value, 1)), part, y(size(right))
       integer :: i, j, k, n, pass, round, used(size(right))
 

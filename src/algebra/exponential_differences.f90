@@ -153,8 +153,12 @@ contains
       ! enough terms for points at the maximum distance
       integer, parameter :: max_terms = 20
       complex(wp) :: center, h(1 - max_points:max_terms), signed(0:count)
-      ! 1/(n - 1 + k)!, bound of |h_k| (n - 1)!/(n - 1 + k)!, and maximum distance of the points from their mean
-      real(wp) :: factor, remainder, radius
+      ! 1/(n - 1 + k)!
+      real(wp) :: factor
+      ! bound of |h_k| (n - 1)!/(n - 1 + k)!
+      real(wp) :: remainder
+      ! maximum distance of the points from their mean
+      real(wp) :: radius
       integer :: j, k
 
       center = sum(x)/real(count, wp)

@@ -77,8 +77,10 @@ contains
       logical :: is_scene(size(arguments))
       ! whether '--' has been read, after which every argument is a scene file
       logical :: only_files
-      ! index of an option; i is that of its value, if it has one
-      integer :: first, i
+      ! index of an option
+      integer :: first
+      ! index of the value of this option, if it has one
+      integer :: i
 
       command%folder = 'results'
       options = ' '

@@ -42,8 +42,10 @@ contains
 
       ! bytes that count as free, because to ask the operating system takes as long as a short run
       real(wp), parameter :: certain = 2.0_wp*overhead
-      ! free memory, and free address space (limited by ulimit -v), in bytes
-      real(wp) :: memory, addresses
+      ! free memory, bytes
+      real(wp) :: memory
+      ! free address space (limited by ulimit -v), bytes
+      real(wp) :: addresses
 
       if (allocated(need%refusal)) then
          call fail(error, status_bad_input, need%refusal//': '//need%advice)

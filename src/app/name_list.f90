@@ -124,7 +124,8 @@ contains
       character(*), parameter :: pattern(3, 4) = reshape([character(59) :: &
          'NAME', 'numbers in the range of that name', 'values of NAME, which is one of the names allowed for carry', &
          'NAME_range', 'two such numbers; not for names of whole numbers', 'minimum and maximum, divided evenly', &
-         'NAME_log_range', 'two such numbers; not for names of whole numbers', 'the same, evenly in the logarithm', &
+         'NAME_log_range', 'two such numbers; not for names of whole numbers', &
+         'the same, evenly on a logarithmic scale', &
          'NAME_points', 'whole number from 2 to 1e6', 'number of values in the range'], [3, 4])
       integer, allocatable :: remaining(:), swept(:)
       integer :: i

@@ -144,8 +144,11 @@ contains
       type(scene_t) :: modified
       character(:), allocatable :: problem
       real(wp), allocatable :: values(:)
-      ! number of tested cases, and of those that cannot start
-      integer :: cases, failing, i, k
+      ! number of tested cases
+      integer :: cases
+      ! number of these cases that cannot start
+      integer :: failing
+      integer :: i, k
       logical :: has_beam
 
       words = ''

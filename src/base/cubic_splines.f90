@@ -22,8 +22,10 @@ contains
       logical, intent(in) :: is_flat(2)
       real(wp) :: curvature(size(x))
 
-      ! lengths and slopes of the intervals; the two beyond the ends, of length and slope 0, make the slope there zero
-      real(wp), dimension(0:size(x)) :: length, slope
+      ! lengths of the intervals; 0 for the two intervals beyond the ends
+      real(wp) :: length(0:size(x))
+      ! slopes of the intervals; 0 for the two intervals beyond the ends, which makes the slope there zero
+      real(wp) :: slope(0:size(x))
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor
       integer :: i, k, n

@@ -272,8 +272,9 @@ contains
       type(moment_weights_t) :: weights
 
       real(wp), allocatable :: breakpoint(:), point(:), weight(:)
-      ! s: distance of x from the left end of the element
-      real(wp) :: inertia(4), s, stiffness(4, 4), xi, width
+      ! distance of x from the left end of the element
+      real(wp) :: s
+      real(wp) :: inertia(4), stiffness(4, 4), xi, width
       integer :: element, i, segment
 
       element = element_at(model, x)
@@ -313,7 +314,8 @@ contains
       real(wp) :: moment
 
       ! consistent load vector of the element
-      real(wp) :: load(4), s
+      real(wp) :: load(4)
+      real(wp) :: s
       integer :: element
 
       moment = 0.0_wp
@@ -339,8 +341,12 @@ contains
       real(wp), intent(in) :: to
       real(wp) :: moment
 
-      ! consistent load vector of the element, and ends x/L of the loaded interval between the left node and x
-      real(wp) :: load(4), left, right
+      ! consistent load vector of the element
+      real(wp) :: load(4)
+      ! start x/L of the loaded interval between the left node and x
+      real(wp) :: left
+      ! end x/L of this interval
+      real(wp) :: right
       integer :: element
 
       element = element_at(model, x)
@@ -376,8 +382,10 @@ contains
       real(wp) :: load(4)
 
       real(wp), allocatable :: point(:), weight(:)
-      ! local coordinate of the left end, and local length, of the loaded interval within the element
-      real(wp) :: left, width
+      ! local coordinate of the left end of the loaded interval within the element
+      real(wp) :: left
+      ! local length of this interval
+      real(wp) :: width
       integer :: i
 
       load = 0.0_wp

@@ -94,8 +94,14 @@ contains
 
       ! index of y_c among the degrees of freedom of nodes c - 2 to c + 1
       integer, parameter :: yc = 5
-      ! column of M that belongs to y_c, the vector d, an element matrix, and T^T M T - M
-      real(wp) :: column(8), difference(8), element(4, 4), change(8, 8)
+      ! column of M that belongs to y_c
+      real(wp) :: column(8)
+      ! the vector d
+      real(wp) :: difference(8)
+      ! mass matrix of an element
+      real(wp) :: element(4, 4)
+      ! T^T M T - M
+      real(wp) :: change(8, 8)
       integer :: dofs(8), i, j
 
       associate (node => mesh%redistributed_node)

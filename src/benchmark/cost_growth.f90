@@ -158,16 +158,16 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(task_t) :: task
-      ! times of a few modes, of all modes, of exact motion in all modes, and of Newmark's method, s, [meshes]
+      ! times of a few modes, of all modes, of exact motion in all modes, of Newmark's method, s, [meshes]
       real(wp), allocatable :: few_modes(:), all_modes(:), motion(:), newmark(:)
-      ! time of one sample of exact motion, s, and the number of modes in it, [meshes]
+      ! time of one sample of exact motion (`sample`), s, and number of modes in this motion, [meshes]
       real(wp), allocatable :: sample(:), modes(:)
       ! memory that the computation of a few modes needs, bytes, [meshes]
       real(wp), allocatable :: memory(:)
-      ! time of a task, s, and peak memory before the computation, bytes
+      ! time of a task in seconds, and peak memory `before` the computation in bytes
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
-      ! indices of the last meshes for which all modes (`last_dense`) and the motion in all modes are timed
+      ! indices of the last meshes for which all modes (`last_dense`) and the motion in them (`last_motion`) are timed
       integer :: last_dense, last_motion, i
 
       allocate (elements, source=scene%precision%scaling_elements)

@@ -187,8 +187,12 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: factors
-      ! s, M s and C s
-      real(wp), dimension(model%stiffness%order) :: static, momentum, damping
+      ! static shape s
+      real(wp) :: static(model%stiffness%order)
+      ! M s
+      real(wp) :: momentum(model%stiffness%order)
+      ! C s
+      real(wp) :: damping(model%stiffness%order)
 
       if (.not. is_released_from_one_stop(settings)) return
       factors = model%stiffness

@@ -1,5 +1,7 @@
-!> Writes the results file of a precision study (run time against error of all methods). Users read older words than
-!> the source: a group "way_1" holds a scheme, a dataset "ledger" the error of the energy balance.
+!> Writes the results file of a precision study (run time against error of all methods). Some names in the file are
+!> older than those of the source, and are kept for readers of the file: a group `way_1` is a scheme, a dataset
+!> `..._ledger` the error of the energy balance, `skips` the computations that are omitted if a scene does not need
+!> them.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use failures, only: failure_t
@@ -65,20 +67,20 @@ contains
          call group%add('method', integrator_names(entries%integrator), 'none', 'method of integration', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
             along=along)
-         call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', &
+         call group%add('step', entries%step, '1', 'step, tau; of exact motion: interval of the samples compared', &
             along=along)
          call group%add('hop_tolerance', entries%hop_tolerance, '1', 'lower flights, in eta, count as contact', &
             along=along)
          call group%add('mode_tolerance', entries%mode_tolerance, '1', &
-            'eta by which leaving out modes may change the motion', along=along)
+            'tolerance of eta for the omission of modes', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
          call group%add('mass', mass_names(entries%mass), 'none', 'mass matrix', along=along)
          call write_timings(group, 'seconds', entries%run_time, &
-            'whole run from the assembled beam, events only: median', along)
+            'median time of a run that records only events, without assembly of the beam', along)
          call group%add('timings', entries%run_time%timings, '1', 'number of timings', along=along)
          call group%add('runs_each', entries%run_time%runs_each, '1', 'runs within each timing', along=along)
          call group%add('seconds_motion', entries%motion_time%median, 's', &
-            'the same in modes found beforehand: median', along=along)
+            'median time of such a run without the computation of modes', along=along)
          call group%add('events', entries%event_count, '1', 'number of events', along=along)
          call group%add('modes_kept', entries%retained_modes, '1', 'modes kept', along=along)
          call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', &
@@ -87,7 +89,7 @@ contains
          check = group%group('check')
          call check%attribute('what', &
             'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
-            //'beta = 1/4, events located to rounding, extrapolated from two steps to none')
+            //'beta = 1/4, events located to rounding, extrapolated from two steps to a step of zero')
          call check%attribute('steps', study%check%steps)
          call check%attribute('failure', study%check%failure)
          call check%add('pair', [1, 2], '1', &
@@ -96,7 +98,8 @@ contains
       end associate
    end subroutine write_motion
 
-   !> Write the run that represents the beam, and the fastest run of each scheme within each error bound.
+   !> Write the run on the finest mesh, which represents the continuous beam, and the fastest run of each scheme within
+   !> each error bound.
    subroutine write_beam(group, study)
       type(hdf5_group_t), intent(in) :: group
       !> Results of the study
@@ -105,7 +108,7 @@ contains
       type(hdf5_group_t) :: child
       ! indices of the entries that vary the step
       integer, allocatable :: varied(:)
-      ! contributions to their errors: of the step, of the mesh, and of both, [3, entries]
+      ! contributions to the errors of these entries: of the step, of the mesh, and of both, [3, entries]
       real(wp), allocatable :: parts(:, :)
       integer :: i, k
 
@@ -113,17 +116,19 @@ contains
          call group%attribute('elements', real(beam%elements, wp))
          call group%attribute('mass', mass_names(beam%mass))
          call group%attribute('uncertainty', beam%uncertainty)
+         ! why there is no run with the other mass matrix; empty: there is one
          call group%attribute('no_other_mass', beam%other_mass_failure)
          call group%add('pair', [1, 2], '1', &
-            '1: the run for the beam and the same on half the elements; 2: and one with the other mass matrix', &
-            is_scale=.true.)
+            'difference from the run on the finest mesh: 1: of the run on half as many elements; ' &
+            //'2: of the run with the other mass matrix', is_scale=.true.)
          call write_errors(group, 'difference', [beam%half_mesh_difference, beam%other_mass_difference], 'pair')
          do k = 1, size(schemes)
             child = group%group('way_'//to_text(k))
             call child%attribute('name', scheme_name(entries(schemes(k))))
-            call child%add('error', error_bounds, '1', 'largest difference of eta from the beam', is_scale=.true.)
+            call child%add('error', error_bounds, '1', 'bound of the difference of eta from the beam', is_scale=.true.)
             call child%add('entry', [(fastest_of(entries, entries(schemes(k)), error_bounds(i)), i=1, &
-               size(error_bounds))], '1', 'the fastest entry of ../../motion within it; 0: none', along='error')
+               size(error_bounds))], '1', 'index in ../../motion of the fastest entry within the bound; 0: none', &
+               along='error')
          end do
          allocate (varied, source=pack([(i, i=1, size(entries))], entries%varied == varied_step))
          child = group%group('parts_of_error')
@@ -147,13 +152,16 @@ contains
       !> Name of the dimension scale
       character(*), intent(in) :: along
 
-      call group%add(prefix//'_impact_tau', errors%impact_tau, '1', 'instant of the first impact, d tau', along=along)
-      call group%add(prefix//'_impact_velocity', errors%impact_velocity, '1', 'its velocity, relative', along=along)
-      call group%add(prefix//'_history', errors%history, '1', &
-         'largest difference of eta at stop or tip up to the horizon', along=along)
-      call group%add(prefix//'_energy', errors%energy, '1', 'energy at the horizon, in that at the start', along=along)
-      call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', &
+      call group%add(prefix//'_impact_tau', errors%impact_tau, '1', 'error of the instant of the first impact, tau', &
          along=along)
+      call group%add(prefix//'_impact_velocity', errors%impact_velocity, '1', &
+         'relative error of the velocity of the first impact', along=along)
+      call group%add(prefix//'_history', errors%history, '1', &
+         'maximum error of eta at stop or tip up to the horizon', along=along)
+      call group%add(prefix//'_energy', errors%energy, '1', &
+         'error of the energy at the horizon, over the energy at the start', along=along)
+      call group%add(prefix//'_impulse', errors%impulse, '1', &
+         'relative error of the contact impulse up to the horizon', along=along)
       call group%add(prefix//'_ledger', errors%energy_balance, '1', &
          'maximum error of the energy balance over the energy at the start', along=along)
    end subroutine write_errors
@@ -169,8 +177,10 @@ contains
       character(*), intent(in) :: along
 
       call group%add(name, timings%median, 's', meaning, along=along)
-      call group%add(name//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
-      call group%add(name//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
+      call group%add(name//'_lower_quartile', timings%lower_quartile, 's', 'lower quartile of the same times', &
+         along=along)
+      call group%add(name//'_upper_quartile', timings%upper_quartile, 's', 'upper quartile of the same times', &
+         along=along)
    end subroutine write_timings
 
    !> Write the times of the parts of a run.
@@ -187,7 +197,7 @@ contains
       end associate
    end subroutine write_parts
 
-   !> Write the run times without and with each skip.
+   !> Write the run times with each computation that a scene may not need (`..._without` the skip) and without it.
    subroutine write_savings(group, study)
       type(hdf5_group_t), intent(in) :: group
       type(precision_t), intent(in) :: study
@@ -196,14 +206,14 @@ contains
       integer :: i
 
       associate (savings => study%savings)
-         call group%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
-            is_scale=.true.)
-         call group%add('name', savings%name, 'none', 'what is skipped', along=along)
-         call write_timings(group, 'seconds_without', savings%without, 'without the skip: median', along)
-         call write_timings(group, 'seconds_with', savings%with, 'with the skip: median', along)
+         call group%add(along, [(i, i=1, size(savings))], '1', &
+            'computation that is omitted if a scene does not need it', is_scale=.true.)
+         call group%add('name', savings%name, 'none', 'computation that is omitted', along=along)
+         call write_timings(group, 'seconds_without', savings%without, 'median time with this computation', along)
+         call write_timings(group, 'seconds_with', savings%with, 'median time if it is omitted', along)
          call group%add('difference', savings%difference, '1', &
             'maximum difference of the two answers; -1: none to compare', along=along)
-         call group%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
+         call group%add('compared', savings%compared, 'none', 'quantity whose difference it is', along=along)
       end associate
    end subroutine write_savings
 
@@ -238,12 +248,13 @@ contains
          call group%add(along, [(i, i=1, size(entries))], '1', 'a solver on a mesh', is_scale=.true.)
          call group%add('solver', entries%solver, 'none', 'solver', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
-         call group%add('ratio', entries%ratio, '1', 'ratio of neighbouring lengths', along=along)
+         call group%add('ratio', entries%ratio, '1', 'ratio of the lengths of neighbouring elements', &
+            along=along)
          call write_timings(group, 'seconds', entries%timing, 'median', along)
          call group%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', &
             along=along)
-         call group%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', &
-            along=along)
+         call group%add('error_largest', entries%largest_error, '1', &
+            'maximum relative error of all requested modes; -1: not known', along=along)
       end associate
    end subroutine write_solvers
 

@@ -3,7 +3,8 @@
 !> Scales: displacements in D (eta), times tau, forces in lambda1^4 E Ibar D/L^3, stiffnesses in lambda1^4 E Ibar/L^3.
 !>
 !> With the indentation u the force of the stop is P = k u + P2, with P2 the force in a branch parallel to the spring
-!> (Maxwell branch, or damper). After separation from the beam P is zero, and the surface recovers.
+!> (Maxwell branch, or damper). After separation from the beam P is zero, and the surface recovers (three elements) or
+!> stays at the beam without force (spring and damper).
 module compliant_stop
    use kinds, only: wp
    implicit none (type, external)
@@ -12,8 +13,8 @@ module compliant_stop
       mean_force_coefficients
    public :: dynamic_stiffness, has_same_dynamic_stiffness, is_rigid_stop
 
-   !> Dynamic stiffness of a stop: an indentation u exp(s tau) needs the force P = [k + c s + beta k s/(s + nu)] u exp(s
-   !> tau).
+   !> Parameters of the dynamic stiffness of a stop: an indentation u exp(s tau) needs the force
+   !> P = [k + c s + beta k s/(s + nu)] u exp(s tau).
    type :: dynamic_stiffness_t
       !> k; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
@@ -26,8 +27,8 @@ module compliant_stop
       real(wp) :: viscosity = 0.0_wp
    end type dynamic_stiffness_t
 
-   !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+ and the branch
-   !> force from P2 to P2+.
+   !> Coefficients of a time step of fixed length in which the indentation changes linearly from u to u+. The branch
+   !> force then changes from P2 to P2+, not linearly.
    type :: stop_step_t
       !> Factor of u+ in the mean of P over the step
       real(wp) :: mean_slope = 0.0_wp
@@ -39,14 +40,15 @@ module compliant_stop
       real(wp) :: decay = 1.0_wp
       !> Factor of u+ - u in that formula
       real(wp) :: gain = 0.0_wp
-      !> Decay factor u+/u of the free surface, which bears no force; 1: the surface does not recover by itself
+      !> Decay factor u+/u of the free surface, which bears no force; 1: the surface does not recover by itself, but
+      !> stays at the beam without force
       real(wp) :: recovery = 1.0_wp
    end type stop_step_t
 
    !> Contact law of a compliant stop; each extension is one law.
    type, abstract, extends(dynamic_stiffness_t) :: compliant_stop_t
-      !> Rate of the exponential recovery of the free surface; 0: the surface does not recover by itself; `huge`: it
-      !> recovers instantaneously
+      !> Rate of the exponential recovery of the free surface; 0: the surface does not recover by itself, but stays at
+      !> the beam without force; `huge`: it recovers instantaneously
       real(wp) :: recovery_rate = 0.0_wp
    contains
       procedure(step_interface), deferred :: step
@@ -77,7 +79,8 @@ module compliant_stop
          real(wp) :: energy
       end function energy_interface
 
-      !> Release the remaining force instantaneously. The surface is then free.
+      !> Set the state without force, k u + P2 = 0, in which the surface is free. The law determines whether u jumps
+      !> (three elements, if no damper prevents it) or only P2 does.
       pure subroutine unload_interface(self, indentation, branch_force)
          import :: wp, compliant_stop_t
          implicit none (type, external)
@@ -91,12 +94,12 @@ module compliant_stop
 
 contains
 
-   !> Is the stop rigid, with zero stiffness standing for infinite stiffness?
-   elemental function is_rigid_stop(dynamic_stiffness) result(answer)
-      class(dynamic_stiffness_t), intent(in) :: dynamic_stiffness
+   !> Is the stop rigid? A stiffness of 0 means that it is infinite.
+   elemental function is_rigid_stop(stop) result(answer)
+      class(dynamic_stiffness_t), intent(in) :: stop
       logical :: answer
 
-      answer = dynamic_stiffness%stiffness <= 0.0_wp
+      answer = stop%stiffness <= 0.0_wp
    end function is_rigid_stop
 
    !> P = k u + P2.
@@ -111,7 +114,7 @@ contains
       force = stop%stiffness*indentation + branch_force
    end function contact_force
 
-   !> Rounding error of P at its zeros, at which P is the difference of much larger terms.
+   !> Bound of the rounding error of P near its zeros: four units of rounding of the terms whose difference is P.
    elemental function rounding_of_force(stop, max_term, speed) result(force)
       class(dynamic_stiffness_t), intent(in) :: stop
       !> Maximum magnitude of the terms whose difference is u
@@ -123,7 +126,7 @@ contains
       force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*max_term + stop%viscosity*speed)
    end function rounding_of_force
 
-   !> Mean of P over a step = slope u+ + constant.
+   !> Coefficients of the mean of P over a step as a function of u+: slope u+ + constant.
    elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, constant)
       type(stop_step_t), intent(in) :: step
       !> Indentation u at the start of the step
@@ -149,16 +152,16 @@ contains
          abs(a%branch_stiffness - b%branch_stiffness) > 0.0_wp .or. abs(a%relaxation_rate - b%relaxation_rate) > 0.0_wp)
    end function has_same_dynamic_stiffness
 
-   !> Dynamic stiffness of a stop: P per unit of the indentation u exp(s t).
-   elemental function dynamic_stiffness(spring, s) result(stiffness)
-      type(dynamic_stiffness_t), intent(in) :: spring
+   !> Dynamic stiffness of a stop: P over the indentation u exp(s tau).
+   elemental function dynamic_stiffness(stop, s) result(stiffness)
+      type(dynamic_stiffness_t), intent(in) :: stop
       !> Exponent s
       complex(wp), intent(in) :: s
       complex(wp) :: stiffness
 
-      stiffness = spring%stiffness + spring%viscosity*s
-      if (spring%branch_stiffness > 0.0_wp) then
-         stiffness = stiffness + spring%branch_stiffness*s/(s + spring%relaxation_rate)
+      stiffness = stop%stiffness + stop%viscosity*s
+      if (stop%branch_stiffness > 0.0_wp) then
+         stiffness = stiffness + stop%branch_stiffness*s/(s + stop%relaxation_rate)
       end if
    end function dynamic_stiffness
 

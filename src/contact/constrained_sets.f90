@@ -119,9 +119,9 @@ contains
       !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
 
-      ! `change`: the modes with one constraint more as combinations of the modes before, [modes before, modes after]
-      real(wp), allocatable :: square(:), change(:, :), new_reaction(:), new_square(:), fractions_before(:), &
-         reaction(:, :)
+      ! the modes with one constraint more as combinations of the modes before, [modes before, modes after]
+      real(wp), allocatable :: change(:, :)
+      real(wp), allocatable :: square(:), new_reaction(:), new_square(:), fractions_before(:), reaction(:, :)
       ! coefficients of mass-proportional damping; if those of modes differ, the constraints do not combine these modes
       real(wp), allocatable :: mass_rate(:)
       integer, allocatable :: order(:)
@@ -312,8 +312,10 @@ contains
 
       ! gaps up to this fraction of the sum of their summands are closed but for rounding errors, also those of instants
       real(wp), parameter :: max_gap = 1.0e-10_wp
-      ! displacements, velocities and modal forces, of the free and of the constrained modes
-      real(wp) :: state(size(q), 3), sums(padded(size(p)), 3)
+      ! displacements, velocities and modal forces of the free modes, [free, 3]
+      real(wp) :: state(size(q), 3)
+      ! the same of the constrained modes, padded, [count, 3]
+      real(wp) :: sums(padded(size(p)), 3)
       integer :: k
 
       if (.not. allocated(set%mode)) then
@@ -354,8 +356,10 @@ contains
 
       real(wp), dimension(size(set%closed)) :: reaction, magnitude
       real(wp) :: forces(set%count)
-      ! displacements and velocities, of the constrained and of the free modes
-      real(wp) :: state(size(p), 2), sums(padded(size(q)), 2)
+      ! displacements and velocities of the constrained modes, [count, 2]
+      real(wp) :: state(size(p), 2)
+      ! the same of the free modes, padded, [free, 2]
+      real(wp) :: sums(padded(size(q)), 2)
       integer :: i
 
       if (.not. allocated(set%mode)) then

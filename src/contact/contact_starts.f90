@@ -69,7 +69,8 @@ contains
       real(wp) :: shape(size(displacement), count(is_active)), compliance(count(is_active), count(is_active)), &
          active_forces(count(is_active))
       ! indices of the active contacts
-      integer :: place(count(is_active)), k
+      integer :: place(count(is_active))
+      integer :: k
 
       place = pack([(k, k=1, size(is_active))], is_active)
       call beam%bend(0.0_wp, beam%row(:, place), shape, error)

@@ -46,9 +46,13 @@ contains
 
       type(coupled_modes_t) :: of_equivalents
       type(equivalent_stops_t) :: equivalent
-      ! rows of the stops after `reduce_rows`, and its results
-      real(wp) :: row(oscillators%count, size(spring)), factor(size(spring))
-      integer :: base(size(spring)), i, j
+      ! rows of the stops after `reduce_rows`, [modes, stops]
+      real(wp) :: row(oscillators%count, size(spring))
+      ! index of the rigid stop whose row `reduce_rows` has added to that of each stop; 0: none
+      integer :: base(size(spring))
+      ! factor of the added row
+      real(wp) :: factor(size(spring))
+      integer :: i, j
 
       row = value
       call reduce_rows(spring, row, base, factor)
@@ -275,7 +279,7 @@ contains
       real(wp) :: separation
       ! distance of the centre from the nearest other root or pole
       real(wp) :: clearance
-      ! radius of the circle, and angle of the point on it
+      ! radius of the circle
       real(wp) :: radius
       real(wp) :: angle
       integer :: i, k, m, partner
@@ -378,8 +382,14 @@ contains
 
       complex(wp) :: distance(problem%poles), s, h
       complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, identity, columns
-      ! N and M of `coupled_equation` for each stop, and their derivatives by s
-      complex(wp), dimension(size(problem%spring)) :: n, m, n_slope, m_slope
+      ! N of `coupled_equation` for each stop
+      complex(wp) :: n(size(problem%spring))
+      ! M of `coupled_equation` for each stop
+      complex(wp) :: m(size(problem%spring))
+      ! derivative of N by s
+      complex(wp) :: n_slope(size(problem%spring))
+      ! derivative of M by s
+      complex(wp) :: m_slope(size(problem%spring))
       integer :: i, j, near
 
       s = center + arm

@@ -241,7 +241,7 @@ contains
 
       complex(wp) :: s(size(near))
       real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
-      ! -Re s, and Im s of a complex root
+      ! -Re s (`damping`) and Im s (`root`) of a complex root
       real(wp) :: damping, root
       ! highest frequency of the modes
       real(wp) :: fastest

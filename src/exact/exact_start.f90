@@ -45,20 +45,21 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Number of samples after the initial one
       integer, intent(in) :: samples
-      !> Contact sets cached by this run and earlier ones
+      !> Contact sets cached by this run and earlier ones; a set is the beam with given closed contacts
       type(set_store_t), target, intent(inout) :: sets
       type(contact_phase_t), intent(inout) :: phase
       !> Motion with an open recorder; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set if the initial state penetrates a contact
+      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
       ! energy in the static equilibrium in which the motion may come to rest
       real(wp) :: static_energy
-      ! contact forces P in this equilibrium, and whether no other contact shadows the contact, [contacts]
+      ! contact forces P in this equilibrium, [contacts]
       real(wp), allocatable :: static_force(:)
+      ! whether no higher contact at the same point and on the same side shadows the contact (theory, section 17)
       logical, allocatable :: is_active(:)
       integer :: k
 
@@ -100,8 +101,8 @@ contains
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%energy_balance)
-            ! a contact is inactive if the initial energy E cannot deflect the beam to its surface at the distance
-            ! -height: the maximum deflection is sqrt(2 E flexibility); 1.001 is a margin
+            ! without loads, a contact is inactive also if the initial energy E cannot deflect the beam by -height, to
+            ! its surface: the maximum deflection is sqrt(2 E flexibility); 1.001 is a margin
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
@@ -113,20 +114,24 @@ contains
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
-      allocate (phase%bodies(size(phase%now%beam%body_mode)))
-      do k = 1, size(phase%bodies)
-         call open_body_record(settings%bodies(k), settings%output, samples + 1, phase%bodies(k))
-      end do
-      call start_motion(settings, phase, motion, response)
+      call start_motion(settings, samples, phase, motion, response)
    end subroutine start_exact
 
-   !> Open the observers, and find opposite contacts and those closed at the start.
-   subroutine start_motion(settings, phase, motion, response)
+   !> Open the records of bodies and the observers, and find opposite contacts and those closed at the start.
+   subroutine start_motion(settings, samples, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
+      !> Number of samples after the initial one
+      integer, intent(in) :: samples
       type(contact_phase_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      integer :: b
+
+      allocate (phase%bodies(size(phase%now%beam%body_mode)))
+      do b = 1, size(phase%bodies)
+         call open_body_record(settings%bodies(b), settings%output, samples + 1, phase%bodies(b))
+      end do
       call find_opposite_contacts(phase%now)
       call open_observers(settings, phase%now%states%contact%number, .not. phase%now%states%is_rigid, &
          phase%now%release_contact, response, motion%observers, size(motion%q))
@@ -161,7 +166,7 @@ contains
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
       type(motion_t), intent(inout) :: motion
-      !> Set if the initial state penetrates a contact
+      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: forces(size(is_active))
@@ -171,11 +176,13 @@ contains
       if (allocated(error)) return
       do k = 1, size(forces)
          associate (state => now%states(k))
-            ! also marks a rigid contact with a force, which `begin_contacts_at_start` closes
+            ! until `begin_contacts_at_start`, which closes these contacts, `is_deformed` marks any contact with a
+            ! force, also a rigid one
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%indentation = forces(k)/state%spring%stiffness
-            ! before the release, the stop point is at eta = 1, at 1 + h from the unstressed beam; the force
-            ! F = (1 + h)/(flexibility of modes + flexibility of node) displaces the node by its own flexibility times F
+            ! before the release, the stop point has eta = 1, which is a displacement of 1 + h. The force that holds it
+            ! there, F = (1 + h)/(flexibility of modes + flexibility of node), displaces the node relative to the modes
+            ! by F times the flexibility of the node
             if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
@@ -210,7 +217,8 @@ contains
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)
-         ! all modes take part, each with the same energy
+         ! any start in which all modes take part would do. In this one all modes with a restoring force have the same
+         ! energy
          tangent%q(:, 1) = 1.0_wp/sqrt(merge(1.0_wp, square, square <= max_free_square))
          tangent%v(:, 1) = 0.5_wp
       end associate
@@ -251,6 +259,7 @@ contains
          beam%body_rest(:) = settings%bodies%rest
       end if
       if (settings%stop%impulse == impulse_nodal) then
+         ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       end if
       allocate (beam%value(size(modes%square), size(contacts)))
@@ -267,8 +276,9 @@ contains
       end do
    end subroutine make_beam
 
-   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. With free modes
-   !> (rigid-body modes, bodies without springs) equilibrium exists only if no contact has a static force.
+   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. The caller excludes beams
+   !> that turn freely about the root, whose motion need not come to rest. With bodies without springs, equilibrium is
+   !> known only if no contact is preloaded (height > 0); it is then the undeformed state.
    pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
       !> Whether each contact is active, [contacts]
@@ -278,7 +288,7 @@ contains
       !> Energy of beam and stops
       real(wp), intent(out) :: energy
 
-      ! displacement at each contact per unit force at each other
+      ! displacement at each contact per unit force at each contact, [contacts, contacts]
       real(wp) :: compliance(size(is_active), size(is_active))
       logical :: is_loaded(size(is_active))
       integer :: j, k
@@ -316,7 +326,8 @@ contains
       if (size(phase%bodies) > 0) call move_alloc(phase%bodies, response%bodies)
       lost_stop = sum(phase%now%states%dissipated)
       associate (balance => motion%recorder%energy_balance, measures => motion%observers%measures)
-         ! dissipation in the beam is the remainder, so that the energy balance closes to rounding
+         ! dissipation in the beam is the remainder of the energy balance, because phases compute it only if energies
+         ! are requested
          lost_beam = response%initial_energy + balance%work + balance%created - balance%dissipated_impact - lost_stop &
             - measures%of(measures%release_contact)%measures%final_energy
          call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &

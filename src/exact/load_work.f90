@@ -122,7 +122,7 @@ contains
 
       ! change of exp(i w t) (W^2 z + i w z') of a mode since the start of the phase
       real(wp) :: real_change, imaginary_change
-      ! sums of the work over the modes
+      ! sum of the work over the modes, real and imaginary part
       real(wp) :: real_part, imaginary_part
       real(wp) :: cosine, sine
       integer :: i

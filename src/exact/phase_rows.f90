@@ -210,8 +210,10 @@ contains
 
       ! number of load harmonics
       integer :: harmonics
-      ! index of a mode, and index of its second term
-      integer :: i, m
+      ! index of a mode
+      integer :: i
+      ! index of the second term of this mode
+      integer :: m
       integer :: k, n
 
       self%span%length = -1.0_wp
@@ -361,9 +363,9 @@ contains
 
       ! signals to search; a deformed open contact has two signals
       type(row_signal_t) :: signals(2*size(searches))
-      ! contact of each signal, and its `end_` constant
+      ! contact of each signal, and `end_` constant of the signal (`kind`)
       integer, dimension(2*size(searches)) :: contact, kind
-      ! index of the signal with the first zero (0: there is none); last node of the path; number of signals
+      ! index of the signal with the first zero, or 0 (`first`); `last` node of the path; number n of signals
       integer :: first, last, n, k
 
       call start_path(self)

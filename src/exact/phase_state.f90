@@ -44,7 +44,7 @@ module phase_state
    type :: phase_state_t
       type(free_beam_t) :: beam
       type(contact_state_t), allocatable :: states(:)
-      !> Index of the contact from which the beam is released; 0: none
+      !> Index of the release contact, the reference of histories and measures even without a release; 0: none
       integer :: release_contact = 1
       !> Store of contact sets, which later runs use as well
       type(set_store_t), pointer :: store => null()

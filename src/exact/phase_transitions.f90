@@ -124,8 +124,14 @@ contains
       real(wp), intent(in) :: tau
       integer, allocatable :: flights(:)
 
-      ! state at the end of the flight: of the constrained and of the free modes
-      real(wp) :: z(size(self%z)), rate(size(self%z)), q(size(self%beam%value, 1)), v(size(self%beam%value, 1))
+      ! displacements of the constrained modes at the end of the flight
+      real(wp) :: z(size(self%z))
+      ! velocities of the constrained modes at the end of the flight
+      real(wp) :: rate(size(self%z))
+      ! displacements of the free modes at the end of the flight
+      real(wp) :: q(size(self%beam%value, 1))
+      ! velocities of the free modes at the end of the flight
+      real(wp) :: v(size(self%beam%value, 1))
       ! rounding error of time
       real(wp) :: tau_rounding
       integer :: j
@@ -396,8 +402,10 @@ contains
 
       ! smaller penetrations of a rigid contact, in eta, are not corrected
       real(wp), parameter :: min_correction = 5.0e-12_wp
-      ! displacement of the stop point, and its correction
-      real(wp) :: displacement, correction
+      ! displacement of the stop point
+      real(wp) :: displacement
+      ! correction of this displacement
+      real(wp) :: correction
       ! force that causes the correction
       real(wp) :: force
 

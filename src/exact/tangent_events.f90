@@ -128,8 +128,10 @@ contains
       integer, intent(in) :: k
       !> One of the `end_` constants
       integer, intent(in) :: ended_by
-      !> Changes of displacements q and velocities v of the free modes, [free modes]
-      real(wp), intent(in) :: q(:), v(:)
+      !> Changes of the displacements q of the free modes, [free modes]
+      real(wp), intent(in) :: q(:)
+      !> Changes of the velocities v of the free modes, [free modes]
+      real(wp), intent(in) :: v(:)
       !> Changes of branch forces P2, [contacts]
       real(wp), intent(in) :: branch_force(:)
       !> Changes of the loads, [loads]
@@ -163,8 +165,12 @@ contains
    pure function force_change(now, k, q, v, branch_force) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> Changes of q, v and branch forces as in `signal_change`
-      real(wp), intent(in) :: q(:), v(:), branch_force(:)
+      !> Changes of q, [free modes]
+      real(wp), intent(in) :: q(:)
+      !> Changes of v, [free modes]
+      real(wp), intent(in) :: v(:)
+      !> Changes of the branch forces, as in `signal_change`
+      real(wp), intent(in) :: branch_force(:)
       real(wp) :: change
 
       ! force of the spring, damper and Maxwell branch: P = P2 + c du/dtau + k u, and the indentation u is minus the gap
@@ -177,8 +183,14 @@ contains
    recursive function reaction_change(now, k, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
-      !> Changes of q, v, branch forces and loads as in `signal_change`
-      real(wp), intent(in) :: q(:), v(:), branch_force(:), load(:)
+      !> Changes of q, [free modes]
+      real(wp), intent(in) :: q(:)
+      !> Changes of v, [free modes]
+      real(wp), intent(in) :: v(:)
+      !> Changes of the branch forces, as in `signal_change`
+      real(wp), intent(in) :: branch_force(:)
+      !> Changes of the loads, as in `signal_change`
+      real(wp), intent(in) :: load(:)
       real(wp) :: change
 
       ! change of the modal forces that the contact reactions must balance, [free modes]

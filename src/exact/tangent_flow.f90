@@ -46,8 +46,12 @@ contains
       real(wp), intent(in) :: time
       type(state_rates_t), intent(inout) :: rates
 
-      ! displacements, velocities and accelerations of the constrained modes
-      real(wp), dimension(size(now%z)) :: z, v, a
+      ! displacements of the constrained modes
+      real(wp) :: z(size(now%z))
+      ! velocities of the constrained modes
+      real(wp) :: v(size(now%z))
+      ! accelerations of the constrained modes
+      real(wp) :: a(size(now%z))
       ! terms exp(s t) of the motion with their amplitudes
       complex(wp), allocatable :: term(:)
       ! forces of the closed compliant contacts, [compliant]
@@ -158,11 +162,15 @@ contains
       type(load_change_t), intent(in) :: change(:)
       !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
       logical, intent(in) :: is_driven
-      !> Variations of the displacements q and velocities v of the free modes, [free modes]
-      real(wp), intent(inout) :: q(:), v(:)
+      !> Variations of the displacements q of the free modes, [free modes]
+      real(wp), intent(inout) :: q(:)
+      !> Variations of the velocities v of the free modes, [free modes]
+      real(wp), intent(inout) :: v(:)
 
-      ! variations of the constrained modes at the start of the phase, and at the time
-      real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
+      ! variations of the constrained modes at the start of the phase
+      real(wp), dimension(size(now%z)) :: z0, v0
+      ! variations of the constrained modes at the time
+      real(wp), dimension(size(now%z)) :: z1, v1
       integer :: g, i
 
       associate (constrained => now%set%constrained)
@@ -183,10 +191,14 @@ contains
    !> State of the constrained modes from that of the free modes.
    pure subroutine project_on_modes(constrained, q, v, z, rate)
       type(constrained_set_t), intent(in) :: constrained
-      !> Displacements q and velocities v of the free modes, [free modes]
-      real(wp), intent(in) :: q(:), v(:)
-      !> Displacements z of the constrained modes, and their rates, [modes]
-      real(wp), intent(out) :: z(:), rate(:)
+      !> Displacements q of the free modes, [free modes]
+      real(wp), intent(in) :: q(:)
+      !> Velocities v of the free modes, [free modes]
+      real(wp), intent(in) :: v(:)
+      !> Displacements z of the constrained modes, [modes]
+      real(wp), intent(out) :: z(:)
+      !> Rates of z, [modes]
+      real(wp), intent(out) :: rate(:)
 
       ! without a closed rigid contact the constrained modes are the free modes
       if (allocated(constrained%mode)) then
@@ -201,10 +213,14 @@ contains
    !> State of the free modes from that of the constrained modes.
    pure subroutine to_free_modes(constrained, z, rate, q, v)
       type(constrained_set_t), intent(in) :: constrained
-      !> Displacements z of the constrained modes, and their rates, [modes]
-      real(wp), intent(in) :: z(:), rate(:)
-      !> Displacements q and velocities v of the free modes, [free modes]
-      real(wp), intent(out) :: q(:), v(:)
+      !> Displacements z of the constrained modes, [modes]
+      real(wp), intent(in) :: z(:)
+      !> Rates of z, [modes]
+      real(wp), intent(in) :: rate(:)
+      !> Displacements q of the free modes, [free modes]
+      real(wp), intent(out) :: q(:)
+      !> Velocities v of the free modes, [free modes]
+      real(wp), intent(out) :: v(:)
 
       if (allocated(constrained%mode)) then
          q = matmul(constrained%mode, z)
@@ -225,8 +241,10 @@ contains
       !> Modal load per unit of load
       real(wp), intent(in) :: load_factor
       real(wp), intent(in) :: time
-      !> Displacement and velocity of the mode
-      real(wp), intent(inout) :: z, v
+      !> Displacement of the mode
+      real(wp), intent(inout) :: z
+      !> Velocity of the mode
+      real(wp), intent(inout) :: v
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       ! response to a unit impulse
@@ -262,19 +280,23 @@ contains
       type(load_change_t), intent(in) :: change(:)
       !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
       logical, intent(in) :: is_driven
-      !> Variations of the displacements q and velocities v of the free modes, [free modes]
-      real(wp), intent(inout) :: q(:), v(:)
+      !> Variations of the displacements q of the free modes, [free modes]
+      real(wp), intent(inout) :: q(:)
+      !> Variations of the velocities v of the free modes, [free modes]
+      real(wp), intent(inout) :: v(:)
       !> Variations of the branch forces, [contacts]
       real(wp), intent(inout) :: branch_force(:)
 
-      ! variations of the constrained modes at the start of the phase, and at the time
+      ! variations of the constrained modes at the start of the phase (z0, v0), and at the time (z1, v1)
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       ! values of the terms exp(s t) of the column at the time
       complex(wp) :: term(now%set%coupled%count)
       ! amplitudes of the terms after a unit impulse of a load
       complex(wp) :: impulse_term(now%set%coupled%count)
-      ! a static gap of zero at each contact, and the variations of the indentations
-      real(wp), dimension(size(now%set%compliant)) :: zeros, indentation
+      ! a static gap of zero at each contact
+      real(wp) :: zeros(size(now%set%compliant))
+      ! variations of the indentations
+      real(wp) :: indentation(size(now%set%compliant))
       integer :: g, i, m
 
       associate (constrained => now%set%constrained, coupled => now%set%coupled, compliant => now%set%compliant)
@@ -305,11 +327,15 @@ contains
 
       !> Propagate the constrained modes that vanish at all compliant contacts.
       subroutine flow_inactive(z, rate)
-         !> Displacements z of the constrained modes, and their rates; those of the other modes remain, [modes]
-         real(wp), intent(inout) :: z(:), rate(:)
+         !> Displacements z of the constrained modes; those of the other modes remain, [modes]
+         real(wp), intent(inout) :: z(:)
+         !> Rates of z, [modes]
+         real(wp), intent(inout) :: rate(:)
 
-         ! state of all constrained modes if they were uncoupled
-         real(wp), dimension(size(z)) :: uncoupled, uncoupled_rate
+         ! displacements of all constrained modes if they were uncoupled
+         real(wp) :: uncoupled(size(z))
+         ! rates of these displacements
+         real(wp) :: uncoupled_rate(size(z))
          integer :: j
 
          associate (oscillators => now%set%constrained%oscillators, inactive => now%set%coupled%inactive)

@@ -168,8 +168,11 @@ contains
       !> y and dy/dx of nodes and root, as from `nodal_displacements` but by the same sums as B q, [dofs]
       real(wp), intent(out), optional :: nodal(:)
 
-      ! left, right: curvature at the left and the right node of an element, times the length of the element
-      real(wp) :: displacement, displacement_error, left, right, rotation, rotation_error, xi
+      ! curvature at the left node of an element, times the length of the element
+      real(wp) :: left
+      ! curvature at the right node, times this length
+      real(wp) :: right
+      real(wp) :: displacement, displacement_error, rotation, rotation_error, xi
       integer :: element, mass, row
 
       call root_motion(natural, q, displacement, rotation)
@@ -238,8 +241,11 @@ contains
       !> B^T f, [order]
       real(wp), intent(out) :: q(:)
 
-      ! left, right: generalised forces of the curvatures at the left and the right node of an element
-      real(wp) :: first, force, force_sum, left, moment, moment_error, right, second, shear, shear_error, third, xi
+      ! generalised force of the curvature at the left node of an element
+      real(wp) :: left
+      ! generalised force of the curvature at the right node
+      real(wp) :: right
+      real(wp) :: first, force, force_sum, moment, moment_error, second, shear, shear_error, third, xi
       integer :: element, mass, row
 
       moment = 0.0_wp
@@ -292,8 +298,11 @@ contains
       real(wp), intent(in) :: forces(:)
       real(wp) :: q(natural%order)
 
-      ! left, right: generalised forces of the curvatures at the left and the right node of an element
-      real(wp) :: force, force_error, left, moment, moment_error, right
+      ! generalised force of the curvature at the left node of an element
+      real(wp) :: left
+      ! generalised force of the curvature at the right node
+      real(wp) :: right
+      real(wp) :: force, force_error, moment, moment_error
       integer :: element
 
       force = 0.0_wp
@@ -325,8 +334,11 @@ contains
       !> Displacements and rotations in the order of the degrees of freedom, [dofs]
       real(wp), intent(out) :: nodal(:)
 
-      ! left, right: curvature at the left and the right node of an element, times the length of the element
-      real(wp) :: displacement, displacement_error, left, right, rotation, rotation_error
+      ! curvature at the left node of an element, times the length of the element
+      real(wp) :: left
+      ! curvature at the right node, times this length
+      real(wp) :: right
+      real(wp) :: displacement, displacement_error, rotation, rotation_error
       integer :: element
 
       call root_motion(natural, q, displacement, rotation)
@@ -402,8 +414,10 @@ contains
       real(wp), intent(in) :: nodal(:)
       real(wp) :: q(natural%order)
 
-      ! curvature at the left and the right node, and degrees of freedom of an element
-      real(wp) :: curvature(2), values(4)
+      ! curvature at the left and at the right node of an element
+      real(wp) :: curvature(2)
+      ! degrees of freedom of the element
+      real(wp) :: values(4)
       integer :: element, i
 
       values = 0.0_wp

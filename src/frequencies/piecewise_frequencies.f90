@@ -153,8 +153,15 @@ contains
       integer :: count
 
       real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
-      ! blocks of the matrix for a joint, between this joint and the next, and for the next joint
-      real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2), determinant
+      ! block of the matrix for a joint, after the elimination of all joints before
+      real(qp) :: diagonal(2, 2)
+      ! block between this joint and the next
+      real(qp) :: coupling(2, 2)
+      ! contribution of the segment between them to the block of the next joint
+      real(qp) :: next(2, 2)
+      ! diagonal^-1 coupling
+      real(qp) :: block(2, 2)
+      real(qp) :: determinant
       integer :: i, clamped_roots
 
       count = 0
@@ -243,8 +250,16 @@ contains
       integer, intent(out) :: clamped_roots
 
       real(qp), parameter :: small = 2.0_qp
-      ! cos k, sin k, the denominator D, exp(-k) and its square
-      real(qp) :: c, sine, d, decay, square
+      ! cos k
+      real(qp) :: c
+      ! sin k
+      real(qp) :: sine
+      ! denominator D
+      real(qp) :: d
+      ! exp(-k)
+      real(qp) :: decay
+      ! square of exp(-k)
+      real(qp) :: square
       integer :: half_waves
 
       if (k < small) then

@@ -65,8 +65,10 @@ contains
       real(wp) :: sum_of_squares, tolerance
       ! number of samples that a pass fits
       integer :: samples
-      ! number of evaluations of the signal in a pass, and in all passes until now
-      integer :: evaluations, total_evaluations
+      ! number of evaluations of the signal in a pass
+      integer :: evaluations
+      ! number of evaluations in all passes until now
+      integer :: total_evaluations
       integer :: i, n
       logical :: is_last
 

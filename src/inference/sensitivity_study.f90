@@ -1,5 +1,5 @@
-!> The study of a scene with &sensitivity: derivatives of measures follow from exact runs with each parameter at steps
-!> above and below its value, which are the cases of a sweep plan.
+!> The study of a scene with &sensitivity: derivatives of measures follow from runs with each parameter at steps above
+!> and below its value, which are the cases of a sweep plan.
 module sensitivity_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
@@ -33,6 +33,8 @@ contains
       !> Set if there are no results
       type(failure_t), allocatable, intent(out) :: error
 
+      ! estimated size of the file
+      integer(c_size_t), parameter :: expected_bytes = 100000_c_size_t
       type(plan_t) :: plan
       type(plan_run_t) :: run
       type(sensitivity_t) :: sensitivity
@@ -50,7 +52,7 @@ contains
          return
       end if
       call find_sensitivity(scene, cases%rows, sensitivity)
-      call begin_results(root, 100000_c_size_t, scene)
+      call begin_results(root, expected_bytes, scene)
       call write_sensitivity(root%subgroup('sensitivity'), scene, sensitivity)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error)) return
@@ -64,6 +66,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(out) :: plan
 
+      ! number of cases in a chunk, so small that all threads have work
       integer, parameter :: cases_together = 8
       real(wp) :: step(size(scene%sensitivity%parameters))
       integer :: case, i, k, side
@@ -96,7 +99,8 @@ contains
       end associate
    end subroutine plan_steps
 
-   !> First step of each parameter: a fraction of its value or, if the value is 0, of one dimensionless unit.
+   !> First step of each parameter: a fraction of its value or, if the value is 0, the same fraction of the scale of its
+   !> quantity (1 for a dimensionless parameter).
    pure function first_steps(scene) result(step)
       !> Scene with &sensitivity
       type(scene_t), intent(in) :: scene
@@ -133,7 +137,7 @@ contains
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       step = first_steps(scene)
       sensitivity%measures = chosen_measures(scene, scene%sensitivity%measures)
-      ! of measures that the scene does not name, only those with a value
+      ! if the scene names no measures, those that have a value
       if (.not. allocated(scene%sensitivity%measures)) sensitivity%measures = pack(sensitivity%measures, &
          .not. ieee_is_nan(rows(sensitivity%measures, 1)))
       sensitivity%measured = rows(sensitivity%measures, 1)
@@ -141,6 +145,8 @@ contains
          allocate (sensitivity%derivative(size(step), size(measures)), sensitivity%impacts_change(size(step)), &
             sensitivity%is_at_limit(size(step)))
          do k = 1, size(step)
+            ! the order of `plan_steps`: case 1 is the scene; then, for each parameter and step, a case above and one
+            ! below
             first = 2 + 2*settings%steps*(k - 1)
             above = [(first + 2*(i - 1), i=1, settings%steps)]
             below = above + 1

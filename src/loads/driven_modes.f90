@@ -277,8 +277,10 @@ contains
       complex(wp) :: points(3)
       ! distance of each point from the next, then product of its distances from the other two
       real(wp) :: distance(3)
-      ! magnitudes of the amplitudes and of the exponents
-      real(wp) :: amplitude(3), magnitude(3)
+      ! magnitudes of the amplitudes
+      real(wp) :: amplitude(3)
+      ! magnitudes of the exponents
+      real(wp) :: magnitude(3)
       integer :: k
 
       bounds = huge(1.0_wp)

@@ -116,10 +116,14 @@ contains
       real(wp) :: response_terms(term_columns)
       ! constant and slope of the load response at this instant, or their derivatives
       real(wp) :: linear(0:1)
-      ! relative rounding error of the harmonics, and the magnitude that it refers to
-      real(wp) :: rounding, magnitude
-      ! load response and its slope
-      real(wp) :: response, slope
+      ! relative rounding error of the harmonics
+      real(wp) :: rounding
+      ! magnitude to which this error refers
+      real(wp) :: magnitude
+      ! load response
+      real(wp) :: response
+      ! slope of the load response
+      real(wp) :: slope
 
       phasor = phasor_of(self%terms%frequency, self%from + t)
       linear = linear_part_of(self, t, order)

@@ -273,11 +273,12 @@ contains
       !> Complex amplitudes of the rows, [rows]
       complex(wp), intent(out) :: response(:)
 
-      ! 1 + 2 zeta s, and dynamic stiffness s^2 + alpha s + (1 + 2 zeta s) W^2 of each mode, [modes]
+      ! of each mode: viscous = 1 + 2 zeta s; dynamic stiffness s^2 + alpha s + viscous W^2, [modes]
       complex(wp), dimension(constrained%count) :: viscous, dynamic
       ! amplitudes of the modal displacements, [modes]
       complex(wp) :: z(constrained%count)
-      ! dynamic flexibility and force of each closed compliant contact, and a static gap of zero, [compliant]
+      ! dynamic flexibility and force of each closed compliant contact, and a static gap of zero (`zero_gap`),
+      ! [compliant]
       complex(wp), dimension(size(compliant)) :: flexibility, force, zero_gap
       integer :: k
 

@@ -1,5 +1,5 @@
-!> Choice of the number of modes of a run by trial runs with more and more of the lowest modes, and selection of these
-!> modes (docs/theory.md, section 13).
+!> Numbers of lowest modes for the trial runs from which `choose_modes` finds the number of modes of a run; selection,
+!> order and damping rates of the chosen modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
    use body_modes, only: append_bodies, damping_rate_of, squared_frequency_of
@@ -16,14 +16,14 @@ module mode_choice
 
    !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
    integer, parameter :: max_all_modes = 32
-   !> Numbers of lowest modes in successive trial runs; beyond the last number each run doubles it.
+   !> Numbers of lowest modes in successive trial runs; the trials end with the last of them.
    integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
    !> Maximum number of lowest modes.
    integer, parameter :: max_count = counts(size(counts))
-   !> Modes up to this multiple of the highest load frequency are always included, because a resonance may need longer
-   !> than a trial run to develop.
+   !> Modes up to this multiple of the highest load frequency are always included, `max_for_loads` at most, because a
+   !> resonance may need longer than a trial run to develop.
    real(wp), parameter :: frequency_margin = 2.0_wp
-   !> Maximum number of modes that are included for this reason.
+   !> Maximum number of modes that are included because of the frequencies of loads.
    integer, parameter :: max_for_loads = 64
    !> Reversals of a table count if they change its value by more than this fraction of its maximum magnitude.
    real(wp), parameter :: min_reversal = 1.0e-3_wp
@@ -48,11 +48,13 @@ contains
       end do
       if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))
       count_of_first = max(count_of_first, settings%start%mode)
-      ! as many modes as stops can close (`check_mode_count`)
+      ! at least as many modes as stops, which can be closed at once: the forces of more closed contacts than modes
+      ! would not be determined (`check_mode_count`)
       if (allocated(settings%more_stops)) count_of_first = max(count_of_first, 1 + size(settings%more_stops))
    end function first_count
 
-   !> Frequency of a load; for a table pi over the minimum time between two reversals. 0: the load has none.
+   !> Circular frequency of a load; for a table pi over the minimum time between two reversals. 0: the course is a step,
+   !> a rectangular pulse or similar.
    pure function highest_frequency(course) result(frequency)
       type(time_course_t), intent(in) :: course
       !> Circular frequency over omega1
@@ -89,7 +91,8 @@ contains
       if (farthest > reversal) half_period = min(half_period, time(farthest) - time(reversal))
    end function min_half_period
 
-   !> Number of lowest modes of the next trial run.
+   !> Number of lowest modes of the next trial run; after the last number of the list, a number above `max_count`, which
+   !> ends the trials.
    pure function next_count(count) result(more)
       !> Number of the last trial run
       integer, intent(in) :: count
@@ -102,8 +105,8 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> Has each mode a damping rate of its own, because damping ratios are given mode by mode, or because the dampers of
-   !> bodies do not follow the proportional damping of the beam?
+   !> Are damping rates given mode by mode, because damping ratios of modes are given, or because the dampers of bodies
+   !> do not follow the proportional damping of the beam?
    pure function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -125,9 +128,9 @@ contains
    end function common_zeta
 
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 xi_i W_i for a damping
-   !> ratio xi_i of mode i. The last ratio given holds for all further modes. If each mode has its own damping, that
-   !> of a body is 2 xi W + c/m (damping ratio xi, damper c), whatever zeta is: its alpha, which may be negative, is
-   !> this rate less the part 2 zeta W^2 that all modes have.
+   !> ratio xi_i of mode i. The last ratio given holds for all further modes. If damping rates are given mode by mode,
+   !> the whole damping rate of a body is 2 xi W + c/m (damping ratio xi, damper c), whatever zeta is. The alpha of the
+   !> body is this rate minus 2 zeta W^2, with zeta of `common_zeta`; it may be negative.
    pure function rates_of_modes(settings, square, body) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
@@ -154,7 +157,8 @@ contains
    !> Select the lowest modes and those of all bodies, order them as `damping_order` requires, and reorder the settings
    !> of single modes in the same way. Stresses need the truncated modes, too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
-      !> Number of modes of the beam that are selected; if `modes` contains modes of bodies already, number of all modes
+      !> Number of modes of the beam that are selected; if `modes` contains modes of bodies already, number of all
+      !> modes, none of which is truncated then
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
@@ -178,6 +182,7 @@ contains
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
       call order_columns(modes%mode, order)
+      ! 1: the beam does not start in a mode, or `check_mode_of_start` refuses the mode
       settings%start%mode = max(findloc(order, settings%start%mode, dim=1), 1)
       if (.not. allocated(settings%mode_ratios)) return
       allocate (ratio, source=settings%mode_ratios)

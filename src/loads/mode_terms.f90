@@ -210,8 +210,12 @@ contains
 
       ! a point of the circle
       complex(wp) :: s
-      ! Laplace transforms of the loads on the mode, of z, and of z + 2 zeta z'
-      complex(wp) :: forced, z, reaction
+      ! Laplace transform of the loads on the mode
+      complex(wp) :: forced
+      ! Laplace transform of z
+      complex(wp) :: z
+      ! Laplace transform of z + 2 zeta z'
+      complex(wp) :: reaction
       ! transfer function of the mode, from load to displacement
       complex(wp) :: transfer
       ! z + 2 zeta z' and its rate at the start
@@ -252,8 +256,10 @@ contains
       real(wp), intent(inout) :: free_start(2)
       type(mode_terms_t), intent(inout) :: terms
 
-      ! constant and slope of the response
-      real(wp) :: static, rate
+      ! constant of the response
+      real(wp) :: static
+      ! slope of the response
+      real(wp) :: rate
 
       static = real(forced%force, wp)/mode%square
       rate = 0.0_wp
@@ -291,8 +297,12 @@ contains
       real(wp), intent(inout) :: free_start(2)
       type(mode_terms_t), intent(inout) :: terms
 
-      ! points of the circle, their positions relative to its centre, and Laplace transform of z at the points
-      complex(wp), dimension(2*half_circle) :: s, arm, z
+      ! points of the circle
+      complex(wp) :: s(2*half_circle)
+      ! positions of the points relative to the centre
+      complex(wp) :: arm(2*half_circle)
+      ! Laplace transform of z at the points
+      complex(wp) :: z(2*half_circle)
       complex(wp) :: load_exponent
       ! amplitude of the term with the conjugate exponent of the mode
       complex(wp) :: conjugate_term
@@ -319,8 +329,10 @@ contains
       complex(wp) :: amplitude
       ! 1 + 2 zeta s at the exponents
       complex(wp) :: viscous(2)
-      ! minus the centre of the circle, and its radius
-      real(wp) :: center, radius
+      ! minus the centre of the circle
+      real(wp) :: center
+      ! radius of the circle
+      real(wp) :: radius
 
       center = 0.5_wp*mode%damping
       radius = max(fraction_of_decay*center, radius_times_length/mode%length)

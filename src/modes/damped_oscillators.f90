@@ -331,7 +331,7 @@ contains
          6227020800.0_wp, 1307674368000.0_wp]
       ! exp(-2 s t), with s the spread
       real(wp), dimension(lanes*blocks) :: fast_factors
-      ! 2 s t, (1 - exp(-2 s t))/(2 s), and v + decay z at time 0
+      ! separation = 2 s t, ratio = (1 - exp(-2 s t))/(2 s), fast_velocity = v + decay z at time 0
       real(wp) :: separation, ratio, fast_velocity
       ! (s t)^2 in the series, then the new displacement
       real(wp) :: y

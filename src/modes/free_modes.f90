@@ -1,5 +1,6 @@
-!> The modes of a beam without contact, and quantities that follow from them alone. They do not depend on damping, stops
-!> and duration of a run, and no run changes them, so all runs of a beam, in all threads, share them.
+!> The modes of a beam without contact, and quantities that follow from them alone. They do not depend on damping, the
+!> laws of the stops and the duration of a run, and no run changes them, so all runs of a beam on one mesh, in all
+!> threads, share them.
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
@@ -31,22 +32,25 @@ module free_modes
       !> appended, [modes]
       integer, allocatable :: body(:)
       !> Squared frequencies of the truncated modes, whose static part a run adds to the bending moments; unallocated:
-      !> no mode is truncated
+      !> no mode is truncated, or the run needs none (it has no stresses, or it has residual modes)
       real(wp), allocatable :: truncated_square(:)
       !> Shapes of the truncated modes
       real(wp), allocatable :: truncated_mode(:, :)
-      !> Displacement of a massless node at the stop under a unit modal force (in rho Abar L omega1^2) if all other
-      !> degrees of freedom are fixed; 0: the node has mass
+      !> Displacement of a massless node at the stop under a force on it of one unit, rho Abar L omega1^2 D, if all
+      !> other degrees of freedom are fixed; 0: the node has mass
       real(wp) :: node_flexibility = 0.0_wp
-      !> M phi_i at the stop point, for impacts whose impulse replaces the velocity of that node only, [modes]
+      !> Component of M phi_i at the degree of freedom of the stop, for impacts whose impulse replaces the velocity of
+      !> that node only, [modes]
       real(wp), allocatable :: nodal_mass(:)
    end type free_modes_t
 
    !> W^2 of a rigid-body mode, positive because formulas divide by W^2. The motion of the mode differs from a
    !> polynomial in time, or with mass-proportional damping from an exponential, by (W t)^2/2, which is below rounding
-   !> in a run of any length.
+   !> in a run of the maximum duration, t = 1e9.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
-   !> Modes up to this W^2 are free motions: rigid-body modes, bodies without springs, and combinations of both.
+   !> Modes up to this W^2 have no restoring force: rigid-body modes, bodies without springs, and combinations of both.
+   !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_bodies`) that rounding errors of the
+   !> combinations do not exceed it.
    real(wp), parameter :: max_free_square = 1.0e-30_wp
 
 contains
@@ -68,7 +72,7 @@ contains
    !> Compute the quantities that follow from lambda and the mode shapes.
    subroutine complete_modes(model, modes)
       type(beam_model_t), intent(in) :: model
-      !> In: lambda and the mode shapes
+      !> On entry with lambda and the mode shapes; on return complete
       type(free_modes_t), intent(inout) :: modes
 
       real(wp), allocatable :: unit(:), mass_column(:)

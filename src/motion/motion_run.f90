@@ -1,5 +1,5 @@
-!> Computation of the motion of a beam, a run, by the method that its settings name: exact motion from event to event,
-!> or Newmark's steps. Checks whether a run can start precede its computation.
+!> Runs: computes the motion of a beam by the method that the settings choose (exact motion from event to event, or
+!> Newmark's steps), after checks whether the run can start.
 module motion_run
    use beam_model, only: beam_model_t
    use beam_starts, only: check_table_of_start
@@ -24,7 +24,9 @@ module motion_run
    use stop_pairs, only: check_nodes_of_stops
    implicit none (type, external)
    private
-   public :: run_motion, check_motion, find_shared_modes, set_store_t
+   public :: run_motion, check_motion, find_shared_modes
+   ! callers of `run_motion` declare a store of contact sets
+   public :: set_store_t
 
 contains
 
@@ -39,8 +41,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Modes from `find_shared_modes`; if absent, a run that needs modes computes them
       type(free_modes_t), intent(in), optional :: shared
-      !> Contact sets (the beam with a given set of closed contacts) cached by earlier runs, which this run uses and
-      !> extends; private to one thread
+      !> Contact sets (the beam with a given set of closed contacts) cached by earlier runs, which exact motion uses and
+      !> extends; Newmark's method does not use them; private to one thread
       type(set_store_t), target, intent(inout), optional :: sets
       !> The state from which the run continues, if its component `q` is allocated: the end of a run under loads by the
       !> same method on the same mesh. On return, the state at the end of this run
@@ -61,6 +63,7 @@ contains
       end if
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
+      ! nodal impulses follow the paper, whose mass matrix is the consistent one: no advice to redistribute the mass
       response%mesh_check%should_redistribute = .not. model%is_redistributed .and. &
          settings%stop%impulse == impulse_momentum .and. &
          is_redistribution_more_accurate(model%section, model%mesh, model%tip_mass_ratio, settings)
@@ -84,7 +87,7 @@ contains
       type(free_modes_t) :: modes
       type(run_settings_t) :: settings_in_modes
       type(mode_check_t) :: check
-      ! number of lowest modes of the run that this run continues, then of this run
+      ! number of lowest modes: first of the run that this run continues (or `unknown_modes`), then of this run
       integer :: lowest
 
       if (.not. moves_in_modes(settings%response)) then
@@ -102,7 +105,7 @@ contains
       response%mode_check = check
    end subroutine step_motion
 
-   !> Find the modes in which Newmark's steps move: those of exact motion with the same settings.
+   !> Find the modes in which Newmark's method computes the motion: those of exact motion with the same settings.
    subroutine find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error, shared)
       type(beam_model_t), intent(in) :: model
       !> Settings of the run
@@ -171,6 +174,7 @@ contains
       logical :: has_single_contact
 
       has_single_contact = has_one_contact(settings, size(model%supports))
+      ! a single contact needs no such checks: the mesh has a node at the stop, and the release is from a gap of 1
       if (settings%has_stop .and. .not. has_single_contact) then
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
          if (.not. allocated(error) .and. settings%start%kind == start_release) then
@@ -193,10 +197,10 @@ contains
    pure subroutine check_mode_of_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set if the run retains fewer modes, or if a support fixes the tip, whose displacement scales the mode
+      !> Set if the run cannot retain the mode, or if a support fixes the tip, whose displacement scales the mode
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! number of modes that the run retains
+      ! maximum number of modes that the run can retain
       integer :: modes
 
       if (.not. is_in_mode(settings%start)) return
@@ -211,7 +215,7 @@ contains
       end if
    end subroutine check_mode_of_start
 
-   !> Find the modes that all runs of one beam share.
+   !> Find the modes that all runs of one beam share (`find_base_modes`): all modes, or the lowest of a large mesh.
    subroutine find_shared_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs

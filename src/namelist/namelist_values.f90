@@ -55,11 +55,18 @@ contains
       integer, parameter :: max_characters = 100
       character(max_characters) :: buffer
       character(:), allocatable :: mantissa
-      ! positions of the first digit, of the letter of the exponent, of the point and of the first significant
-      ! digit
-      integer :: first, letter_position, point, first_significant
-      ! exponent as written, and power of ten of the first significant digit
-      integer :: exponent, power
+      ! position of the first digit
+      integer :: first
+      ! position of the letter of the exponent
+      integer :: letter_position
+      ! position of the point
+      integer :: point
+      ! position of the first significant digit
+      integer :: first_significant
+      ! exponent as written
+      integer :: exponent
+      ! power of ten of the first significant digit
+      integer :: power
 
       value = 0.0_wp
       is_legal = .false.

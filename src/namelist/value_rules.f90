@@ -6,14 +6,14 @@ module value_rules
    private
    public :: range_t, contains_value, range_text, one_of, is_among, length_ratio_problem, max_length_ratio
    public :: max_stored_numbers
-   public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
+   public :: physical_range, signed_range, length_range, off_root_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
-   !> Maximum ratio of the longest to the shortest element; with larger ratios, nodes of the short elements coincide
-   !> because of rounding.
+   !> Maximum ratio of the longest to the shortest element. Up to this ratio, positions hold at least three digits of
+   !> the shortest length; with much larger ratios, nodes of the short elements coincide because of rounding.
    real(wp), parameter :: max_length_ratio = 1.0e12_wp
-   !> Maximum number of values that a run stores of one kind (samples of a history, or shapes or modes times their
-   !> nodes); they take 0.8 GB.
+   !> Maximum number of values that a run stores of one kind (samples of a history; or number of shapes or modes times
+   !> number of nodes); they take 0.8 GB.
    real(wp), parameter :: max_stored_numbers = 1.0e8_wp
 
    !> Closed interval from `minimum` to `maximum`; `excludes_minimum`: without `minimum` itself.
@@ -30,8 +30,9 @@ module value_rules
    type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
    !> Lengths in the user's units.
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
-   !> Positions x/L of stops, supports and masses, which must not be at the root.
-   type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
+   !> Positions x/L of stops, supports, masses and bodies, which must not be at the root, nor so near to it that the
+   !> mesh needs a very short element.
+   type(range_t), parameter :: off_root_range = range_t(1.0e-3_wp, 1.0_wp)
    !> Positions x/L of any point of the beam.
    type(range_t), parameter :: point_range = range_t(0.0_wp, 1.0_wp)
    !> Stiffness ratios of springs.
@@ -83,8 +84,8 @@ contains
       end if
    end function range_text
 
-   !> Error message for a mesh whose longest element is 10**decades times its shortest, above a limit. The number in the
-   !> message is rounded up, so that it is above the limit too.
+   !> Error message for a mesh in which the ratio of the longest to the shortest element, 10**decades, exceeds a limit.
+   !> The number in the message is rounded up, so that it is above the limit too.
    pure function length_ratio_problem(decades, limit) result(text)
       !> Decimal logarithm of the ratio of the longest to the shortest element
       real(wp), intent(in) :: decades
@@ -92,7 +93,9 @@ contains
       real(wp), intent(in) :: limit
       character(:), allocatable :: text
 
-      integer :: tenths, exponent
+      ! mantissa in tenths, rounded up, 10 to 99
+      integer :: tenths
+      integer :: exponent
 
       exponent = floor(decades)
       tenths = ceiling(10.0_wp**(1.0_wp + decades - real(exponent, wp)))
@@ -104,7 +107,7 @@ contains
          //to_text(limit)
    end function length_ratio_problem
 
-   !> A list of words, such as "'exact' or 'newmark'".
+   !> Alternatives in words, such as "'exact' or 'newmark'".
    pure function one_of(words) result(text)
       !> Allowed words
       character(*), intent(in) :: words(:)
@@ -114,7 +117,11 @@ contains
 
       text = ''
       do i = 1, size(words)
-         if (i > 1) text = text//trim(merge(' or', ',  ', i == size(words)))//' '
+         if (i > 1 .and. i == size(words)) then
+            text = text//' or '
+         else if (i > 1) then
+            text = text//', '
+         end if
          text = text//"'"//trim(words(i))//"'"
       end do
    end function one_of

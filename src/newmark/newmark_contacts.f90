@@ -109,10 +109,13 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      ! reactions, and normal accelerations without reactions, of the n rigid contacts
-      real(wp), dimension(size(run%contacts)) :: reaction, free_acceleration
+      ! reactions of the n rigid contacts
+      real(wp) :: reaction(size(run%contacts))
+      ! normal accelerations without reactions at the n rigid contacts
+      real(wp) :: free_acceleration(size(run%contacts))
       ! indices of the n rigid contacts in the complementarity problem
-      integer :: members(size(run%contacts)), k, n
+      integer :: members(size(run%contacts))
+      integer :: k, n
       logical :: is_closed(size(run%contacts))
 
       call update_compliant_contacts(run, response)

@@ -87,9 +87,10 @@ contains
       !> Whether a contact has closed
       logical, intent(out) :: has_closed
 
-      ! a penetration is a rounding error up to the first value, or up to the second as a fraction of the maximum
-      ! displacement over the step
-      real(wp), parameter :: min_penetration = 1.0e-14_wp, rounding = 1.0e-12_wp
+      ! a penetration up to this value is a rounding error
+      real(wp), parameter :: min_penetration = 1.0e-14_wp
+      ! a penetration up to this fraction of the maximum displacement over the step is a rounding error
+      real(wp), parameter :: rounding = 1.0e-12_wp
       real(wp) :: gap, lowest
       integer :: k, closing
 

@@ -143,8 +143,11 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      ! indices of the n contacts with an impulse, and position in this list of the last one that captures the beam
-      integer :: members(size(run%contacts)), k, last, n
+      ! indices of the n contacts with an impulse
+      integer :: members(size(run%contacts))
+      ! position in this list of the last contact that captures the beam
+      integer :: last
+      integer :: k, n
       ! impulses of these contacts
       real(wp), dimension(size(run%contacts)) :: impulse
       ! normal velocities of the beam at these contacts before the impulses
@@ -238,8 +241,12 @@ contains
       type(impact_contact_t), intent(inout) :: struck(:)
 
       integer :: i
-      ! mass and momentum of the node along the row of the contact, and change of its velocity, upwards
-      real(wp) :: jump, mass, momentum
+      ! change of the velocity of the node, upwards
+      real(wp) :: jump
+      ! mass of the node along the row of the contact
+      real(wp) :: mass
+      ! momentum of the node along this row
+      real(wp) :: momentum
 
       associate (beam => run%states(run%now)%beam, n => run%stepper%order)
          do i = 1, size(struck)

@@ -29,8 +29,10 @@ contains
       !> Displacement of each point per unit of each mode, bodies last, [modes, points]
       real(wp), allocatable, intent(out) :: point_shape(:, :)
 
-      ! degrees of freedom of the points in the model, with repetitions and without
-      integer, allocatable :: named(:), dofs(:)
+      ! degrees of freedom of the points in the model, with repetitions
+      integer, allocatable :: named(:)
+      ! the same without repetitions
+      integer, allocatable :: dofs(:)
       integer :: body, i
 
       modal = model

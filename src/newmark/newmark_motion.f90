@@ -371,7 +371,7 @@ contains
       logical :: has_passed
       ! the step violates no contact condition
       logical :: is_accepted
-      ! energy and instant at the beginning of the step, moments at both ends, length of the step
+      ! at the beginning of the step: energy, instant (`from`); moments at both ends, [places, 2]; length of the step
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
       from = instant_of(run)

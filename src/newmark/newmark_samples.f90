@@ -117,8 +117,10 @@ contains
       !> Receives the shapes
       type(response_t), intent(inout) :: response
 
-      ! position within the step, 0 to 1, and the Hermite polynomials there
-      real(wp) :: s, weight(4)
+      ! position within the step, 0 to 1
+      real(wp) :: s
+      ! Hermite polynomials at this position
+      real(wp) :: weight(4)
       ! number of degrees of freedom of the nodes besides the root
       integer :: order
 

@@ -65,8 +65,10 @@ contains
       real(wp), parameter :: accuracy = 2.0e-6_wp
       integer, parameter :: max_doublings = 2000
       type(bracket_t) :: bracket
-      ! bounds of the highest eigenvalue
-      real(wp) :: below, above
+      ! lower bound of the highest eigenvalue
+      real(wp) :: below
+      ! upper bound of the highest eigenvalue
+      real(wp) :: above
       integer :: i
 
       frequency = 0.0_wp

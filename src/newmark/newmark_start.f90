@@ -177,7 +177,8 @@ contains
 
       real(wp), dimension(size(settings%bodies)) :: coordinate, rate, unit
       ! degree of freedom of each body
-      integer :: place(size(settings%bodies)), b
+      integer :: place(size(settings%bodies))
+      integer :: b
 
       associate (dofs => model%stop_dofs(contacts%stop))
          if (allocated(modes)) then

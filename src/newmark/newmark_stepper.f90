@@ -1,20 +1,21 @@
 !> One Newmark step of the beam: M y'' + C y' + K y = sum f_j w_j + F(tau), with C = 2 zeta K or any other damping, f_j
 !> the force of contact j and w_j its row, so that w_j . y is the displacement normal to the contact. A prime is d/dtau,
-!> v = y'. K is the stiffness of a beam with E Ibar = rho Abar = L = 1, over lambda1^4; D is the unit of displacement,
-!> so forces are in lambda1^4 E Ibar D/L^3.
+!> v = y'. K is the stiffness of a beam with E Ibar = rho Abar = L = 1, over lambda1^4. With displacements in units of
+!> D, forces are in lambda1^4 E Ibar D/L^3.
 !>
-!> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a beam
-!> with
+!> In displacements, steps of length h without forces and with any beta and gamma are steps by average acceleration (1/4
+!> and 1/2) of a beam with
 !>    M* = M + (gamma - 1/2) h C + (beta - gamma/2) h^2 K,   C* = C + (gamma - 1/2) h K
 !> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and
 !> accelerations from three steps). The program therefore uses M* and C* throughout, for impulses too, and does not
-!> change M* and C* when it halves the step. With + for values at the end of a step, y+ - y = h (v + v+)/2, and the
-!> energy v . M* v/2 + y . K y/2 changes by
+!> change M* and C* when it halves the step; forces are weighted as by average acceleration. With + for values at the
+!> end of a step, y+ - y = h (v + v+)/2, and the energy v . M* v/2 + y . K y/2 changes, besides the work of F, by
 !>    -h u . C* u + sum w_j . (y+ - y) (f_j + f_j+)/2,   u = (v + v+)/2,
 !> for any sequence of step lengths: in free motion, at closed rigid contacts (w_j . y+ = w_j . y) and at impulses the
-!> energy never grows. M* is positive definite up to just below the stability limit. Velocities and accelerations
-!> computed in the usual way, with M, do not satisfy an energy balance: an impulse that adds the velocity v makes M y''
-!> = -C v huge in strongly damped modes, and the term (beta - 1/4) h^2 y'' then displaces the beam.
+!> energy never grows. M* is positive definite for steps below the stability limit. Velocities and accelerations
+!> computed in the usual way, with M, do not satisfy an energy balance. In those steps (with gamma = 1/2)
+!> y+ = y + h (v + v+)/2 + (beta - 1/4) h^2 (y''+ - y''). An impulse that changes v by dv changes y'' by -M^-1 C dv,
+!> which is huge in strongly damped modes, and the last term displaces the beam.
 !>
 !> The acceleration is the unknown (Hughes, The Finite Element Method, section 9.1): one matrix product and one solution
 !> a step. The forces f of contacts enter afterwards through the columns A^-1 w of their rows, so that one factorisation
@@ -25,9 +26,9 @@
 !> skyline product and solution alone (measured at 8 elements: 0.10 against 0.18 microseconds).
 !>
 !> The degrees of freedom y may be modes of the beam instead of displacements and slopes of its nodes. K, M* and C* are
-!> then diagonal, and a state vector holds the displacements of points of the beam behind those of the modes (module
-!> `modal_steps`), so that the row of a contact has the same entries in both cases. Bodies that move have the last
-!> entries of a state vector, as degrees of freedom or as points.
+!> then diagonal, and a state vector holds the displacements of the stop points and the tip after the modal coordinates
+!> (module `modal_steps`), so that the row of a contact has the same entries in both cases. Bodies that move have the
+!> last entries of a state vector, as degrees of freedom or as points.
 module newmark_stepper
    use banded_steps, only: add_column, add_column_and_correct, correct, negative_product, predict, solve_banded
    use beam_model, only: beam_model_t
@@ -48,7 +49,7 @@ module newmark_stepper
    !> Displacement, velocity and acceleration of all degrees of freedom.
    type :: newmark_state_t
       !> Displacements y of the degrees of freedom, and of points if these are modes, padded with zeros, [-2 : length +
-      !> 3]
+      !> 3], with `length` of the stepper
       real(wp), allocatable :: displacement(:)
       !> Velocities y', likewise
       real(wp), allocatable :: velocity(:)
@@ -68,8 +69,9 @@ module newmark_stepper
       real(wp), allocatable :: lower(:, :)
       !> 1/D, [n]
       real(wp), allocatable :: reciprocal_pivot(:)
-      !> If inertia was redistributed, the slope at the tip is coupled to the last node but two as well: L(order, order
-      !> - 5) and L(order, order - 4)
+      !> L(n, n - 5) and L(n, n - 4), not 0 if inertia was redistributed: the displacement of the tip is then
+      !> extrapolated also from the last node but two, y(n - 5), to which the slope at the tip is thus coupled (theory,
+      !> section 14)
       real(wp) :: lower_left(2) = 0.0_wp
       !> Skyline factors of A, used instead of the diagonals if the stepper `uses_skyline`
       type(skyline_t) :: skyline_factors
@@ -81,7 +83,7 @@ module newmark_stepper
    type :: newmark_stepper_t
       !> Number of degrees of freedom
       integer :: order = 0
-      !> Number of entries of a state vector without its padding: degrees of freedom, and points behind modes
+      !> Number of entries of a state vector without its padding: degrees of freedom; if these are modes, points, too
       integer :: length = 0
       !> Displacement of each point per unit of each mode, [order, points]; unallocated: the degrees of freedom are
       !> displacements and slopes of nodes, and coordinates of bodies
@@ -92,8 +94,8 @@ module newmark_stepper
       integer :: tip_dof = 0
       !> 2 zeta + (gamma - 1/2) step, so that C* = `stiffness_damping` K if C = 2 zeta K
       real(wp) :: stiffness_damping = 0.0_wp
-      !> Whether products and solutions use skyline matrices instead of bands, because C* is not a multiple of K, or the
-      !> root is not fixed, or the degrees of freedom are modes
+      !> Whether products and solutions use skyline matrices instead of bands: C* is not a multiple of K, or the root is
+      !> not fixed, or the degrees of freedom are modes
       logical :: uses_skyline = .false.
       !> C*, if skyline matrices are used
       type(skyline_t) :: damping
@@ -119,10 +121,10 @@ module newmark_stepper
 
 contains
 
-   !> Prepare everything that does not depend on the length of the step.
+   !> Prepare everything that does not depend on the number of halvings of the step.
    pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, more_damping, point_shape)
       type(beam_model_t), intent(in) :: model
-      !> Damping C = 2 zeta K
+      !> zeta of the damping C = 2 zeta K
       real(wp), intent(in) :: zeta
       !> Newmark's beta, with which the step is stable
       real(wp), intent(in) :: beta
@@ -163,7 +165,8 @@ contains
          stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), more_damping)
          stepper%damping = combine(stepper%stiffness_damping, stepper%stiffness, 1.0_wp, more_damping)
       else if (stepper%uses_skyline) then
-         stepper%damping = combine(stepper%stiffness_damping, stepper%stiffness, 0.0_wp, stepper%stiffness)
+         stepper%damping = stepper%stiffness
+         stepper%damping%values = stepper%stiffness_damping*stepper%stiffness%values
       end if
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
@@ -202,10 +205,12 @@ contains
 
       if (stepper%factors(level)%made) return
       h = scale(stepper%step, -level)
-      matrix = combine(1.0_wp, stepper%mass, &
-         h*(0.5_wp*stepper%stiffness_damping + 0.25_wp*h), stepper%stiffness)
-      if (stepper%uses_skyline) matrix = combine(1.0_wp, combine(1.0_wp, stepper%mass, 0.5_wp*h, stepper%damping), &
-         0.25_wp*h**2, stepper%stiffness)
+      if (stepper%uses_skyline) then
+         matrix = combine(1.0_wp, combine(1.0_wp, stepper%mass, 0.5_wp*h, stepper%damping), 0.25_wp*h**2, &
+            stepper%stiffness)
+      else
+         matrix = combine(1.0_wp, stepper%mass, h*(0.5_wp*stepper%stiffness_damping + 0.25_wp*h), stepper%stiffness)
+      end if
       call factorise(matrix, error)
       if (allocated(error)) return
       stepper%factorisations = stepper%factorisations + 1
@@ -235,7 +240,7 @@ contains
       end associate
    end subroutine make_factors
 
-   !> A^-1 w: the acceleration at the end of a step due to a unit contact force there.
+   !> A^-1 w: the acceleration at the end of a step that a unit contact force at this instant causes.
    pure subroutine solve_for_row(stepper, level, row, column)
       !> The stepper, with the factors of this level
       type(newmark_stepper_t), intent(in) :: stepper
@@ -251,7 +256,7 @@ contains
       call place_points_in_column(stepper, column)
    end subroutine solve_for_row
 
-   !> M*^-1 w: the velocity after a unit impulse at a contact.
+   !> M*^-1 w: the change of velocity by a unit impulse at a contact.
    pure subroutine solve_mass_for_row(stepper, row, column)
       type(newmark_stepper_t), intent(in) :: stepper
       !> Row vector w, which gives the normal displacement at the contact
@@ -357,7 +362,7 @@ contains
 
    !> Forces F - K y - C* v on the degrees of freedom.
    pure subroutine find_forces(stepper, state)
-      !> The beam; its `work` holds y + `stiffness_damping` v
+      !> The beam; unless it uses skyline matrices, its `work` holds y + `stiffness_damping` v
       type(newmark_stepper_t), intent(inout) :: stepper
       !> The forces replace its acceleration
       type(newmark_state_t), intent(inout) :: state
@@ -388,7 +393,8 @@ contains
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
          if (allocated(stepper%point_shape)) then
             new%acceleration(1:) = 0.0_wp
-            if (allocated(old%load)) new%acceleration(1:) = new%load(1:)
+            if (allocated(new%load)) new%acceleration(1:) = new%load(1:)
+            ! the first element behind the padding stands for the array, which is thus not copied
             call predict_modes(stepper%order, h, factors%diagonals, old%displacement(1), old%velocity(1), &
                old%acceleration(1), new%displacement(1), new%velocity(1), new%acceleration(1))
             call place_points(stepper%order, stepper%length - stepper%order, stepper%point_shape, &
@@ -424,6 +430,7 @@ contains
       integer :: j
 
       associate (h => stepper%factors(level)%step)
+         ! the first element of a column stands for the column, which is thus not copied
          do j = 1, count - 1
             call add_column(stepper%length, forces(j), columns(1 - band, closed(j)), state%acceleration)
          end do

@@ -173,7 +173,7 @@ contains
       ! minus the derivative of the contact force by that acceleration; > 0, because the force falls as the beam moves
       ! away
       real(wp) :: factor
-      ! mean force of a three-element stop = slope u+ + intercept
+      ! the mean force of a three-element stop is slope u+ + intercept
       real(wp) :: slope, intercept
       integer :: i, j, k
 
@@ -236,7 +236,7 @@ contains
 
       ! P less f
       real(wp) :: change
-      ! mean force over the step = slope u+ + intercept
+      ! the mean force over the step is slope u+ + intercept
       real(wp) :: intercept, slope
       integer :: i, j, k
 

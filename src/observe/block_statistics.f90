@@ -34,7 +34,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Whether the force of each contact is finite, in the scene's order
       logical, intent(in) :: has_finite_force(:)
-      !> Number of the contact from which the beam is released; 0: there is none
+      !> Number of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
       !> The sums of the run, at their initial values
       type(block_sums_t), intent(out) :: blocks

@@ -39,7 +39,7 @@ module contact_measures
       logical :: is_wanted = .false.
       !> Maximum number of rebounds whose peaks are recorded
       integer :: max_peaks = 0
-      !> Index of the contact from which the beam is released; 0: there is none
+      !> Index of the release contact, to which histories refer; 0: there is none
       integer :: release_contact = 0
       !> Settings of the measures of closings; unallocated: these measures are not requested
       type(relay_settings_t), allocatable :: relay
@@ -53,7 +53,7 @@ contains
    pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures, relay)
       !> Number of contacts
       integer, intent(in) :: contacts
-      !> Index of the contact from which the beam is released; 0: there is none
+      !> Index of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
       !> Whether measures are requested
       logical, intent(in) :: is_wanted

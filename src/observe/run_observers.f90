@@ -45,7 +45,7 @@ contains
       !> Whether the force of each contact is finite: the stop is compliant, or a massless node of the beam is in front
       !> of it
       logical, intent(in) :: has_finite_force(:)
-      !> Index of the contact from which the beam is released; 0: there is none
+      !> Index of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
       !> The run; its moments are allocated if they are requested
       type(response_t), intent(in) :: response

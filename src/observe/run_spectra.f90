@@ -76,7 +76,7 @@ contains
    subroutine open_spectrum(settings, release_contact, sums)
       !> Settings with &spectrum
       type(run_settings_t), intent(in) :: settings
-      !> Number of the contact from which the beam is released; 0: there is none
+      !> Number of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
       type(spectrum_sums_t), intent(out) :: sums
 

@@ -32,7 +32,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Number of contacts
       integer, intent(in) :: contacts
-      !> Number of the contact from which the beam is released; 0: there is none
+      !> Number of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
       type(run_sections_t), allocatable, intent(out) :: sections
       !> Number of modes whose state is recorded; absent: none

@@ -73,7 +73,7 @@ module section_types
       integer :: motion_period = 0
       !> Mean number of impacts in a period of the load
       real(wp) :: impacts_per_period = 0.0_wp
-      !> Number, in the scene's order, of the contact from which the beam is released; 0: there is none
+      !> Number, in the scene's order, of the release contact, to which histories refer; 0: there is none
       integer :: release_contact = 0
    end type run_sections_t
 

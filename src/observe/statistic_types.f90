@@ -17,7 +17,7 @@ module statistic_types
    !> Number of statistics of a run; they are the last entries of the list of measures
    integer, parameter :: statistic_count = measure_count - first_statistic + 1
 
-   ! The following constants are the indices of the sums of a contact.
+   ! The following constants are the indices of the sums of a contact (integrals, counts and extremes).
 
    !> Length of the block
    integer, parameter :: sum_time = 1
@@ -27,13 +27,13 @@ module statistic_types
    integer, parameter :: sum_force = 3
    !> Integral of the square of the force over time
    integer, parameter :: sum_square_force = 4
-   !> Integral of the force over time plus impulses
+   !> Integral of the force over time plus all impulses, also of captures and on closed contacts
    integer, parameter :: sum_impulse = 5
    !> Number of impacts
    integer, parameter :: sum_impacts = 6
    !> Sum of the velocities of impacts
    integer, parameter :: sum_velocity = 7
-   !> Sum of the impulses of impacts
+   !> Sum of the impulses of the impacts that count; the integral of the force during each is included
    integer, parameter :: sum_impact_impulse = 8
    !> Integral of the displacement at the contact over time
    integer, parameter :: sum_displacement = 9
@@ -81,7 +81,7 @@ module statistic_types
    type :: impact_t
       !> Beginning of the impact, tau
       real(wp) :: tau = 0.0_wp
-      !> End of the impact, tau
+      !> End of the impact, tau, from which the pause to the next impact counts
       real(wp) :: until = 0.0_wp
       !> Velocity towards the stop at the beginning
       real(wp) :: velocity = 0.0_wp
@@ -89,14 +89,16 @@ module statistic_types
       real(wp) :: impulse = 0.0_wp
       !> Maximum force
       real(wp) :: force = 0.0_wp
-      !> Whether the impact counts in the statistics: it begins within the blocks, with a known velocity
+      !> Whether the impact counts in the statistics: it begins within the blocks and during the run (not with a contact
+      !> that is closed at the start), with a velocity towards the stop; at the end of the run also: its force reaches
+      !> `threshold`
       logical :: counts = .false.
    end type impact_t
 
    !> Sums and impacts of one contact.
    type :: contact_sums_t
-      !> Whether the force of the contact is finite (the stop is compliant, or a massless node of the beam is in front
-      !> of it), so that the integral of the squared force exists
+      !> Whether the force of the contact is finite (the stop is compliant), so that the integral of the squared force
+      !> exists
       logical :: has_finite_force = .false.
       !> Sums, [sum_count, blocks]
       real(wp), allocatable :: sums(:, :)
@@ -104,19 +106,20 @@ module statistic_types
       type(impact_t), allocatable :: impacts(:)
       !> Number of impacts
       integer :: count = 0
-      !> Whether the beam has risen above the hop tolerance since the last contact, or since the start
+      !> Whether the beam has risen above the hop tolerance since the last contact (without one: since the start of the
+      !> run)
       logical :: has_separated = .false.
    end type contact_sums_t
 
    !> Sums of a run.
    type :: block_sums_t
-      !> Instants between the blocks, tau, [0:blocks]
+      !> Edges of the blocks, the first and the last included, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
       !> Minimum pause between two impacts, tau (`rest` of &statistics)
       real(wp) :: min_pause = 0.0_wp
       !> Height that a flight must exceed to separate two impacts
       real(wp) :: hop_tolerance = 0.0_wp
-      !> Minimum force of an impact
+      !> Value that the maximum force must reach for an impact to count, if the force is finite
       real(wp) :: threshold = 0.0_wp
       !> Pbar per unit of force
       real(wp) :: force_scale = 1.0_wp
@@ -128,7 +131,8 @@ module statistic_types
       type(contact_sums_t), allocatable :: contact(:)
       !> Sums of the displacement of the tip
       type(contact_sums_t) :: tip
-      !> Number of the contact whose displacements count for the whole run; 0: there is none
+      !> Number of the contact whose displacements are in the statistics of all contacts together (index 0 in
+      !> `run_statistics_t`); 0: there is none
       integer :: release_contact = 0
       !> Number of events already processed
       integer :: seen = 0
@@ -139,20 +143,20 @@ module statistic_types
 
    !> Statistics of a run.
    type :: run_statistics_t
-      !> Edges of the blocks, tau, [0:blocks]
+      !> Edges of the blocks, the first and the last included, tau, [0:blocks]
       real(wp), allocatable :: edge(:)
       !> Statistics of all contacts together, index 0, and of each contact, [statistic_count, 0:contacts]; NaN: not
       !> defined
       real(wp), allocatable :: value(:, :)
-      !> Half widths of their 95 % confidence intervals, [statistic_count, 0:contacts]
+      !> Half widths of the 95 % confidence intervals of `value`, [statistic_count, 0:contacts]
       real(wp), allocatable :: half_width(:, :)
-      !> Their values in each block, [statistic_count, blocks, 0:contacts]
+      !> Statistics as `value`, in each block, [statistic_count, blocks, 0:contacts]
       real(wp), allocatable :: in_block(:, :, :)
-      !> Statistics of each stop and body, both sides together, NaN: there is none, [statistic_count, groups in the
-      !> order of `measured_groups`]; unallocated: there is one
+      !> Statistics of each stop and body, both sides together, NaN: not defined, [statistic_count, groups in the order
+      !> of `measured_groups`]; unallocated: all contacts belong to one stop or body
       real(wp), allocatable :: of_stop(:, :)
-      !> Upper edges of the classes, of equal width, in the histogram of the maximum force of impacts, for a rigid
-      !> contact of their impulse, [classes, contacts]
+      !> Upper edges of the classes, of equal width, of the histogram of the impacts by their maximum force or, at a
+      !> rigid contact, by their impulse, [classes, contacts]
       real(wp), allocatable :: class_edge(:, :)
       !> Number of impacts in each class, [classes, contacts]
       integer, allocatable :: class_count(:, :)

@@ -1,6 +1,5 @@
 !> Judges statement 1 of the paper (Irie, Yamada and Asano 1977): the accuracy of frequencies with few elements. The
-!> statement does not involve motion, so its verdict is the same for all variants (methods and meshes) of computing
-!> motion.
+!> statement does not involve motion, so its verdict is the same for all ways of computing motion (see `paper_cases`).
 module frequency_statements
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
@@ -22,6 +21,7 @@ module frequency_statements
    integer, parameter :: at_12 = 3
    !> Index of r = 1.3 in `ratios`.
    integer, parameter :: at_13 = 4
+   !> Number of modes that are compared: all that 8 elements have.
    integer, parameter :: max_modes = 16
 
 contains
@@ -29,17 +29,24 @@ contains
    !> Compute the frequencies of the full wedge, the beam of the paper's tables, and judge statement 1.
    subroutine judge_frequencies(list, error)
       type(statements_t), intent(inout) :: list
-      !> Set if a solver fails
+      !> Set if a mesh cannot be made, or a solver fails
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: exact(:)
-      ! relative errors with 8 and 16 elements, their minimum, and number of the lowest modes whose error is within 1 %
-      ! with 8 elements, for each ratio
-      real(wp) :: error_8(max_modes, size(ratios)), error_16(max_modes, size(ratios)), min_error, within_8(size(ratios))
-      ! maximum errors of the first 8 and of the first 6 modes with 8 elements
-      real(wp), dimension(size(ratios)) :: worst, worst_six
-      ! number of modes within 1 % with 16 elements; lambda of the third mode; frequency of the second mode in omega1
-      real(wp) :: within_16(size(ratios)), lambda_3, frequency_ratio
+      ! relative errors with 8 and with 16 elements, [modes, ratios]
+      real(wp), dimension(max_modes, size(ratios)) :: error_8, error_16
+      ! minimum of all these errors
+      real(wp) :: min_error
+      ! number of the lowest modes whose error is within 1 % with 8 and with 16 elements, [ratios]; real, for `listed`
+      real(wp), dimension(size(ratios)) :: within_8, within_16
+      ! maximum error of the first 8 modes with 8 elements, [ratios]
+      real(wp) :: worst(size(ratios))
+      ! maximum error of the first 6 modes with 8 elements, [ratios]
+      real(wp) :: worst_six(size(ratios))
+      ! lambda of the third mode
+      real(wp) :: lambda_3
+      ! frequency of the second mode over omega1, the first frequency of the uniform beam
+      real(wp) :: frequency_ratio
       real(wp), allocatable :: lambda(:)
       type(beam_model_t) :: model
       integer :: i
@@ -57,6 +64,7 @@ contains
          worst(i) = maxval(abs(error_8(:8, i)))
          worst_six(i) = maxval(abs(error_8(:6, i)))
       end do
+      ! for 8 elements, the suitable r is 1.2, which the paper calls the best (1c); for 16 elements it names none
       call add_to_all_variants(list, '1a', &
          'With 8 elements and a suitable r the first 6 frequencies are within 1 %.', &
          'number of the lowest modes within 1 % at r = 1.2, at least 6', within_8(at_12), within_8(at_12) > 5.5_wp, &
@@ -85,7 +93,8 @@ contains
       call add_to_all_variants(list, '1e', 'All values lie somewhat above the exact ones.', &
          'minimum relative error over all modes and meshes, not below -1e-12', min_error, min_error > -1.0e-12_wp, &
          'third mode at n = 16, exact '//number(exact(3), 5)//", by the paper's eigen-solver in double precision "// &
-         number(lambda_3, 5), 'the printed 7.743 lies below the exact value: a slip, see tests/regression/slips.txt')
+         number(lambda_3, 5), &
+         'the printed 7.743 lies below the exact value: a misprint, see tests/regression/slips.txt')
       call model_of_wedge(8, 1.2_wp, model, error)
       if (allocated(error)) return
       call dsygv_modes(model, 2, lambda, error)
@@ -95,7 +104,7 @@ contains
          'omega_2/omega1 of the wedge over lambda_2, 1', frequency_ratio/lambda(2), &
          abs(frequency_ratio/lambda(2) - 1.0_wp) < 1.0e-3_wp, &
          'lambda_2 = '//number(lambda(2), 4)//', omega_2/omega1 = '//number(frequency_ratio, 4), &
-         'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
+         'omega_i = (lambda_i/1.875)^2 omega1: lambda is in proportion to the square root of the frequency')
    end subroutine judge_frequencies
 
    !> Append a statement whose deciding value is the same for every variant.
@@ -143,7 +152,7 @@ contains
       real(wp), intent(in) :: exact(:)
       !> lambda/exact - 1
       real(wp), intent(out) :: errors(:)
-      !> Set if the solver fails
+      !> Set if the mesh cannot be made, or the solver fails
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model

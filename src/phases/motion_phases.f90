@@ -1,8 +1,8 @@
 !> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the linear equations
-!> of motion are solved in closed form, without time steps. A phase ends with a load segment, or at the first zero of a
-!> gap or of a contact force.
+!> of motion are solved in closed form, without time steps. A phase ends at the end of a load segment (a time span in
+!> which all loads are constants, slopes and harmonics), or at the first zero of a gap or of a contact force.
 module motion_phases
-   use certified_search, only: found_none, search_t
+   use certified_search, only: found_exhausted, found_none, search_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use number_text, only: to_text
@@ -20,9 +20,9 @@ module motion_phases
 
    !> Outcome: the phase is a flight (motion above an open contact) below the hop tolerance. The flight is cancelled:
    !> the phase has length zero, and the motion stays at its start.
-   integer, parameter :: found_cancelled = 4
+   integer, parameter :: found_cancelled = found_exhausted + 1
    !> Outcome: the phase ends with a load segment.
-   integer, parameter :: found_segment_end = 5
+   integer, parameter :: found_segment_end = found_exhausted + 2
 
    !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
@@ -31,13 +31,14 @@ module motion_phases
       real(wp), allocatable :: q(:)
       !> Velocities of the free modes, [modes]
       real(wp), allocatable :: v(:)
-      !> Samples recorded so far, and energy balance
+      !> What is recorded, the number of the next sample, the recorded shapes, and the energy balance
       type(recorder_t) :: recorder
       !> Observers of the run
       type(observers_t) :: observers
-      !> Number of eigenvalue problems solved so far
+      !> Number of eigenvalue problems solved so far; the results count them as factorisations, as in Newmark's method
       integer :: factorisations = 0
-      !> Variations of the motion (derivatives by its initial state or a load parameter); unallocated: not requested
+      !> Variations of the motion (derivatives with respect to its initial state or a load parameter); unallocated: not
+      !> requested
       type(tangent_t), allocatable :: tangent
       !> Set if the run cannot continue
       type(failure_t), allocatable :: error
@@ -80,13 +81,13 @@ module motion_phases
          import :: phase_t, wp
          implicit none (type, external)
          class(phase_t), intent(in) :: self
-         !> Since the start of the phase
+         !> Time since the start of the phase
          real(wp), intent(in) :: time
          !> Modal displacements, [modes]
          real(wp), intent(out) :: q(:)
          !> Modal velocities, [modes]
          real(wp), intent(out) :: v(:)
-         !> Displacement and velocity of a massless node at the stop, relative to the modes
+         !> Displacement and velocity of a massless node at the stop, relative to the motion that the modes give it
          real(wp), optional, intent(out) :: node(2)
       end subroutine state_interface
 
@@ -95,17 +96,18 @@ module motion_phases
          import :: requested_t, phase_t, sample_t, wp
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
-         !> Since the start of the phase
+         !> Time since the start of the phase
          real(wp), intent(in) :: time
          !> Sampling interval
          real(wp), intent(in) :: step
          type(requested_t), intent(in) :: requested
-         !> The sample. Its values are those of the previous sample (zero at the first sample of a phase), so quantities
-         !> that are always zero need not be set
+         !> The sample. On entry its values are those of the previous sample (zero at the first sample of a phase), so
+         !> quantities that are always zero need not be set
          type(sample_t), intent(inout) :: sample
       end subroutine sample_interface
 
-      !> Advance the motion, with its energy balance, to the end of the phase.
+      !> Advance displacements, velocities and energy balance (not `tau`) to the end of the phase. The last phase of a
+      !> run needs no `finish`, because no further phase uses the state.
       subroutine finish_interface(self, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
@@ -114,12 +116,13 @@ module motion_phases
          type(motion_t), intent(inout) :: motion
       end subroutine finish_interface
 
-      !> Let the observers measure the phase.
+      !> Let the observers measure the phase. In the last phase, which is not finished, the procedure itself advances
+      !> what the observers read.
       subroutine measure_interface(self, is_last, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
          class(phase_t), target, intent(inout) :: self
-         !> Whether the run ends with this phase, and `finish` was not called
+         !> Whether the run ends with this phase, so that `finish` was not called
          logical, intent(in) :: is_last
          !> `tau` is the start of the phase
          type(motion_t), intent(inout) :: motion
@@ -218,8 +221,10 @@ contains
             call record_shape(recorder, q, v, node)
          end do
          do while (samples_before(recorder, end_tau, is_last))
+            ! a sample at the start of the phase may precede it by a rounding error
             call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &
                recorder%requested, sample)
+            ! sample 0, the initial state, has the index 1
             recorder%next = recorder%next + 1
             call record_sample(recorder%next, sample, recorder%energy_balance, response)
          end do

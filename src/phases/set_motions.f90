@@ -14,16 +14,16 @@ module set_motions
 
 contains
 
-   !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (1: velocities
-   !> after a unit impulse, W^2: static displacements). Rigid contacts among those that apply forces
-   !> (`set%compliant`; theory, section 18) hold their points fixed.
+   !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (W^2: static
+   !> displacements). If each mode has its own damping ratio, closed rigid contacts are not constraints of the set: they
+   !> are in the list `set%compliant` of contacts that apply forces (theory, section 18). Their points stay fixed, too.
    pure function point_response(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k
       real(wp), intent(in) :: divisor(:)
       real(wp) :: shape(size(divisor))
 
-      complex(wp), allocatable :: force(:), no_height(:)
+      complex(wp), allocatable :: force(:), zero(:)
       complex(wp) :: response(size(divisor))
       integer, allocatable :: rigid(:)
 
@@ -32,26 +32,28 @@ contains
          if (size(set%compliant) == 0) return
          if (.not. any(is_rigid_stop(set%coupled%spring))) return
          allocate (rigid, source=pack(set%compliant, is_rigid_stop(set%coupled%spring)))
-         allocate (force(size(rigid)), no_height(size(rigid)))
-         no_height = (0.0_wp, 0.0_wp)
-         call find_point_forces(cmplx(divisor, 0.0_wp, wp), value(:, rigid), no_height, &
-            cmplx(value(:, k), 0.0_wp, wp), no_height, force, response)
+         allocate (force(size(rigid)), zero(size(rigid)))
+         zero = (0.0_wp, 0.0_wp)
+         ! D_i is `divisor`, the load is that of the unit force; the points have neither flexibility nor gap
+         call find_point_forces(cmplx(divisor, 0.0_wp, wp), value(:, rigid), zero, cmplx(value(:, k), 0.0_wp, wp), &
+            zero, force, response)
          shape = real(response, wp)
       end associate
    end function point_response
 
-   !> Values of the terms at the end of a phase, [terms]; if losses or impulses are requested, they are stored in `span`
-   !> too, which these need.
+   !> Values of the terms at the end of a phase, [terms]. If losses are prepared (`has_stop_losses`), `set%span`
+   !> receives these values, too: the integrals of losses and impulses use it.
    pure subroutine find_end_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
-      !> Values of the terms at the start of the phase, [terms]
+      !> Amplitudes of the terms, with their weights, at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> Since the start of the phase
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       complex(wp), intent(out) :: term(:)
 
       if (set%has_stop_losses) then
-         ! any power form has the exponents; `losses(1)`, that of the beam, may be missing
+         ! `find_interval_terms` reads only the exponents of the power form, which all forms of the set share;
+         ! `losses(1)`, that of the beam, may be missing
          call find_interval_terms(set%losses(2), amplitude, time, set%span)
          term = set%span%term
       else
@@ -59,17 +61,17 @@ contains
       end if
    end subroutine find_end_terms
 
-   !> State of the constrained modes with closed compliant contacts.
+   !> State of the constrained modes with closed compliant contacts at a time in the phase.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
-      !> Values of the terms at the start of the phase, [terms]
+      !> Amplitudes of the terms, with their weights, at the start of the phase, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> Displacements at the start of the phase, [modes]; only those of modes that vanish at the compliant contacts are
-      !> read
+      !> Displacements at the start of the phase, [modes]; only those of modes with nodes at all compliant contacts
+      !> (`set%coupled%inactive`) are read
       real(wp), intent(in) :: z0(:)
       !> Velocities at the start of the phase, likewise
       real(wp), intent(in) :: v0(:)
-      !> Since the start of the phase
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
@@ -80,19 +82,20 @@ contains
    !> State of the constrained modes from the values of the terms at a time since the start of the phase.
    pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
-      !> [terms]
+      !> Amplitudes of the terms, with their weights, at the time, [terms]
       complex(wp), intent(in) :: term(:)
-      !> Displacements at the start of the phase, [modes]; only those of modes that vanish at the compliant contacts are
-      !> read
+      !> Displacements at the start of the phase, [modes]; only those of modes with nodes at all compliant contacts
+      !> (`set%coupled%inactive`) are read
       real(wp), intent(in) :: z0(:)
       !> Velocities at the start of the phase, likewise
       real(wp), intent(in) :: v0(:)
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
       real(wp), dimension(size(z0)) :: uncoupled, uncoupled_rate
-      ! sums over the terms in whole SIMD vectors
+      ! displacements and velocities of the modes, padded to whole SIMD vectors
       real(wp), dimension(lanes*size(set%coupled%shape_parts, 4)) :: lane_z, lane_v
       ! real and minus imaginary parts of the terms, and then of their rates
       real(wp) :: x(4, size(set%coupled%shape_parts, 3))

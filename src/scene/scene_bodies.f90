@@ -13,7 +13,7 @@ module scene_bodies
    use scene_stops, only: list_law
    use scene_types, only: scene_t
    use stop_pairs, only: are_at_one_point
-   use value_rules, only: load_range, physical_range, place_range, range_t, signed_range, stiffness_range
+   use value_rules, only: load_range, off_root_range, physical_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
    private
    public :: list_bodies, check_bodies
@@ -61,7 +61,7 @@ contains
       class(table_t), intent(inout) :: table
       type(body_settings_t), intent(inout) :: body
 
-      call table%bind(body%position, name_t('position', 'where it meets the beam, over length', place_range, &
+      call table%bind(body%position, name_t('position', 'where it meets the beam, over length', off_root_range, &
          sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))

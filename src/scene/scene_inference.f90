@@ -57,7 +57,7 @@ contains
       class(table_t), intent(inout) :: table
       type(sensitivity_settings_t), intent(inout) :: sensitivity
 
-      call list_chosen_parameters(table, 'parameters', 'parameters whose influence is asked for, by their names in ' &
+      call list_chosen_parameters(table, 'parameters', 'parameters whose influence is requested, by their names in ' &
          //'&sweep', 'none: give one', sensitivity%parameters)
       call list_chosen_measures(table, sensitivity%measures)
       call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of the ' &

@@ -5,7 +5,6 @@ module scene_loads
    use kinds, only: wp
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
       course_table, force_settings_t, pulse_names, start_release, time_course_t
-   use load_table, only: read_load_table
    use name_table, only: table_t
    use name_types, only: condition_t, kind_text, name_t, sweep_t
    use number_text, only: to_text
@@ -13,6 +12,7 @@ module scene_loads
    use scene_input, only: scene_input_t
    use scene_start, only: check_start
    use scene_types, only: base_group_t, scene_t
+   use time_table, only: read_time_table
    use value_rules, only: duration_range, instant_range, load_range, physical_range, point_range, positive_range, &
       range_t, range_text, signed_range
    implicit none (type, external)
@@ -95,9 +95,9 @@ contains
       ! phase in degrees, and the phase as given
       real(wp) :: degrees, given_degrees
 
-      call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
+      call table%bind(course%frequency, name_t('frequency_ratio', 'circular frequency over omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('frequency', 'periods over time', &
+      call table%store(name_t('frequency', 'cycles per unit of time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
       degrees = course%phase/degree
@@ -313,7 +313,7 @@ contains
          return
       end if
       file = path_beside(scene_file, table%entries(table%find(table%find_group(group, which), 'table'))%text)
-      call read_load_table(file, course%time, course%value, problem)
+      call read_time_table(file, course%time, course%value, problem)
       if (allocated(problem)) call input%complain(group, 'table', problem, which)
    end subroutine fetch_table
 

@@ -1,5 +1,5 @@
-!> Requests for further results of a response: the names of &statistics, &relay, &poincare, &orbit, &frequency_response
-!> and &spectrum, their checks and completion, and the period of the loads that they use.
+!> Groups of a scene that request further results of a run: &statistics, &relay, &poincare, &orbit, &frequency_response
+!> and &spectrum. Their names, checks and completion, and the period of the harmonic loads on which results are based.
 module scene_requests
    use kinds, only: wp
    use load_periods, only: is_steady, period_of
@@ -25,7 +25,8 @@ module scene_requests
 
 contains
 
-   !> List the names of one group in the table, and bind them to the components of the scene.
+   !> List the names of one group in the table, and bind them to the components of the scene. Depending on the state of
+   !> the table (module `name_table`), this creates the entries, or copies values from the scene or to it.
    subroutine list_request(group, table, scene)
       !> One of `request_names`
       character(*), intent(in) :: group
@@ -73,8 +74,8 @@ contains
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
-      call table%bind(statistics%start, name_t('start', 'beginning of the part that is evaluated, tau: ' &
-         //'after the start-up', instant_range))
+      call table%bind(statistics%start, name_t('start', 'start of the part that is evaluated, tau: after ' &
+         //'the initial transient', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', &
@@ -120,30 +121,33 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'statistics'
+      ! end of the part that is evaluated, tau
       real(wp) :: end
 
-      associate (statistics => scene%statistics)
-         end = end_of_run(scene%response)
+      associate (statistics => scene%statistics, end_of_motion => end_of_run(scene%response))
+         end = end_of_motion
          if (statistics%end < huge(statistics%end)) then
-            if (statistics%end > end) call input%complain(group, 'end end_time', &
-               'must be at most the end of the run, '//instant('end_time'))
+            if (statistics%end > end_of_motion) call input%complain(group, 'end end_time', &
+               'must be at most the end of the run, '//instant(end_of_motion, 'end_time'))
             end = statistics%end
          end if
          if (statistics%start >= end) call input%complain(group, 'start start_time', &
-            'nothing is left to count: it must be before the end, '//instant('start_time'))
+            'nothing is left to count: it must be before the end, '//instant(end, 'start_time'))
       end associate
 
    contains
 
-      !> The end in words, in the units of the scene if the name is given, which is a time.
-      function instant(name) result(words)
+      !> An instant in words: in units of time if the file gives `name`, else in tau.
+      function instant(tau, name) result(words)
+         real(wp), intent(in) :: tau
+         !> Name of &statistics for a time
          character(*), intent(in) :: name
          character(:), allocatable :: words
 
          if (input%has(group, name)) then
-            words = rounded(end/scene%scales%omega1)//' (time)'
+            words = rounded(tau/scene%scales%omega1)//' (time)'
          else
-            words = to_text(end)//' (tau)'
+            words = to_text(tau)//' (tau)'
          end if
       end function instant
    end subroutine resolve_statistics
@@ -160,19 +164,21 @@ contains
       given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sections in the period, degrees from tau = 0', &
          range_t(0.0_wp, 360.0_wp)))
-      ! an unchanged phase is not converted back, because rounding would change its last digit
+      ! `bind` may have copied a value of the table to `degrees`; an unchanged value is not converted back, because
+      ! rounding would change the last digit of the phase
       if (abs(degrees - given_degrees) > 0.0_wp) poincare%phase = degrees/360.0_wp
       call table%bind(poincare%skip, name_t('skip', 'number of sections omitted at first', range_t(0, 10000000)))
       call table%bind(poincare%keep, name_t('keep', 'number of sections stored after them; without a duration ' &
          //'the run ends with the period of the last', range_t(1, 100000)))
       call table%bind(poincare%load, name_t('load', 'number of the harmonic load that gives the period, ' &
          //'&force before &base; 0: all, by their common period', range_t(0, 1000)))
-      call table%bind(poincare%max_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
-         //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
+      call table%bind(poincare%max_periods, name_t('most_periods', 'maximum period of the motion that is ' &
+         //'sought, in periods of the load; at most half of keep', range_t(1, 10000)))
       call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
          //'share of the maximum', range_t(1.0e-14_wp, 0.1_wp)))
       call table%bind(poincare%wants_exponent, name_t('exponent', 'compute the maximum Lyapunov exponent', needs=exact))
-      call table%bind(poincare%records_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
+      call table%bind(poincare%records_modes, name_t('modes', 'store the state of all free modes too', &
+         needs=exact))
    end subroutine list_poincare
 
    !> Find the period of the loads, and check that there are Poincare sections within the run. Problems are reported to
@@ -190,7 +196,8 @@ contains
       loads = size(harmonic_frequencies(scene))
       associate (poincare => scene%poincare, response => scene%response)
          if (loads == 0) then
-            call input%complain(group, '', "goes by the period of a load: needs &force or &base of kind = 'harmonic'")
+            call input%complain(group, '', 'is based on the period of a load: ' &
+               //"needs &force or &base of kind = 'harmonic'")
          else if (poincare%load > loads) then
             call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
          end if
@@ -239,7 +246,7 @@ contains
 
    !> Find the period of the load that &poincare chooses, or the common period of all loads, and the duration of the run
    !> if it follows from the number of Poincare sections. In that case Newmark's step, or any step longer than the
-   !> period, is reduced so that the period is a whole number of steps.
+   !> period, is adjusted so that the period is a whole number of steps.
    pure subroutine set_period(scene, poincare, response)
       type(scene_t), intent(in) :: scene
       type(poincare_settings_t), intent(inout) :: poincare
@@ -284,14 +291,14 @@ contains
          range_t(1, 1000)))
       call table%bind(orbit%varied, name_t('parameter', 'quantity of a load that varies along a branch of motions; ' &
          //'the frequency varies with those of all other loads in proportion'), varied_names)
-      call table%bind(orbit%load, name_t('load', 'number of that harmonic load, &force before &base', &
-         range_t(1, 1000), needs=varied))
-      call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'minimum of it over what the load has', &
-         range_t(1.0e-6_wp, 1.0_wp), needs=varied))
-      call table%bind(orbit%max_ratio, name_t('greatest_ratio', 'maximum of it over what the load has', &
-         range_t(1.0_wp, 1.0e6_wp), needs=varied))
-      call table%bind(orbit%step, name_t('step', 'first step along a branch, as a share of the range and of the size ' &
-         //'of the motion', step_range, needs=varied))
+      call table%bind(orbit%load, name_t('load', 'number of the harmonic load whose quantity varies, &force ' &
+         //'before &base', range_t(1, 1000), needs=varied))
+      call table%bind(orbit%min_ratio, name_t('lowest_ratio', 'minimum of this quantity over its value in ' &
+         //'the scene', range_t(1.0e-6_wp, 1.0_wp), needs=varied))
+      call table%bind(orbit%max_ratio, name_t('greatest_ratio', 'maximum of this quantity over its value in the ' &
+         //'scene', range_t(1.0_wp, 1.0e6_wp), needs=varied))
+      call table%bind(orbit%step, name_t('step', 'first step along a branch: its arc length, with the ' &
+         //'quantity divided by its range and the state by the size of the motion', step_range, needs=varied))
       call table%bind(orbit%max_step, name_t('greatest_step', 'the maximum step', step_range, needs=varied))
       call table%bind(orbit%max_points, name_t('most_points', 'points of a branch to either side', &
          range_t(1, 100000), needs=varied))
@@ -299,7 +306,8 @@ contains
          range_t(0, 6), needs=varied))
    end subroutine list_orbit
 
-   !> Check &orbit: it requires loads without end that have a common period. Problems are reported to `input`.
+   !> Check &orbit: it requires loads that act from tau = 0 without end and have a common period. Problems are reported
+   !> to `input`.
    subroutine resolve_orbit(input, scene)
       type(scene_input_t), intent(inout) :: input
       !> Scene with resolved loads
@@ -318,10 +326,11 @@ contains
          if (scene%response%method /= method_exact) then
             call input%complain(group, '', "needs method = 'exact', which gives the derivative of a motion")
          else if (loads == 0) then
-            call input%complain(group, '', "goes by the period of a load: needs &force or &base of kind = 'harmonic'")
+            call input%complain(group, '', 'is based on the period of a load: ' &
+               //"needs &force or &base of kind = 'harmonic'")
          else if (.not. are_steady) then
-            call input%complain(group, '', "needs loads that go on as they begin: of kind = 'harmonic' or 'step', " &
-               //'from tau = 0 to the end')
+            call input%complain(group, '', "needs loads that do not change their course: of kind = 'harmonic' or " &
+               //"'step', from tau = 0 to the end")
          else if (orbit%varied /= vary_nothing .and. orbit%load > loads) then
             call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
          else if (orbit%varied /= vary_nothing .and. .not. orbit%min_ratio < orbit%max_ratio) then
@@ -336,7 +345,8 @@ contains
          orbit%period = period_of(harmonic_frequencies(scene), 0)
          if (orbit%period <= 0.0_wp) call input%complain(group, '', 'the harmonic loads have no period in common ' &
             //'within 64 periods of the slowest')
-         ! along a branch, the period is longest at the minimum of the frequency
+         ! along a branch, the period is longest at the minimum of the frequency. If the number of periods is sought
+         ! (periods = 0), it is 1 or more
          call check_length(input, group, 'skip periods lowest_ratio', orbit%period*max(real(orbit%skip, wp), &
             real(max(orbit%periods, 1), wp)/merge(orbit%min_ratio, 1.0_wp, orbit%varied == vary_frequency)))
       end associate
@@ -360,17 +370,18 @@ contains
    end function is_zero_load
 
    !> List the names of &frequency_response in the table, and bind them to the components of the scene.
-   subroutine list_frequency_response(table, response)
+   subroutine list_frequency_response(table, settings)
       class(table_t), intent(inout) :: table
-      type(frequency_response_settings_t), intent(inout) :: response
+      type(frequency_response_settings_t), intent(inout) :: settings
 
-      call table%bind(response%range, name_t('frequency_ratio_range', 'minimum and maximum frequency of the ' &
-         //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
+      call table%bind(settings%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency of the ' &
+         //'harmonic loads, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
          default='none: give one'))
-      call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
+      call table%store(name_t('frequency_range', 'the same in cycles per unit of time', physical_range, &
          instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
-      call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
-      call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
+      call table%bind(settings%points, name_t('points', 'number of frequencies in this range', range_t(2, 1000000)))
+      call table%bind(settings%is_logarithmic, name_t('logarithmic', 'distribute the frequencies evenly on a ' &
+         //'logarithmic scale'))
    end subroutine list_frequency_response
 
    !> Check &frequency_response: it requires a range of frequencies and harmonic loads. Problems are reported to
@@ -381,14 +392,14 @@ contains
 
       character(*), parameter :: group = 'frequency_response', name = 'frequency_ratio_range frequency_range'
 
-      associate (response => scene%frequency_response)
+      associate (settings => scene%frequency_response)
          if (size(harmonic_frequencies(scene)) == 0) then
-            call input%complain(group, '', "needs what shakes the beam: &force or &base of kind = 'harmonic'")
-         else if (.not. allocated(response%range)) then
+            call input%complain(group, '', "needs an excitation: &force or &base of kind = 'harmonic'")
+         else if (.not. allocated(settings%range)) then
             call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
-         else if (size(response%range) /= 2) then
+         else if (size(settings%range) /= 2) then
             call input%complain(group, name, 'takes two values, the minimum and the maximum')
-         else if (.not. (response%range(1) > 0.0_wp .and. response%range(2) > response%range(1))) then
+         else if (.not. (settings%range(1) > 0.0_wp .and. settings%range(2) > settings%range(1))) then
             call input%complain(group, name, 'the first value must be above 0 and less than the second')
          end if
       end associate

@@ -289,6 +289,7 @@ contains
          if (response%step > response%duration) then
             reason = 'step '//to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)'
             names = 'step step_time'
+            ! with units and a step by default, the message gives both times in s
             if (scene%unit_system > 0 .and. scene%unit_system /= system_none .and. &
                .not. any([input%has('response', 'step'), input%has('response', 'step_time')])) then
                names = names//' duration_time'
@@ -438,6 +439,7 @@ contains
       type(scene_t), intent(in) :: scene
 
       integer :: modes, i
+      ! number of displacements in all shapes
       real(wp) :: numbers
 
       if (allocated(scene%output%shape_times)) then

@@ -8,12 +8,12 @@ module scene_root_and_masses
    use root_and_mass_settings, only: mass_settings_t, root_names, root_pinned
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use value_rules, only: physical_range, place_range, range_t, stiffness_range
+   use value_rules, only: off_root_range, physical_range, range_t, stiffness_range
    implicit none (type, external)
    private
    public :: list_root, list_masses, check_root, check_masses
 
-   ! condition of the stiffnesses: `kind` is 'clamped', and springs take the place of the rigid clamp
+   !> Condition of the stiffnesses of the root: `kind` is 'clamped'; springs then replace the rigid clamp.
    type(condition_t), parameter :: elastic_clamp = condition_t(name='kind', words='clamped')
 
    !> Allowed ratios of masses and of rotary inertias.
@@ -30,8 +30,8 @@ contains
       call table%open(group_t('root'), scene%has_root_group)
       if (.not. table%lists_names) return
       associate (root => scene%root)
-         call table%bind(root%kind, name_t('kind', 'support of the root: clamped, or pinned, about which it turns ' &
-            //'freely'), root_names)
+         call table%bind(root%kind, name_t('kind', 'support of the root: clamped, or pinned, so that the beam turns ' &
+            //'freely about it'), root_names)
          call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
             'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, elastic_clamp, &
             default='none: it does not turn', is_optional=.true., &
@@ -75,7 +75,7 @@ contains
       class(table_t), intent(inout) :: table
       type(mass_settings_t), intent(inout) :: mass
 
-      call table%bind(mass%position, name_t('position', 'position of the mass over length', place_range, &
+      call table%bind(mass%position, name_t('position', 'position of the mass over length', off_root_range, &
          sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))
@@ -83,14 +83,14 @@ contains
          sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
       call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
-         'J / (rho Abar L^3), its moment of inertia about the axis of bending', mass_range, &
+         'J / (rho Abar L^3), J: moment of inertia of the mass about the axis of bending', mass_range, &
          sweep=sweep_t(19, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('rotary_inertia', 'J, mass times length squared', &
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass
 
-   !> Check that a beam with a pinned root and without supports, which rotates freely, has a start that exists for it.
-   !> Problems are reported to `input`.
+   !> Check the start of a beam with a pinned root and without supports: a release needs a static shape, which a beam
+   !> that turns freely does not have. Problems are reported to `input`.
    subroutine check_root(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene

@@ -146,6 +146,7 @@ contains
       case (shape_round)
          call set_dimensions('diameter', section%diameter, section%diameter)
       case (shape_tube)
+         ! either diameter has one value for all stations, or one for each station
          if (allocated(section%inner_diameter) .and. allocated(section%outer_diameter)) then
             if (any(size(section%inner_diameter) == [1, size(section%outer_diameter)])) then
                section%wall = 0.5_wp*(section%outer_diameter - spread_to(section%inner_diameter, &
@@ -279,6 +280,7 @@ contains
       real(wp), intent(in) :: length
       real(wp), intent(in) :: station(:)
 
+      ! minimum distance of two steps, and of the last step from the tip, over the length
       real(wp), parameter :: minimum = 1.0e-3_wp
       integer :: i
 
@@ -301,7 +303,12 @@ contains
       type(section_settings_t), intent(in) :: section
 
       integer, parameter :: checked_points = 64
-      real(wp) :: curvature(size(section%station), 2), fraction, width
+      ! second derivatives of both dimensions at the stations, [stations, 2]
+      real(wp) :: curvature(size(section%station), 2)
+      ! position within an interval, from 0 to 1
+      real(wp) :: fraction
+      ! length of the interval
+      real(wp) :: width
       integer :: i, k
 
       curvature(:, 1) = spline_curvature(section%station, section%first, [.false., .false.])
@@ -321,7 +328,8 @@ contains
 
    contains
 
-      !> Value of the spline at a fraction of interval i.
+      !> Value of the spline at a fraction of interval i, from values and second derivatives at the ends of the
+      !> interval.
       pure function value_of(values, curvatures) result(value)
          !> Values of the dimension at the stations
          real(wp), intent(in) :: values(:)

@@ -34,7 +34,7 @@ contains
       type(condition_t), parameter :: without_points = condition_t(without='points', &
          phrase='a distance of frequencies, not with points')
 
-      call table%bind(spectrum%of, name_t('of', 'signals whose spectra are asked for; measures are of the first', &
+      call table%bind(spectrum%of, name_t('of', 'signals whose spectra are requested; measures refer to the first', &
          default="'displacement_tip'"), signal_names)
       if (.not. allocated(spectrum%of)) spectrum%of = [1]
       call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop and &body, below ' &
@@ -43,27 +43,27 @@ contains
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))
       call table%bind(spectrum%body, name_t('body', 'which &body, for signals of a body', range_t(1, 1000)))
-      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'minimum and maximum frequency, over that of ' &
-         //'omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
-      call table%store(name_t('frequency_range', 'the same in periods over time', physical_range, &
+      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency, ' &
+         //'over omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
+      call table%store(name_t('frequency_range', 'the same in cycles per unit of time', physical_range, &
          instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
-      call table%bind(spectrum%points, name_t('points', 'frequencies in it', range_t(2, max_points), &
-         default='as resolution asks', is_optional=.true.))
-      call table%bind(spectrum%resolution, name_t('resolution_ratio', 'distance of frequencies, over that of omega1', &
-         range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), without_points, default='half of 1 over a segment', &
-         is_optional=.true.))
-      call table%store(name_t('resolution', 'the same in periods over time', physical_range, without_points, &
+      call table%bind(spectrum%points, name_t('points', 'number of frequencies in this range', range_t(2, max_points), &
+         default='from resolution', is_optional=.true.))
+      call table%bind(spectrum%resolution, name_t('resolution_ratio', 'difference of neighbouring circular ' &
+         //'frequencies, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), without_points, &
+         default='half of 1 over a segment', is_optional=.true.))
+      call table%store(name_t('resolution', 'the same in cycles per unit of time', physical_range, without_points, &
          instead_of='resolution_ratio', quantity='frequency'))
-      call table%bind(spectrum%segments, name_t('segments', 'segments of equal length, from whose differences the ' &
-         //'error bars follow; of hann each overlaps the next by half; 1: there are none', range_t(1, 10000)))
-      call table%bind(spectrum%window, name_t('window', 'what weighs a segment'), window_names)
-      call table%bind(spectrum%start, name_t('start', 'beginning of the part that is evaluated, tau', instant_range))
+      call table%bind(spectrum%segments, name_t('segments', 'segments of equal length, from whose differences ' &
+         //'confidence intervals follow; with hann each overlaps the next by half; 1: no intervals', range_t(1, 10000)))
+      call table%bind(spectrum%window, name_t('window', 'weight over a segment'), window_names)
+      call table%bind(spectrum%start, name_t('start', 'start of the part that is evaluated, tau', instant_range))
       call table%store(name_t('start_time', 'the same in time', physical_range, instead_of='start', quantity='time'))
       call table%bind(spectrum%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
          default='that of the run', is_optional=.true.))
       call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))
-      call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'exponentials of all intervals times ' &
-         //'frequencies and signals that are integrated in closed form; what comes after is sampled', &
+      call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'maximum of exponentials of all ' &
+         //'intervals times frequencies and signals that are integrated in closed form; later intervals are sampled', &
          range_t(0.0_wp, 1.0e15_wp)))
    end subroutine list_spectrum
 
@@ -75,6 +75,7 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'spectrum', name = 'frequency_ratio_range frequency_range'
+      ! end of the part that is transformed, tau
       real(wp) :: end
       integer :: k
 
@@ -186,7 +187,7 @@ contains
       end associate
    end function contact_count
 
-   !> Number of &body groups, at least 1.
+   !> Number of &body groups; 1 without such a group, because 1 is the default of `body`.
    pure integer function body_count(scene)
       type(scene_t), intent(in) :: scene
 

@@ -14,7 +14,7 @@ module scene_stops
    use scene_types, only: all_stops, scales_t, scene_t, support_motion_names, support_settings_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: needs_displacement, entries_in_units
-   use value_rules, only: physical_range, place_range, range_t, range_text, stiffness_range
+   use value_rules, only: off_root_range, physical_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
    public :: list_stops, list_law, list_supports, find_displacement, check_stops, check_supports
@@ -72,7 +72,7 @@ contains
 
       call table%bind(stop%position, name_t('position', &
          'position of the stop from the root, over length; at the tip, if the element beyond would be shorter than ' &
-         //'1/100 of its neighbour', place_range, &
+         //'1/100 of its neighbour', off_root_range, &
          sweep=sweep_t(5, changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))
@@ -175,7 +175,7 @@ contains
       class(table_t), intent(inout) :: table
       type(support_settings_t), intent(inout) :: support
 
-      call table%bind(support%position, name_t('position', 'position of the support over length', place_range, &
+      call table%bind(support%position, name_t('position', 'position of the support over length', off_root_range, &
          sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)))
       call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
          instead_of='position', quantity='length'))

@@ -31,7 +31,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> Resolved except for the sweep
+      !> Scene that is resolved except for the sweep
       type(scene_t), intent(inout) :: scene
 
       integer :: k
@@ -72,7 +72,8 @@ contains
       if (.not. input%has_problem()) call check_chains(input, scene)
    end subroutine resolve_sweep
 
-   !> Check that no parameter is varied both as a ratio and in units, or together with a name that excludes it.
+   !> Check that no parameter is varied both as a ratio and in units, or together with a name that excludes it. Problems
+   !> are reported to `input`.
    subroutine check_duplicates(input, table, swept)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
@@ -162,12 +163,16 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      character(:), allocatable :: first
-      integer(i8) :: cases, values
+      ! name of the last paired parameter whose list was compared; empty: none
+      character(:), allocatable :: compared
+      ! number of cases, in a grid limited so that the product does not overflow
+      integer(i8) :: cases
+      ! number of values of one parameter
+      integer(i8) :: values
       integer :: k
 
       cases = 1_i8
-      first = ''
+      compared = ''
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
             values = int(max(swept%points, 1), i8)
@@ -177,13 +182,13 @@ contains
                cases = min(cases*values, 2_i8*max_cases)
             end if
             if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
-            if (first /= '' .and. values /= cases) then
+            if (compared /= '' .and. values /= cases) then
                call input%complain('sweep', trim(swept%parameter%name), &
                   "design = 'paired' takes lists of one length; " &
-                  //first//' has '//to_text(cases)//' values, this '//to_text(values))
+                  //compared//' has '//to_text(cases)//' values, this '//to_text(values))
                return
             end if
-            first = trim(swept%parameter%name)
+            compared = trim(swept%parameter%name)
             cases = values
          end associate
       end do
@@ -231,8 +236,14 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
+      ! tapers of the cases
       real(wp), allocatable :: values(:)
-      real(wp) :: elements, mean, decades
+      ! maximum number of elements
+      real(wp) :: elements
+      ! mean height over length
+      real(wp) :: mean
+      ! decimal logarithm of the maximum ratio of the longest to the shortest element
+      real(wp) :: decades
       integer :: i
 
       associate (swept => scene%sweep%swept)
@@ -248,6 +259,7 @@ contains
       mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)/scene%beam%length
       do i = 1, size(values)
          if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - min_tip_ratio)) cycle
+         ! a full wedge, except for rounding
          if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
          call input%complain('sweep', given_name(scene%sweep%swept(parameter_index('taper', scene%sweep%swept))), &
             'taper = ' &
@@ -337,18 +349,18 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      character(*), parameter :: cannot = 'does not go with carry of &sweep'
+      character(*), parameter :: not_with_carry = 'does not go with carry of &sweep'
       integer :: k
 
       if (.not. scene%poincare%sets_duration) then
          call input%complain('response', 'duration duration_time', &
-            cannot//', whose cases last skip + keep periods of the load')
+            not_with_carry//', whose cases last skip + keep periods of the load')
       else if (scene%poincare%load > 0) then
-         call input%complain('poincare', 'load', cannot//': a case ends with a period of all loads')
+         call input%complain('poincare', 'load', not_with_carry//': a case ends with a period of all loads')
       else if (scene%wants_best .and. scene%best%refine) then
-         call input%complain('best', 'refine', cannot//': its cases would begin by themselves')
+         call input%complain('best', 'refine', not_with_carry//': its cases would begin by themselves')
       else if (scene%mesh%estimate) then
-         call input%complain('mesh', 'estimate', cannot//': its cases would begin by themselves')
+         call input%complain('mesh', 'estimate', not_with_carry//': its cases would begin by themselves')
       end if
       if (scene%has_forces) then
          do k = 1, size(scene%forces)
@@ -363,12 +375,12 @@ contains
 
    contains
 
-      !> Report a load that ends or begins later.
+      !> Report a load that begins after tau = 0, or ends before the end of the run.
       subroutine complain_of(group)
          character(*), intent(in) :: group
 
          if (input%has_problem()) return
-         call input%complain(group, '', 'carry of &sweep takes loads that go on for ever: ' &
+         call input%complain(group, '', 'carry of &sweep takes loads without end: ' &
             //"kind = 'harmonic' or 'step' without start and end; this is "//group//' '//to_text(k), k)
       end subroutine complain_of
    end subroutine check_chain_loads
@@ -395,7 +407,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> Resolved except for the cases; out: with a sweep of their parameter
+      !> On entry resolved except for the cases; on return with a sweep of their parameter
       type(scene_t), intent(inout) :: scene
 
       if (.not. scene%wants_cases) return
@@ -411,7 +423,8 @@ contains
    end subroutine resolve_cases
 
    !> Check that the parameter applies in the scene, and that the file does not give the same quantity in units, because
-   !> the cases would ignore that value. They replace a value that the parameter has in its own group, as in a sweep.
+   !> the cases would ignore that value. The cases replace a value that the parameter has in its own group, as in a
+   !> sweep.
    subroutine check_parameter(input, table, parameter)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file

@@ -51,7 +51,8 @@ contains
       integer, intent(in) :: place
       type(sweep_t) :: sweep
 
-      ! parameters in units have other numbers, and so other sequences of random numbers, than their ratios
+      ! parameters in units have other numbers, and so other sequences of random numbers, than their ratios; a second
+      ! quantity in units for the same ratio has twice this offset
       integer, parameter :: units_offset = 1000000
       integer :: i
 
@@ -146,7 +147,7 @@ contains
 
    end function quantity_of
 
-   !> Index of the entry of the parameter that a word, the value of another entry, chooses; 0: none is chosen.
+   !> Index of the entry of the parameter that is chosen by a word, the value of another entry; 0: none is chosen.
    pure function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
       !> Index of the group of the entry that chooses
@@ -196,6 +197,7 @@ contains
             name = name_t(swept%parameter%name, swept%parameter%meaning, default=unswept, is_optional=.true.)
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
+            ! a condition on names refers to the group of the parameter; a parameter without condition needs its group
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then
                name%needs%group = table%groups(table%entries(places(k))%group)%name
                name%needs%occurrence = swept%parameter%occurrence
@@ -210,7 +212,7 @@ contains
             name%meaning = 'minimum and maximum, divided evenly'
             call table%bind(swept%range, name)
             name%name = trim(swept%parameter%name)//'_log_range'
-            name%meaning = 'the same, divided evenly in the logarithm'
+            name%meaning = 'the same, divided evenly on a logarithmic scale'
             call table%bind(swept%log_range, name)
             name%name = trim(swept%parameter%name)//'_points'
             name%meaning = 'number of values in the range'

@@ -196,7 +196,7 @@ module scene_types
       real(wp), allocatable :: range(:)
       !> Number of frequencies
       integer :: points = 400
-      !> Whether the frequencies are evenly spaced in the logarithm
+      !> Whether the frequencies are evenly spaced on a logarithmic scale
       logical :: is_logarithmic = .false.
    end type frequency_response_settings_t
 

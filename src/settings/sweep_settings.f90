@@ -65,7 +65,7 @@ module sweep_settings
       real(wp), allocatable :: list(:)
       !> Minimum and maximum of evenly spaced values
       real(wp), allocatable :: range(:)
-      !> Minimum and maximum of values that are evenly spaced in the logarithm
+      !> Minimum and maximum of values that are evenly spaced on a logarithmic scale
       real(wp), allocatable :: log_range(:)
       !> Number of values in the range; 0: not given
       integer :: points = 0

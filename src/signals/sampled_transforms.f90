@@ -15,9 +15,9 @@ contains
       real(wp), intent(in) :: start
       !> Sampling interval
       real(wp), intent(in) :: step
-      !> Minimum frequency
+      !> Minimum circular frequency
       real(wp), intent(in) :: min_frequency
-      !> Distance of the frequencies
+      !> Difference of neighbouring circular frequencies
       real(wp), intent(in) :: spacing
       !> Number of frequencies
       integer, intent(in) :: count
@@ -25,22 +25,24 @@ contains
 
       complex(wp), allocatable :: chirp(:), filter(:), signal(:)
       ! length of the fast Fourier transforms
-      integer :: order
+      integer :: length
       integer :: k, n, samples_count
 
       ! omega_k n step contains spacing*step*k*n, and k n = (k^2 + n^2 - (k - n)^2)/2: with chirp_n = exp(-i spacing
-      ! step n^2/2), the sums are those of signal_n conjg(chirp_(k - n)), a convolution, times chirp_k
+      ! step n^2/2), the sums are those of signal_n conjg(chirp_(k - n)), a convolution, times chirp_k. The other
+      ! factors of exp(-i omega_k (start + n step)) depend on k alone or on n alone
       samples_count = size(samples)
-      order = 1
-      do while (order < samples_count + count - 1)
-         order = 2*order
+      length = 1
+      do while (length < samples_count + count - 1)
+         length = 2*length
       end do
       allocate (chirp(0:max(samples_count, count) - 1))
       chirp = [(chirp_at(n), n=0, ubound(chirp, 1))]
-      allocate (signal(0:order - 1), filter(0:order - 1), source=(0.0_wp, 0.0_wp))
+      allocate (signal(0:length - 1), filter(0:length - 1), source=(0.0_wp, 0.0_wp))
       do n = 0, samples_count - 1
          signal(n) = samples(n)*chirp(n)*phasor(min_frequency*step*real(n, wp))
-         if (n > 0) filter(order - n) = conjg(chirp(n))
+         ! the convolution is circular: an index k - n < 0 is stored from the end
+         if (n > 0) filter(length - n) = conjg(chirp(n))
       end do
       filter(0:count - 1) = conjg(chirp(0:count - 1))
       call transform(signal, .false.)
@@ -53,7 +55,8 @@ contains
 
    contains
 
-      !> exp(-i spacing step n^2/2). Whole turns are subtracted from the angle, because a large angle would lose digits.
+      !> exp(-i spacing step n^2/2). Whole turns are subtracted before each multiplication by n. The error of the angle
+      !> still grows as the number of turns times n^2 times the rounding error of a real number.
       pure complex(wp) function chirp_at(number)
          integer, intent(in) :: number
 
@@ -71,7 +74,7 @@ contains
       end function phasor
    end function fourier_sums
 
-   !> Fast Fourier transform of a power of two of values, in place (Cooley and Tukey 1965).
+   !> Fast Fourier transform, in place; the number of values is a power of two (Cooley and Tukey 1965).
    pure subroutine transform(values, is_inverse)
       complex(wp), intent(inout) :: values(0:)
       !> Whether the inverse transform is computed: with the other sign of the exponent, and divided by the number of
@@ -90,7 +93,8 @@ contains
       do i = 0, ubound(factor, 1)
          factor(i) = cmplx(cos(2.0_wp*pi*real(i, wp)/real(n, wp)), sign*sin(2.0_wp*pi*real(i, wp)/real(n, wp)), wp)
       end do
-      ! exchange the values i and `reversed`; one is added to `reversed` at its first digit, with carries to the right
+      ! exchange the values i and `reversed`, which is counted up like i, but from its most significant binary digit, so
+      ! carries go to lower digits
       reversed = 0
       do i = 1, n - 1
          bit = n/2

@@ -9,14 +9,18 @@ module signal_peaks
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, find_turn, peak_tolerance
 
    ! The following constants limit the evaluations of the searches for an extreme of a run. When they are used up, the
-   ! tolerance is raised tenfold, because a beam without damping oscillates for ever, and the cost of a search would
-   ! have no limit.
-   !> Number of evaluations for the whole run.
+   ! tolerance is raised tenfold: a beam without damping keeps oscillating, so that without the raise the cost of a
+   ! search would have no limit.
+   !> Number of evaluations at the start of a run.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    !> Number of further evaluations after the tolerance was raised.
    integer(i8), parameter :: further_evaluations = 2000_i8
-   !> Number of further evaluations for each phase.
+   !> Number of evaluations that each phase adds, up to a remainder of `further_evaluations`.
    integer(i8), parameter :: phase_evaluations = 100_i8
+   !> Number of samples of the rest of a phase if ripples make many local maxima, and about each highest sample.
+   integer(i8), parameter :: few_samples = 100_i8
+   !> Number of samples of the rest of a phase if the evaluations are used up.
+   integer(i8), parameter :: many_samples = 2000_i8
 
    !> Tolerance of the searches for an extreme, and effort that remains for them, over the phases of a run.
    type :: extreme_search_t
@@ -54,22 +58,22 @@ contains
    !> The search skips every interval in which the signal certainly stays below the maximum found until now. If the
    !> signal rises above that maximum, the next zero of its slope gives a higher one. If ripples on a rise make many
    !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first.
-   subroutine find_maximum(signal, length, threshold, exceeds, still_rises, value, time, scale, extreme_search)
-      !> The signal, without a relaxing contact
+   subroutine find_maximum(signal, length, threshold, is_found, still_rises, value, time, scale, extreme_search)
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       !> Value that the maximum must exceed
       real(wp), intent(in) :: threshold
       !> Whether the maximum exceeds the threshold
-      logical, intent(out) :: exceeds
-      !> Whether the maximum is at the end of the phase
+      logical, intent(out) :: is_found
+      !> Whether the search ended with a slope that stays positive to the end of the phase, where the maximum is
       logical, intent(out) :: still_rises
       !> The maximum, within the tolerance
       real(wp), intent(out) :: value
       !> Instant of the maximum
       real(wp), intent(out) :: time
-      !> Minimum magnitude to which the tolerance refers; if given, the tolerance covers rounding and raises `threshold`
+      !> Minimum magnitude to which the tolerance refers. If it is present, it is raised so that the tolerance exceeds
+      !> the rounding error, and the maximum must exceed `threshold` by the tolerance
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: a state for this phase alone
       type(extreme_search_t), intent(inout), optional :: extreme_search
@@ -88,7 +92,7 @@ contains
          min_scale = max(scale, bounds%rounding/peak_tolerance)
       end if
       state%remaining = min(state%remaining + phase_evaluations, max(state%remaining, further_evaluations))
-      exceeds = .false.
+      is_found = .false.
       still_rises = .false.
       value = threshold
       time = 0.0_wp
@@ -96,7 +100,7 @@ contains
       t = 0.0_wp
       call signal%evaluate(t, candidate, slope)
       if (candidate > threshold) then
-         exceeds = .true.
+         is_found = .true.
          value = candidate
          level = raised_level(candidate, min_scale, state)
       end if
@@ -109,7 +113,7 @@ contains
          if (search%outcome == found_zero) then
             call signal%transform(t, 1.0_wp, 0.0_wp, 1, transformed)
             call search_with_budget(transformed, length - t, state, search)
-            exceeds = .true.
+            is_found = .true.
             if (search%outcome == found_none) then
                call signal%evaluate(length, value, slope)
                time = length
@@ -127,8 +131,8 @@ contains
          ! Samples are taken at attempts 16, 32, 64, ... and when the evaluations are used up
          if (search%outcome == found_exhausted .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
             call sample_ahead(signal, t, length, &
-               merge(further_evaluations, phase_evaluations, search%outcome == found_exhausted), value, time)
-            exceeds = exceeds .or. value > threshold
+               merge(many_samples, few_samples, search%outcome == found_exhausted), value, time)
+            is_found = is_found .or. value > threshold
          end if
          level = raised_level(max(value, level), min_scale, state)
       end do
@@ -149,12 +153,13 @@ contains
       extreme_search%tolerance = 10.0_wp*extreme_search%tolerance
    end subroutine search_with_budget
 
-   !> The maximum over samples, then over ever closer samples about the highest one, as long as the maximum increases.
+   !> The maximum over samples, then over ever closer samples about the highest one. At least three times samples are
+   !> taken, because the first closer ones need not be higher; then as long as the maximum increases.
    subroutine sample_ahead(signal, from, to, samples, value, time)
       class(transformable_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> Number of samples of the whole interval; a hundred samples are taken about each highest one
+      !> Number of intervals between the first samples; there are `few_samples` intervals about each highest sample
       integer(i8), intent(in) :: samples
       !> The maximum found until now
       real(wp), intent(inout) :: value
@@ -187,7 +192,7 @@ contains
          if (zoom > 2 .and. .not. value - previous > peak_tolerance*abs(value)) exit
          first = max(from, time - width)
          last = min(to, time + width)
-         count = phase_evaluations
+         count = few_samples
       end do
    end subroutine sample_ahead
 
@@ -206,7 +211,6 @@ contains
 
    !> Instant at which a signal was last above a level (its last exceedance).
    subroutine find_last_exceedance(signal, length, level, time, stays_above, from)
-      !> The signal, without a relaxing contact
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
@@ -239,22 +243,25 @@ contains
          if (is_above) time = t
          is_above = .not. is_above
          is_at_level = .true.
+         ! a signal that starts at the level, to within rounding, is taken as not above it
          if (.not. search%time > 0.0_wp) exit
       end do
       stays_above = is_above .and. search%outcome == found_none
       if (stays_above) time = length
    end subroutine find_last_exceedance
 
-   !> The first turning point of a signal, a zero of its slope. If the sign of the slope at the start is uncertain, the
-   !> start is delayed, repeatedly and each time by twice as much.
+   !> The first turning point of a signal, a zero of its slope. If the search cannot decide at the start, because the
+   !> sign of the slope is uncertain or no certain zero is found, the start is delayed, repeatedly and each time by
+   !> twice as much.
    subroutine find_turn(signal, span, direction, is_found, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
       real(wp), intent(in) :: span(2)
-      !> In: 1 (-1) if the search starts at a turning point after which the signal rises (falls), else 0. Out: 1 (-1) if
-      !> the signal rises (falls) after the turning point that was found
+      !> On entry 1 (-1) if the search starts at a turning point after which the signal rises (falls), else 0. On return
+      !> 1 (-1) if the signal rises (falls) after the turning point that was found; not defined if none was found
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
+      !> Instant of the turning point; not defined if none was found
       real(wp), intent(out) :: time
 
       ! first delay of the start, as a fraction of the interval that is searched
@@ -262,7 +269,9 @@ contains
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
       type(search_t) :: search
-      real(wp) :: delay, slope
+      real(wp) :: delay
+      ! the derivative that decides the direction: the slope or, if the slope is zero, the second derivative
+      real(wp) :: tendency
       ! whether the slope is zero, to within rounding, at the (delayed) start
       logical :: is_turning
 
@@ -275,8 +284,8 @@ contains
             call signal%find_bounds(time, 1, bounds)
             ! a slope that is zero except for rounding makes the start a turning point
             is_turning = abs(bounds%value) <= bounds%rounding
-            slope = merge(bounds%slope, bounds%value, is_turning)
-            if (abs(slope) > 0.0_wp) direction = merge(1, -1, slope > 0.0_wp)
+            tendency = merge(bounds%slope, bounds%value, is_turning)
+            if (abs(tendency) > 0.0_wp) direction = merge(1, -1, tendency > 0.0_wp)
          end if
          if (direction /= 0) then
             call signal%transform(time, real(direction, wp), 0.0_wp, 1, rate)

@@ -1,7 +1,7 @@
-!> Dimension scales of a file that is being written: datasets along whose axes other datasets are tabulated (HDF5
-!> Dimension Scale Specification). A dataset holds references to its scales, and a scale holds references to all
-!> datasets that use the scale. The list of a scale is written once, at the end: the library of dimension scales would
-!> write it anew for each dataset.
+!> Dimension scales of a file that is being written: datasets that hold the coordinates along an axis of other datasets
+!> (HDF5 Dimension Scale Specification). A dataset holds references to its scales, and a scale holds references to all
+!> datasets that use the scale. The list of a scale is written once, at the end: HDF5's own library (H5DS) would rewrite
+!> the whole list each time a dataset is attached.
 module hdf5_scales
    use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_sizeof
    use hdf5, only: h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5r_object_f, h5rcreate_f, h5rdereference_f, &
@@ -17,7 +17,8 @@ module hdf5_scales
       integer(c_int) :: axis = 0_c_int
    end type use_t
 
-   !> A scale, known by the identifier of its group and its name, and its uses.
+   !> A scale, known by the identifier of its group and its name, and its uses. The group stays open as long as datasets
+   !> are attached: a group that is opened a second time has another identifier.
    type :: scale_t
       integer(hid_t) :: group = -1_hid_t
       character(:), allocatable :: name
@@ -28,7 +29,7 @@ module hdf5_scales
       type(use_t), allocatable :: uses(:)
    end type scale_t
 
-   !> All scales of a file.
+   !> All scales of one file.
    type :: scales_t
       !> Number of scales
       integer, private :: count = 0
@@ -41,7 +42,8 @@ module hdf5_scales
 
 contains
 
-   !> Attach scales to the first axes of a dataset, in the order of C: the last index of a Fortran array is number 1.
+   !> Attach scales to the first axes of a dataset, in the order of C: names(1) belongs to axis 0, the last index of a
+   !> Fortran array. An axis without a name has an empty list of scales.
    subroutine attach(self, dataset, rank, group, names, status)
       class(scales_t), intent(inout) :: self
       integer(hid_t), intent(in) :: dataset
@@ -54,10 +56,12 @@ contains
       !> Negative: a call of HDF5 failed
       integer, intent(out) :: status
 
-      integer(c_int64_t), target :: reference, references(size(names))
+      integer(c_int64_t), target :: reference
+      ! references to the scales, to which `lists` points until the attribute is written
+      integer(c_int64_t), target :: references(size(names))
       type(hvl_t), target :: lists(rank)
       type(c_ptr) :: address
-      integer(hid_t) :: attribute, space, type
+      integer(hid_t) :: attribute, space_id, type_id
       integer :: axis, place
 
       address = c_loc(reference)
@@ -72,15 +76,15 @@ contains
          references(axis) = self%scale(place)%reference
          lists(axis) = hvl_t(1_size_t, c_loc(references(axis)))
       end do
-      call h5tvlen_create_f(h5t_std_ref_obj, type, status)
-      call h5screate_simple_f(1, [int(rank, hsize_t)], space, status)
-      call h5acreate_f(dataset, 'DIMENSION_LIST', type, space, attribute, status)
+      call h5tvlen_create_f(h5t_std_ref_obj, type_id, status)
+      call h5screate_simple_f(1, [int(rank, hsize_t)], space_id, status)
+      call h5acreate_f(dataset, 'DIMENSION_LIST', type_id, space_id, attribute, status)
       if (status < 0) return
-      call h5awrite_f(attribute, type, c_loc(lists), status)
+      call h5awrite_f(attribute, type_id, c_loc(lists), status)
       if (status < 0) return
       call h5aclose_f(attribute, status)
-      call h5sclose_f(space, status)
-      call h5tclose_f(type, status)
+      call h5sclose_f(space_id, status)
+      call h5tclose_f(type_id, status)
    end subroutine attach
 
    !> Index of a scale; a scale that is used for the first time is added.
@@ -132,38 +136,39 @@ contains
       scale%uses(scale%count) = added
    end subroutine add_use
 
-   !> Write the uses of all scales, before the file is closed; no scale can be attached hereafter.
+   !> Write the uses of all scales, before the file is closed; no scale can be attached afterwards, and the
+   !> object serves no other file.
    subroutine write_uses(self, file, status)
       class(scales_t), target, intent(inout) :: self
       integer(hid_t), intent(in) :: file
       !> Negative: a call of HDF5 failed
       integer, intent(out) :: status
 
-      integer(hid_t) :: attribute, scale, space, type
+      integer(hid_t) :: attribute, scale, space_id, type_id
       type(use_t) :: one
       integer :: place
 
       status = 0
       if (self%count == 0) return
-      call h5tcreate_f(h5t_compound_f, c_sizeof(one), type, status)
-      call h5tinsert_f(type, 'dataset', 0_size_t, h5t_std_ref_obj, status)
-      call h5tinsert_f(type, 'dimension', c_sizeof(one%dataset), h5t_native_integer, status)
+      call h5tcreate_f(h5t_compound_f, c_sizeof(one), type_id, status)
+      call h5tinsert_f(type_id, 'dataset', 0_size_t, h5t_std_ref_obj, status)
+      call h5tinsert_f(type_id, 'dimension', c_sizeof(one%dataset), h5t_native_integer, status)
       if (status < 0) return
       do place = 1, self%count
          associate (used => self%scale(place))
             call h5rdereference_f(file, h5r_object_f, c_loc(used%reference), scale, status)
             if (status < 0) return
-            call h5screate_simple_f(1, [int(used%count, hsize_t)], space, status)
-            call h5acreate_f(scale, 'REFERENCE_LIST', type, space, attribute, status)
+            call h5screate_simple_f(1, [int(used%count, hsize_t)], space_id, status)
+            call h5acreate_f(scale, 'REFERENCE_LIST', type_id, space_id, attribute, status)
             if (status < 0) return
-            call h5awrite_f(attribute, type, c_loc(used%uses), status)
+            call h5awrite_f(attribute, type_id, c_loc(used%uses), status)
             if (status < 0) return
             call h5aclose_f(attribute, status)
-            call h5sclose_f(space, status)
+            call h5sclose_f(space_id, status)
             call h5dclose_f(scale, status)
          end associate
       end do
-      call h5tclose_f(type, status)
+      call h5tclose_f(type_id, status)
       self%count = 0
    end subroutine write_uses
 

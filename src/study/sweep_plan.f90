@@ -31,7 +31,7 @@ module sweep_plan
       real(wp) :: minimum = 0.0_wp
       !> Maximum value
       real(wp) :: maximum = 0.0_wp
-      !> Whether the values between them are evenly spaced in the logarithm
+      !> Whether the values from minimum to maximum are evenly spaced on a logarithmic scale
       logical :: is_logarithmic = .false.
       !> Distribution of the values, in words; empty: they are evenly spaced
       character(24) :: distribution = ''

@@ -1,5 +1,5 @@
-!> Reading of a text file with two columns, times and values, such as a measured load.
-module load_table
+!> Reading of the table of a load or of a motion of the base: a text file with two columns, times and values.
+module time_table
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
@@ -8,7 +8,7 @@ module load_table
    use text_file, only: load_text
    implicit none (type, external)
    private
-   public :: read_load_table
+   public :: read_time_table
 
    !> Separators between a time and a value: blank, comma, semicolon, tab
    character(*), parameter :: separators = ' ,;'//achar(9)
@@ -16,18 +16,24 @@ module load_table
 contains
 
    !> Read a file with one time and one value in each line; # and ! begin comments, and empty lines are ignored.
-   subroutine read_load_table(file, time, value, problem)
+   subroutine read_time_table(file, time, value, problem)
       character(*), intent(in) :: file
       !> Times in the order of the file
       real(wp), allocatable, intent(out) :: time(:)
-      !> Values, as many
+      !> Values at these times
       real(wp), allocatable, intent(out) :: value(:)
       !> Error message with file and line; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
       character(:), allocatable :: raw, text, reason
       real(wp), allocatable :: numbers(:, :)
-      integer :: first, last, line, rows
+      ! first position of a line
+      integer :: first
+      ! last position of the line
+      integer :: last
+      ! number of characters of the rest of the text up to the next line break, with it; 0: there is none
+      integer :: length
+      integer :: line, rows
 
       call load_text(file, raw, problem)
       if (allocated(problem)) then
@@ -41,8 +47,8 @@ contains
       rows = 0
       do while (first <= len(text))
          line = line + 1
-         last = index(text(first:), new_line('a'))
-         last = merge(first + last - 2, len(text), last > 0)
+         length = index(text(first:), new_line('a'))
+         last = merge(first + length - 2, len(text), length > 0)
          ! # is appended so that the search succeeds in a line without comment
          call read_row(text(first:first + scan(text(first:last)//'#', '#!') - 2), numbers(:, rows + 1), rows, reason)
          if (allocated(reason)) then
@@ -60,7 +66,7 @@ contains
       end do
       allocate (time, source=numbers(1, :rows))
       allocate (value, source=numbers(2, :rows))
-   end subroutine read_load_table
+   end subroutine read_time_table
 
    !> Read the two numbers of a line from which a comment has been removed.
    pure subroutine read_row(row, numbers, rows, reason)
@@ -76,7 +82,8 @@ contains
       integer :: first, last, k
       logical :: is_legal
 
-      ! a line must have exactly two words, which are numbers; the third pass finds a word too many
+      ! a line must have exactly two words, which are numbers; the third pass only detects a further word. Adjacent
+      ! separators count as one, so an empty column is not detected
       last = 0
       do k = 1, 3
          first = verify(row(last + 1:), separators)
@@ -85,12 +92,14 @@ contains
          last = first + scan(row(first:)//' ', separators) - 2
          if (k > 2) exit
          call read_real(row(first:last), number, is_legal, reason)
+         ! k is 1 or 2 here; `min` makes that evident to the compiler
          numbers(min(k, 2)) = number
          if (is_legal) cycle
          if (.not. allocated(reason)) reason = 'must be a number'
          reason = excerpt(row(first:last))//' '//reason
          return
       end do
+      ! the line has k - 1 words, or more than two if k = 3 and `first` > 0
       if (k == 1) return
       rows = rows + 1
       if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value'
@@ -109,4 +118,4 @@ contains
       end do
    end function occurrences
 
-end module load_table
+end module time_table
