@@ -86,6 +86,8 @@ contains
          call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', &
             along=along)
          call write_errors(group, 'error', entries%errors, along)
+         call group%add('failure', entries%failure, 'none', 'reason why there are no figures; empty: there are', &
+            along=along)
          check = group%group('check')
          call check%attribute('what', &
             'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &

@@ -66,7 +66,8 @@ contains
       if (course%kind == course_table) frequency = pi/min_half_period(course%time, course%value)
    end function highest_frequency
 
-   !> Minimum time from one reversal of a table to the next.
+   !> Minimum time from one reversal of a table to the next, the first point counted as a reversal, and from the last
+   !> reversal to the last extremum.
    pure function min_half_period(time, value) result(half_period)
       real(wp), intent(in) :: time(:)
       real(wp), intent(in) :: value(:)
@@ -84,6 +85,11 @@ contains
          if (abs(value(i) - value(reversal)) >= abs(value(farthest) - value(reversal)) .and. &
             (value(i) - value(reversal))*(value(farthest) - value(reversal)) >= 0.0_wp) farthest = i
          if (abs(value(i) - value(farthest)) <= threshold) cycle
+         if (abs(value(farthest) - value(reversal)) <= threshold) then
+            ! the table begins with a change below the threshold
+            farthest = i
+            cycle
+         end if
          half_period = min(half_period, time(farthest) - time(reversal))
          reversal = farthest
          farthest = i

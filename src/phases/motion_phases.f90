@@ -18,6 +18,7 @@ module motion_phases
    private
    public :: motion_t, phase_t, advance, found_cancelled, found_segment_end
 
+   ! The outcomes of a search end at `found_exhausted`.
    !> Outcome: the phase is a flight (motion above an open contact) below the hop tolerance. The flight is cancelled:
    !> the phase has length zero, and the motion stays at its start.
    integer, parameter :: found_cancelled = found_exhausted + 1

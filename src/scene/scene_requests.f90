@@ -12,12 +12,13 @@ module scene_requests
       relay_settings_t, response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
    use scene_spectrum, only: list_spectrum, resolve_spectrum
-   use scene_types, only: frequency_response_settings_t, scene_t
+   use scene_types, only: base_group_t, frequency_response_settings_t, scene_t
    use sweep_settings, only: is_swept
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)
    private
-   public :: request_names, list_request, resolve_requests, resolve_statistics, set_period, harmonic_frequencies
+   public :: request_names, list_request, resolve_requests, resolve_statistics, set_period, harmonic_frequencies, &
+      has_gravity_alone, harmonic_loads
 
    !> Names of the groups, each of which requires &response, in the order of the reference and the echo.
    character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'relay', 'poincare', &
@@ -266,13 +267,35 @@ contains
       real(wp), allocatable :: frequencies(:)
 
       allocate (frequencies(0))
-      if (scene%has_forces) frequencies = pack(scene%forces%course%frequency, &
-         scene%forces%course%kind == course_harmonic)
-      ! a &base with gravity alone does not oscillate
-      if (scene%has_bases) frequencies = [frequencies, pack(scene%bases%course%frequency, &
-         scene%bases%course%kind == course_harmonic .and. .not. (scene%bases%gravity_ratio > 0.0_wp .and. &
-         abs(scene%bases%course%amplitude) <= 0.0_wp))]
+      if (scene%has_forces) frequencies = scene%forces%course%frequency
+      if (scene%has_bases) frequencies = [frequencies, scene%bases%course%frequency]
+      frequencies = frequencies(harmonic_loads(scene))
    end function harmonic_frequencies
+
+   !> Places of the harmonic loads among all &force groups, followed by all &base groups. A &base with gravity alone is
+   !> not among them.
+   pure function harmonic_loads(scene) result(places)
+      type(scene_t), intent(in) :: scene
+      integer, allocatable :: places(:)
+
+      logical, allocatable :: is_harmonic(:)
+      integer :: i
+
+      allocate (is_harmonic(0))
+      if (scene%has_forces) is_harmonic = scene%forces%course%kind == course_harmonic
+      if (scene%has_bases) is_harmonic = [is_harmonic, scene%bases%course%kind == course_harmonic .and. &
+         .not. has_gravity_alone(scene%bases)]
+      places = pack([(i, i=1, size(is_harmonic))], is_harmonic)
+   end function harmonic_loads
+
+   !> Whether a &base has gravity and no motion. The amplitude 0 of a &base without gravity is that of a load, from which
+   !> a sweep of it may begin.
+   elemental function has_gravity_alone(base) result(answer)
+      type(base_group_t), intent(in) :: base
+      logical :: answer
+
+      answer = base%gravity_ratio > 0.0_wp .and. .not. abs(base%course%amplitude) > 0.0_wp
+   end function has_gravity_alone
 
    !> List the names of &orbit in the table, and bind them to the components of the scene.
    subroutine list_orbit(table, orbit)
@@ -362,9 +385,9 @@ contains
       real(wp), allocatable :: amplitude(:)
 
       allocate (amplitude(0))
-      if (scene%has_forces) amplitude = pack(scene%forces%course%amplitude, scene%forces%course%kind == course_harmonic)
-      if (scene%has_bases) amplitude = [amplitude, pack(scene%bases%course%amplitude, &
-         scene%bases%course%kind == course_harmonic .and. abs(scene%bases%course%amplitude) > 0.0_wp)]
+      if (scene%has_forces) amplitude = scene%forces%course%amplitude
+      if (scene%has_bases) amplitude = [amplitude, scene%bases%course%amplitude]
+      amplitude = amplitude(harmonic_loads(scene))
       answer = .true.
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
    end function is_zero_load

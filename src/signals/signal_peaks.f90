@@ -93,7 +93,6 @@ contains
       end if
       state%remaining = min(state%remaining + phase_evaluations, max(state%remaining, further_evaluations))
       is_found = .false.
-      still_rises = .false.
       value = threshold
       time = 0.0_wp
       level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
@@ -117,7 +116,6 @@ contains
             if (search%outcome == found_none) then
                call signal%evaluate(length, value, slope)
                time = length
-               still_rises = .true.
                exit
             end if
             t = t + search%time
@@ -136,6 +134,7 @@ contains
          end if
          level = raised_level(max(value, level), min_scale, state)
       end do
+      still_rises = is_found .and. .not. time < length
       if (present(extreme_search)) extreme_search = state
    end subroutine find_maximum
 
@@ -189,7 +188,8 @@ contains
             value = sample
             time = t
          end do
-         if (zoom > 2 .and. .not. value - previous > peak_tolerance*abs(value)) exit
+         ! without a sample above the known value, the highest one is not in the interval
+         if (time < from .or. (zoom > 2 .and. .not. value - previous > peak_tolerance*abs(value))) exit
          first = max(from, time - width)
          last = min(to, time + width)
          count = few_samples
@@ -231,8 +231,8 @@ contains
       t = 0.0_wp
       if (present(from)) t = from
       call signal%evaluate(t, value, slope)
-      is_above = value > level
-      is_at_level = .false.
+      is_at_level = .not. abs(value - level) > 0.0_wp
+      is_above = value > level .or. (is_at_level .and. slope > 0.0_wp)
       time = 0.0_wp
       do
          call signal%transform(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, transformed)

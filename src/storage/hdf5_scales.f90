@@ -106,6 +106,7 @@ contains
       end do
       address = c_loc(reference)
       call h5rcreate_f(group, name, h5r_object_f, address, status)
+      if (status < 0) return
       if (.not. allocated(self%scale)) allocate (self%scale(16))
       if (self%count == size(self%scale)) then
          allocate (more(2*self%count))

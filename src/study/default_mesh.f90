@@ -5,7 +5,8 @@ module default_mesh
    use mesh_checks, only: mesh_check_t
    use mesh_choice, only: case_beam_t, search_mesh
    use number_text, only: to_text
-   use orbit_settings, only: vary_amplitude, vary_frequency, vary_nothing
+   use orbit_settings, only: vary_frequency, vary_nothing
+   use scene_requests, only: harmonic_loads
    use scene_types, only: scene_t
    use sweep_plan, only: make_plan, plan_t
    use sweep_run, only: sample_plan
@@ -95,34 +96,30 @@ contains
       end if
    end subroutine find_sample
 
-   !> Multiply the amplitude or the frequency of the load that a branch of periodic motions varies.
+   !> Multiply the amplitude of the load that a branch of periodic motions varies, or the frequencies of all loads.
    pure subroutine vary_load(scene, factor)
       type(scene_t), intent(inout) :: scene
       real(wp), intent(in) :: factor
 
-      integer :: forces
+      integer :: forces, place
+      integer, allocatable :: places(:)
 
-      forces = 0
-      if (allocated(scene%forces)) forces = size(scene%forces)
-      if (scene%orbit%load <= forces) then
-         call multiply(scene%forces(scene%orbit%load)%course%amplitude, vary_amplitude)
-         call multiply(scene%forces(scene%orbit%load)%course%frequency, vary_frequency)
-      else
-         call multiply(scene%bases(scene%orbit%load - forces)%course%amplitude, vary_amplitude)
-         call multiply(scene%bases(scene%orbit%load - forces)%course%frequency, vary_frequency)
+      if (scene%orbit%varied == vary_frequency) then
+         if (scene%has_forces) scene%forces%course%frequency = factor*scene%forces%course%frequency
+         if (scene%has_bases) scene%bases%course%frequency = factor*scene%bases%course%frequency
+         return
       end if
-
-   contains
-
-      !> Multiply a property of the load if the branch varies it.
-      pure subroutine multiply(value, varied)
-         real(wp), intent(inout) :: value
-         !> One of the `vary_` constants
-         integer, intent(in) :: varied
-
-         if (scene%orbit%varied == varied) value = factor*value
-      end subroutine multiply
-
+      places = harmonic_loads(scene)
+      place = places(scene%orbit%load)
+      forces = 0
+      if (scene%has_forces) forces = size(scene%forces)
+      if (place <= forces) then
+         scene%forces(place)%course%amplitude = factor*scene%forces(place)%course%amplitude
+      else
+         associate (course => scene%bases(place - forces)%course)
+            course%amplitude = factor*course%amplitude
+         end associate
+      end if
    end subroutine vary_load
 
    !> Numbers as text, such as '1, 26 and 51'.

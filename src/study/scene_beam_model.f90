@@ -14,7 +14,7 @@ module scene_beam_model
    use root_and_mass_settings, only: root_pinned
    use run_settings, only: body_settings_t, end_of_run, run_settings_t, side_above, side_below, stop_released_from, &
       stop_settings_t
-   use scene_requests, only: harmonic_frequencies, set_period
+   use scene_requests, only: harmonic_frequencies, has_gravity_alone, set_period
    use scene_types, only: all_stops, beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
    use section_shapes, only: is_uniform, profile_stepped
@@ -352,11 +352,11 @@ contains
       gravity = 0.0_wp
       if (allocated(scene%bases)) then
          gravity = sum(scene%bases%gravity_ratio)
-         moving_bases = count(abs(scene%bases%course%amplitude) > 0.0_wp)
+         moving_bases = count(.not. has_gravity_alone(scene%bases))
          allocate (settings%bases(moving_bases + merge(1, 0, gravity > 0.0_wp)))
          moving_bases = 0
          do k = 1, size(scene%bases)
-            if (.not. abs(scene%bases(k)%course%amplitude) > 0.0_wp) cycle
+            if (has_gravity_alone(scene%bases(k))) cycle
             moving_bases = moving_bases + 1
             settings%bases(moving_bases) = scene%bases(k)%base_settings_t
          end do

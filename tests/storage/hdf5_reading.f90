@@ -133,17 +133,19 @@ contains
    end function numbers_in
 
    !> The first text of a dataset.
-   function read_text(file, path) result(text)
+   function read_text(file, path, place) result(text)
       !> Name of the file
       character(*), intent(in) :: file
       !> Path of the dataset in it
       character(*), intent(in) :: path
+      !> Number of the text in the dataset; default: the first
+      integer, intent(in), optional :: place
       character(:), allocatable :: text
 
       integer :: i, status
       integer(hid_t) :: dataset, handle, type
       logical :: exists
-      type(c_ptr) :: place
+      type(c_ptr) :: start
       type(c_ptr), allocatable, target :: addresses(:)
 
       text = ''
@@ -153,9 +155,11 @@ contains
          allocate (addresses(max(1, product(shape_of(file, path)))))
          call h5dopen_f(handle, path, dataset, status)
          call h5dget_type_f(dataset, type, status)
-         place = c_loc(addresses)
-         call h5dread_f(dataset, type, place, status)
-         text = text_at(addresses(1))
+         start = c_loc(addresses)
+         call h5dread_f(dataset, type, start, status)
+         i = 1
+         if (present(place)) i = place
+         text = text_at(addresses(i))
          do i = 1, size(addresses)
             call c_free(addresses(i))
          end do
