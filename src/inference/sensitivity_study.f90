@@ -160,7 +160,8 @@ contains
                end do
                sensitivity%is_at_limit(k) = .not. (any(reaches_above) .and. any(reaches_below))
             end associate
-            associate (impacts => rows(measure_named('impacts'), :), nearest => [above(size(above)), below(size(below))])
+            associate (impacts => rows(measure_named('impacts'), :), &
+               nearest => [above(size(above)), below(size(below))])
                sensitivity%impacts_change(k) = nint(impacts(nearest(1)) - impacts(nearest(2)))
                ! a failed case has no number of impacts
                if (any(rows(measure_status, nearest) > 0.0_wp)) sensitivity%impacts_change(k) = 0

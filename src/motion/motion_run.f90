@@ -185,8 +185,8 @@ contains
       if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. has_single_contact .and. &
          is_rigid(settings%stop))) then
          call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: " &
-            //"that needs method = 'exact', one rigid stop below the beam with a release from it, neither supports along " &
-            //"the beam nor loads, and damping by zeta alone; or a tip mass at a stop at the tip; else take " &
+            //"that needs method = 'exact', one rigid stop below the beam with a release from it, neither supports " &
+            //'along the beam nor loads, and damping by zeta alone; or a tip mass at a stop at the tip; else take ' &
             //"'consistent' or 'auto'")
          return
       end if

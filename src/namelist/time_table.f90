@@ -90,7 +90,7 @@ contains
          if (first == 0) exit
          first = last + first
          ! a second separator between both words encloses an empty column
-         if (k == 2 .and. occurrences(',', row(last + 1:first - 1)) + occurrences(';', row(last + 1:first - 1)) > 1) exit
+         if (k == 2 .and. occurrences(',', row(last + 1:first)) + occurrences(';', row(last + 1:first)) > 1) exit
          last = first + scan(row(first:)//' ', separators) - 2
          if (k > 2) exit
          call read_real(row(first:last), number, is_legal, reason)

@@ -357,7 +357,9 @@ contains
       do k = 1, size(more%contacts)
          associate (one => fewer%contacts(k)%eta(:last), other => more%contacts(k)%eta(:last))
             check%difference = max(check%difference, maxval(abs(one - other)))
-            max_displacement = max(max_displacement, maxval(abs(other + more%contacts(k)%height)))
+            ! the displacement at a body is relative to the body, which may be far away
+            if (more%contacts(k)%body == 0) max_displacement = max(max_displacement, &
+               maxval(abs(other + more%contacts(k)%height)))
          end associate
       end do
       check%horizon = horizon

@@ -1,10 +1,10 @@
-!> Period of one harmonic load on a beam, and common period of all its harmonic loads.
+!> Instants of loads: the period of one harmonic load on a beam and the common period of all, and the onsets of loads.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_harmonic, course_step, course_table, time_course_t
    implicit none (type, external)
    private
-   public :: period_of, is_steady, varies_to
+   public :: period_of, is_steady, varies_to, last_onset
 
 contains
 
@@ -48,6 +48,27 @@ contains
       answer = any(course%kind == [course_harmonic, course_step]) .and. course%start <= 0.0_wp &
          .and. course%end >= huge(1.0_wp)
    end function is_steady
+
+   !> The last instant before the end of a run at which a load begins, ends or, if it is a table, is greatest; 0: there
+   !> is none.
+   pure function last_onset(courses, end) result(tau)
+      type(time_course_t), intent(in) :: courses(:)
+      !> End of the run, tau
+      real(wp), intent(in) :: end
+      real(wp) :: tau
+
+      real(wp) :: instants(3)
+      integer :: k
+
+      tau = 0.0_wp
+      do k = 1, size(courses)
+         associate (course => courses(k))
+            instants = [course%start, course%start, course%end]
+            if (course%kind == course_table) instants(1) = course%start + course%time(maxloc(abs(course%value), dim=1))
+         end associate
+         tau = max(tau, maxval(instants, mask=instants < end))
+      end do
+   end function last_onset
 
    !> Whether a load still varies when a run ends, so that the motion does not settle.
    pure function varies_to(course, end) result(answer)

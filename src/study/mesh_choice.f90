@@ -2,11 +2,13 @@
 !> mesh within a tolerance (docs/theory.md, section 15). The module also makes the beam on this mesh and caches it
 !> for further cases with the same beam. The grading of a mesh is the ratio of its longest to its shortest element.
 module mesh_choice
+   use applied_loads, only: courses_of
    use beam_model, only: beam_model_t
    use beam_section, only: area, section_t
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
+   use load_periods, only: last_onset
    use mesh_checks, only: mesh_check_t
    use mode_trials, only: compare_runs, horizon_of, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
@@ -214,6 +216,7 @@ contains
       stalled = 0
       call run_on_mesh(scene, settings, meshes(1), grading, coarse)
       work = work_of(coarse%response, settings)
+      call await_motion(run_settings_of(scene), settings, coarse, work)
       max_work = huge(1.0_wp)
       if (scene%mesh%is_sought) then
          max_work = work_fraction*max(cheap_work, max_work_ratio*work_of_run(coarse, settings, run_settings_of(scene)))
@@ -260,6 +263,59 @@ contains
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
    end subroutine refine_mesh
+
+   !> If nothing touches in the first of the runs that are compared, lengthen them: they then end as long after the
+   !> first contact as they ended after the start or, if no contact occurs in the whole run, after the last onset of a
+   !> load.
+   subroutine await_motion(requested, settings, first, work)
+      !> Settings of the run
+      type(run_settings_t), intent(in) :: requested
+      !> Settings of the runs that are compared
+      type(run_settings_t), intent(inout) :: settings
+      !> The first of these runs
+      type(trial_t), intent(inout) :: first
+      !> Work so far
+      real(wp), intent(inout) :: work
+
+      ! a longer run has at most this number of samples
+      integer, parameter :: max_samples = 4096
+      ! ratio of the duration of a run to that of the run before, as long as nothing touches
+      real(wp), parameter :: growth = 4.0_wp
+      real(wp) :: end, length, onset
+
+      associate (response => settings%response)
+         length = response%duration
+         end = length
+         onset = last_onset(courses_of(requested), requested%response%duration)
+         do while (end < requested%response%duration .and. requested%has_stop)
+            if (allocated(first%error) .or. first%response%event_count > 0) exit
+            end = min(requested%response%duration, growth*end)
+            call run_again(end)
+         end do
+         if (allocated(first%error)) then
+            if (end > length) call run_again(length)
+            return
+         end if
+         if (first%response%event_count > 0) onset = merge(first%response%events(1)%tau, 0.0_wp, end > length)
+         end = min(requested%response%duration, onset + length)
+         if (abs(end - response%duration) > 0.0_wp) call run_again(end)
+      end associate
+
+   contains
+
+      !> Repeat the run with another duration.
+      subroutine run_again(duration)
+         real(wp), intent(in) :: duration
+
+         settings%response%duration = duration
+         settings%response%step = max(settings%response%step, duration/real(max_samples, wp))
+         first%response = response_t()
+         if (allocated(first%error)) deallocate (first%error)
+         call run_trial(settings, first)
+         work = work + work_of(first%response, settings)
+      end subroutine run_again
+
+   end subroutine await_motion
 
    !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
    !> difference.
