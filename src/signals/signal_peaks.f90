@@ -66,7 +66,7 @@ contains
       real(wp), intent(in) :: threshold
       !> Whether the maximum exceeds the threshold
       logical, intent(out) :: is_found
-      !> Whether the search ended with a slope that stays positive to the end of the phase, where the maximum is
+      !> Whether the maximum is at the end of the phase
       logical, intent(out) :: still_rises
       !> The maximum, within the tolerance
       real(wp), intent(out) :: value
