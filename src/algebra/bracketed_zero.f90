@@ -34,7 +34,7 @@ module bracketed_zero
       !> Value of the function at `low`, for the chord. If an end stays twice in succession, its value is halved
       !> (Illinois method), so that the chord approaches the zero from both sides
       real(wp) :: value_low = 0.0_wp
-      !> Value of the function at `high`, for the chord; halved likewise
+      !> Value of the function at `high`, for the chord; halved as that at `low`
       real(wp) :: value_high = 0.0_wp
       !> End that was replaced last: 1: `low`, -1: `high`, 0: none
       integer :: last_side = 0

@@ -123,7 +123,7 @@ contains
    !> Fails if a pivot is so small against its diagonal entry that no digit of it is significant (the matrix is singular
    !> to working precision), is not finite, or is negative although `positive` is true.
    pure subroutine factorise(matrix, error, positive)
-      !> In: A. Out: its factors
+      !> On entry A; on return its factors
       type(skyline_t), intent(inout) :: matrix
       !> Set if a pivot is refused; the message has its row
       type(failure_t), allocatable, intent(out) :: error
@@ -173,7 +173,7 @@ contains
    pure subroutine solve_factorised(factors, x)
       !> L D L^T from `factorise`
       type(skyline_t), intent(in) :: factors
-      !> In: b. Out: x, [order]
+      !> On entry b; on return x, [order]
       real(wp), intent(inout) :: x(:)
 
       integer :: column, row, offset

@@ -28,9 +28,9 @@ contains
 
    !> Solve A X = B in place.
    pure subroutine eliminate(a, solution, is_singular)
-      !> In: A. Out: undefined, [n, n]
+      !> On entry A; on return undefined, [n, n]
       complex(wp), intent(inout) :: a(:, :)
-      !> In: B. Out: X, [n, number of right-hand sides]
+      !> On entry B; on return X, [n, number of right-hand sides]
       complex(wp), intent(inout) :: solution(:, :)
       !> True: a pivot is less than `min_pivot`, and X is undefined. If absent, such a pivot is replaced by `min_pivot`.
       logical, intent(out), optional :: is_singular

@@ -94,7 +94,7 @@ contains
    pure subroutine interpolate_line(frequency, amplitude, line)
       real(wp), intent(in) :: frequency(:)
       real(wp), intent(in) :: amplitude(:)
-      !> In: `place`; out: frequency and amplitude
+      !> On entry `place`; on return frequency and amplitude
       type(line_t), intent(inout) :: line
 
       real(wp) :: curvature, shift, slope

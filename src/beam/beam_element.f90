@@ -182,7 +182,7 @@ contains
       end associate
    end function hermite_shape
 
-   !> Second derivatives of the Hermite shape functions by x at xi.
+   !> Second derivatives of the Hermite shape functions with respect to x at xi.
    pure function hermite_curvature(xi, length) result(curvature)
       !> Local coordinate, 0 at the left node, 1 at the right node
       real(wp), intent(in) :: xi

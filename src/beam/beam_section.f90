@@ -45,11 +45,11 @@ module beam_section
       integer :: profile = profile_linear
       !> First dimension of the shape, as `section_shapes` defines it, in any unit, [stations]
       real(wp), allocatable :: first(:)
-      !> Second dimension of the shape, likewise
+      !> Second dimension of the shape, in the same unit, [stations]
       real(wp), allocatable :: second(:)
       !> Second derivatives of the first dimension of a cubic spline, [stations]
       real(wp), allocatable :: first_curvature(:)
-      !> Second derivatives of the second dimension, likewise
+      !> Second derivatives of the second dimension of a cubic spline, [stations]
       real(wp), allocatable :: second_curvature(:)
       !> Area of the mean dimensions, in the unit of the dimensions
       real(wp) :: mean_area = 1.0_wp

@@ -314,7 +314,7 @@ contains
       real(wp), parameter :: max_gap = 1.0e-10_wp
       ! displacements, velocities and modal forces of the free modes, [free, 3]
       real(wp) :: state(size(q), 3)
-      ! the same of the constrained modes, padded, [count, 3]
+      ! displacements, velocities and modal forces of the constrained modes, padded, [count, 3]
       real(wp) :: sums(padded(size(p)), 3)
       integer :: k
 
@@ -358,7 +358,7 @@ contains
       real(wp) :: forces(set%count)
       ! displacements and velocities of the constrained modes, [count, 2]
       real(wp) :: state(size(p), 2)
-      ! the same of the free modes, padded, [free, 2]
+      ! displacements and velocities of the free modes, padded, [free, 2]
       real(wp) :: sums(padded(size(q)), 2)
       integer :: i
 

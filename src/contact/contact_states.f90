@@ -37,7 +37,8 @@ module contact_states
       logical :: has_no_clearance = .false.
       !> Whether the contact is closed
       logical :: is_closed = .false.
-      !> Whether the contact is open and its surface moves with the beam, but the spring is not yet undeformed
+      !> Whether the contact is open and its surface moves with the beam, but the spring is not yet undeformed; from
+      !> `set_initial_state` to `begin_contacts_at_start`: whether the contact has a force
       logical :: is_deformed = .false.
       !> Whether the stop is compliant, and the beam touches it without force and without separation
       logical :: is_touched = .false.

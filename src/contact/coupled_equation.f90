@@ -9,7 +9,7 @@
 !> relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is rigid. N and M stand
 !> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is separated, if any mode
 !> moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that
-!> mode, so that nothing cancels next to its pole. All derivatives are derivatives by s.
+!> mode, so that nothing cancels next to its pole. All derivatives are with respect to s.
 !>
 !> Terms of H that exceed all others by far would hide them: those of a free body in slow motion between beam and floor.
 !> The coordinates x_k = b_k' P/D_k of such dominant modes stay unknowns beside the forces P: T_i is then the matrix
@@ -69,7 +69,7 @@ module coupled_equation
       complex(wp), allocatable, private :: slope_times_right(:)
       !> T_i, [2 stops, 2 stops]
       complex(wp), allocatable, private :: matrix(:, :)
-      !> Derivative of T_i by s, [2 stops, 2 stops]
+      !> Derivative of T_i with respect to s, [2 stops, 2 stops]
       complex(wp), allocatable, private :: slopes(:, :)
       !> Right-hand sides of the elimination, then its solutions, [2 stops, 2 stops + 1]
       complex(wp), allocatable, private :: solution(:, :)

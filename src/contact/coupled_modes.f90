@@ -360,9 +360,9 @@ contains
          ! forces on a body between two stops almost cancel in slow motion
          modes%shape(active(vectors%dominant), place) = -vectors%coordinate/size_right
          call find_stop_values(problem, s, distance, place, .true., active, modes)
-         ! with T = N + M H (`coupled_equation`) and T' its derivative by s, the vectors with T y = 0 and l T = 0 at the
-         ! root are y = P = -`right` and l = `left`; l M = -y, and the slope of the equation is l T' y. Both vectors are
-         ! scaled to magnitudes of at most 1
+         ! with T = N + M H (`coupled_equation`) and T' its derivative with respect to s, the vectors with T y = 0 and l
+         ! T = 0 at the root are y = P = -`right` and l = `left`; l M = -y, and the slope of the equation is l T' y.
+         ! Both vectors are scaled to magnitudes of at most 1
          modes%height_weight(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
          modes%mode_weight(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
          modes%memory_weight(:, place) = vectors%left/size_left/scaled_slope
@@ -386,9 +386,9 @@ contains
       complex(wp) :: n(size(problem%spring))
       ! M of `coupled_equation` for each stop
       complex(wp) :: m(size(problem%spring))
-      ! derivative of N by s
+      ! derivative of N with respect to s
       complex(wp) :: n_slope(size(problem%spring))
-      ! derivative of M by s
+      ! derivative of M with respect to s
       complex(wp) :: m_slope(size(problem%spring))
       integer :: i, j, near
 

@@ -28,7 +28,7 @@ module coupled_terms
       real(wp), allocatable :: weight(:)
       !> -Re s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: decay(:)
-      !> Im s, padded likewise
+      !> Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: omega(:)
       !> Force P of each stop per unit amplitude, [stops, count]
       complex(wp), allocatable :: force(:, :)
@@ -52,7 +52,7 @@ module coupled_terms
       !> has been made
       complex(wp), allocatable :: mode_weight(:, :)
       !> Real and imaginary parts of the transpose of `mode_weight` in panels of rows, [lanes, 2, modes, panels], shared
-      !> likewise
+      !> by terms with the same stops on other sides
       real(wp), pointer, contiguous :: weight_parts(:, :, :, :) => null()
       !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)

@@ -64,8 +64,8 @@ module contact_phase
       type(body_record_t), allocatable :: bodies(:)
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
-      !> In: state from which the run continues, if `q` is allocated. Out: state at the end of the run. Unallocated: the
-      !> run neither continues another run nor is continued
+      !> On entry state from which the run continues, if `q` is allocated; on return state at the end of the run.
+      !> Unallocated: the run neither continues another run nor is continued
       type(section_state_t), allocatable :: carried
    contains
       procedure :: begin
@@ -366,8 +366,8 @@ contains
       call end_starts(self%now, self%ended_at, motion)
    end subroutine finish
 
-   !> Advance the variations of the motion (derivatives by its initial state or by a load parameter) to the end of the
-   !> phase, and record their sizes at the Poincare sections in the phase.
+   !> Advance the variations of the motion (derivatives with respect to its initial state or by a load parameter) to the
+   !> end of the phase, and record their sizes at the Poincare sections in the phase.
    subroutine end_variations(self, ended_at, motion)
       class(contact_phase_t), intent(inout) :: self
       !> Index of the contact that ends the phase; 0: none

@@ -24,7 +24,7 @@ contains
       complex(wp), intent(in) :: phasor(:)
       !> Displacements of the constrained modes at that time without the load response (homogeneous part), [modes]
       real(wp), contiguous, intent(in) :: z(:)
-      !> Velocities of the constrained modes at that time, likewise, [modes]
+      !> Velocities of the constrained modes at that time without the load response (homogeneous part), [modes]
       real(wp), contiguous, intent(in) :: v(:)
       !> Values of the terms exp(s t) at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)

@@ -53,7 +53,7 @@ contains
       real(wp), intent(in) :: time
       !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
-      !> Velocities of the constrained modes, likewise, [modes]
+      !> Velocities of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: v(:)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)

@@ -60,7 +60,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
 
       type(state_rates_t) :: rates
-      ! derivatives of the loads by the load parameter, [loads]
+      ! derivatives of the loads with respect to the load parameter, [loads]
       real(wp) :: by_parameter(now%loads%count)
       ! rates of the loads d/dtau, [loads]
       real(wp) :: load_rate(now%loads%count)

@@ -1,7 +1,8 @@
 !> Variations of a motion during a phase, the motion between two events (docs/theory.md, section 22). A variation is the
-!> derivative of the state by the initial state or by a load parameter, stored as a column of a matrix. The motion of a
-!> phase is linear, so its closed form applies to each variation. The state holds the displacements q and velocities v
-!> of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch (`branch_force`).
+!> derivative of the state by the initial state or with respect to a load parameter, stored as a column of a matrix. The
+!> motion of a phase is linear, so its closed form applies to each variation. The state holds the displacements q and
+!> velocities v of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch
+!> (`branch_force`).
 module tangent_flow
    use constrained_sets, only: constrained_set_t
    use contact_states, only: contact_state_t
@@ -19,8 +20,8 @@ module tangent_flow
    private
    public :: propagate_columns, find_rates, has_branch_force, find_load_changes
 
-   !> Derivative of a load by the load parameter, at time t in the phase: constant + slope t + Re((harmonic + secular t)
-   !> exp(i frequency t)).
+   !> Derivative of a load with respect to the load parameter, at time t in the phase: constant + slope t + Re((harmonic
+   !> + secular t) exp(i frequency t)).
    type :: load_change_t
       !> Constant, slope, harmonic and frequency
       type(load_segment_t) :: segment
@@ -126,10 +127,10 @@ contains
       real(wp), intent(in) :: time
       type(tangent_t), intent(inout) :: tangent
 
-      ! derivatives of the loads by the load parameter, [loads]
+      ! derivatives of the loads with respect to the load parameter, [loads]
       type(load_change_t) :: change(now%loads%count)
       integer :: i, k
-      ! whether the column is the derivative by a load parameter, so that the changes of the loads drive it
+      ! whether the column is the derivative with respect to a load parameter, so that the changes of the loads drive it
       logical :: is_driven
 
       do i = 1, now%loads%count
@@ -158,9 +159,9 @@ contains
    subroutine flow_uncoupled(now, time, change, is_driven, q, v)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
-      !> Derivatives of the loads by the load parameter, [loads]
+      !> Derivatives of the loads with respect to the load parameter, [loads]
       type(load_change_t), intent(in) :: change(:)
-      !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
+      !> Whether the column is the derivative with respect to a load parameter: the changes of the loads drive it
       logical, intent(in) :: is_driven
       !> Variations of the displacements q of the free modes, [free modes]
       real(wp), intent(inout) :: q(:)
@@ -231,10 +232,10 @@ contains
       end if
    end subroutine to_free_modes
 
-   !> Add to z, v the response of a mode, initially at rest, to the derivative of a load by the load parameter. The
-   !> response is a sum of divided differences of exp(s t) over the exponents of the load and the two exponents s1, s2
-   !> of the mode: exp[0, s1, s2] for a constant, exp[0, 0, s1, s2] for t, exp[sigma, s1, s2] for exp(sigma t), and
-   !> exp[sigma, sigma, s1, s2] for t exp(sigma t); exp[s1, s2] is the response to a unit impulse.
+   !> Add to z, v the response of a mode, initially at rest, to the derivative of a load with respect to the load
+   !> parameter. The response is a sum of divided differences of exp(s t) over the exponents of the load and the two
+   !> exponents s1, s2 of the mode: exp[0, s1, s2] for a constant, exp[0, 0, s1, s2] for t, exp[sigma, s1, s2] for
+   !> exp(sigma t), and exp[sigma, sigma, s1, s2] for t exp(sigma t); exp[s1, s2] is the response to a unit impulse.
    pure subroutine add_mode_response(mode, change, load_factor, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
@@ -276,9 +277,9 @@ contains
    subroutine flow_compliant(now, time, change, is_driven, q, v, branch_force)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
-      !> Derivatives of the loads by the load parameter, [loads]
+      !> Derivatives of the loads with respect to the load parameter, [loads]
       type(load_change_t), intent(in) :: change(:)
-      !> Whether the column is the derivative by a load parameter, so that the changes of the loads drive it
+      !> Whether the column is the derivative with respect to a load parameter: the changes of the loads drive it
       logical, intent(in) :: is_driven
       !> Variations of the displacements q of the free modes, [free modes]
       real(wp), intent(inout) :: q(:)
@@ -354,8 +355,8 @@ contains
       end subroutine flow_inactive
    end subroutine flow_compliant
 
-   !> Response of a term exp(s t) to the derivative of a load by the load parameter, per unit of the amplitude that a
-   !> unit impulse of the load gives to the term.
+   !> Response of a term exp(s t) to the derivative of a load with respect to the load parameter, per unit of the
+   !> amplitude that a unit impulse of the load gives to the term.
    pure function term_response(exponent, change, time) result(response)
       !> Exponent s of the term
       complex(wp), intent(in) :: exponent
@@ -379,7 +380,7 @@ contains
       end associate
    end function term_response
 
-   !> Derivative of a load by the load parameter during the present phase.
+   !> Derivative of a load with respect to the load parameter during the present phase.
    pure subroutine change_load(now, load, tangent, change)
       type(phase_state_t), intent(in) :: now
       !> Index of the load
@@ -401,8 +402,8 @@ contains
             if (power > 0) course%amplitude = -course%frequency**power
             change%segment = load_segment_at(course, now%forced%tau)
          else if (course%kind == course_harmonic) then
-            ! derivative of w**power exp(i w tau) by w, at tau = start of the phase + t, times the derivative of w by
-            ! the parameter, because all frequencies change in proportion
+            ! derivative of w**power exp(i w tau) with respect to w, at tau = start of the phase + t, times the
+            ! derivative of w by the parameter, because all frequencies change in proportion
             associate (frequency_ratio => course%frequency/now%loads%course(tangent%load)%frequency)
                change%segment%harmonic = frequency_ratio*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
                   now%forced%tau, wp)
@@ -412,14 +413,14 @@ contains
       end associate
    end subroutine change_load
 
-   !> Derivatives of all loads by the load parameter, and by time, at a time in the phase.
+   !> Derivatives of all loads with respect to the load parameter, and by time, at a time in the phase.
    pure subroutine find_load_changes(now, time, tangent, by_parameter, rate)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(tangent_t), intent(in) :: tangent
-      !> Derivatives by the load parameter, [loads]
+      !> Derivatives with respect to the load parameter, [loads]
       real(wp), intent(out) :: by_parameter(:)
-      !> Derivatives by time, [loads]
+      !> Derivatives with respect to time, [loads]
       real(wp), intent(out) :: rate(:)
 
       type(load_change_t) :: change

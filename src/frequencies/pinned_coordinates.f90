@@ -29,7 +29,7 @@ module pinned_coordinates
       integer :: element = 0
       !> Curvature at the left node of the element, times the length of the element
       real(wp) :: left = 0.0_wp
-      !> Curvature at the right node, likewise
+      !> Curvature at the right node of the element, times the length of the element
       real(wp) :: right = 0.0_wp
       !> Form of the deflection, one of the `_at_rest` constants
       integer :: at_rest = root_at_rest

@@ -345,8 +345,8 @@ contains
       output%shape_times = output%shape_times(:shapes)
    end subroutine request_shapes
 
-   !> Limits of the intervals over which accelerations are averaged: halfway between samples. Accelerometers filter
-   !> likewise, and the mean is finite at impacts of rigid stops.
+   !> Limits of the intervals over which accelerations are averaged: halfway between samples. Accelerometers also
+   !> average over a short time, and the mean is finite at impacts of rigid stops.
    pure function limits_of_cells(time) result(limits)
       real(wp), intent(in) :: time(:)
       real(wp) :: limits(size(time) + 1)

@@ -23,7 +23,7 @@ module fit_statistics
       real(wp), allocatable :: half_width(:)
       !> Covariance of the parameters, [parameters, parameters]; NaN for a parameter on which the signal does not depend
       real(wp), allocatable :: covariance(:, :)
-      !> Correlation of the parameters, likewise
+      !> Correlation of the parameters, NaN as in `covariance`, [parameters, parameters]
       real(wp), allocatable :: correlation(:, :)
       !> Condition number of the Jacobian with columns scaled to length 1
       real(wp) :: condition = 1.0_wp

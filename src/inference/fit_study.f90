@@ -47,6 +47,8 @@ contains
       type(plan_run_t) :: run
       type(fit_t) :: fit
       type(quantity_group_t) :: root
+      ! estimated size of the file
+      integer(c_size_t), parameter :: expected_bytes = 200000_c_size_t
       type(chunk_rows_t) :: starts
       integer :: n
 
@@ -66,7 +68,7 @@ contains
          return
       end if
       call find_estimates(scene, plan, fit)
-      call begin_results(root, 200000_c_size_t, scene)
+      call begin_results(root, expected_bytes, scene)
       call write_fit(root%subgroup('fit'), scene, plan, fit)
       call finish_results(root, job%folder, scene, error)
       if (allocated(error)) return
@@ -94,7 +96,7 @@ contains
       !> Scene with &fit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> In: results of the starts; out: all other components
+      !> On entry results of the starts; on return all other components
       type(fit_t), intent(inout) :: fit
 
       ! residuals below this fraction of the standard deviation of the signal are rounding errors
@@ -164,7 +166,7 @@ contains
    !> A signal with jumps has many local minima of the sum of squares, one for each sample at which an impact may lie.
    subroutine search_nearby(model, values, minimum)
       type(fit_model_t), intent(inout) :: model
-      !> Parameters of the minimum sum of squares so far; out: improved
+      !> Parameters of the minimum sum of squares so far; on return improved
       real(wp), intent(inout) :: values(:)
       !> Minimum sum of squares
       real(wp), intent(inout) :: minimum
@@ -173,7 +175,7 @@ contains
       real(wp), parameter :: box = 0.04_wp
       ! first step of the search, as a fraction of the neighbourhood
       real(wp), parameter :: first_step = 0.125_wp
-      ! last step, likewise
+      ! last step, as a fraction of the neighbourhood
       real(wp), parameter :: precision = 1.0e-5_wp
       ! number of searches
       integer, parameter :: rounds = 2

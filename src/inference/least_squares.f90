@@ -58,7 +58,7 @@ contains
       integer, intent(in) :: count
       !> The search ends if the relative change of the sum of squares or of the point is less than this
       real(wp), intent(in) :: tolerance
-      !> In: start; out: minimum
+      !> On entry start; on return minimum
       real(wp), contiguous, intent(inout) :: x(:)
       real(wp), intent(out) :: sum_of_squares
       !> Number of evaluations used

@@ -153,7 +153,7 @@ contains
 
    !> Cholesky factor of a covariance; a variance that is negative by rounding counts as 0.
    pure subroutine factorise(matrix)
-      !> In: covariance; out: lower triangular factor
+      !> On entry covariance; on return lower triangular factor
       real(wp), intent(inout) :: matrix(:, :)
 
       integer :: i, j

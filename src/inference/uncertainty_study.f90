@@ -82,7 +82,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Measures, [cases, measures]
       real(wp), intent(in) :: values(:, :)
-      !> In: measures; out: statistics
+      !> On entry measures; on return statistics
       type(uncertainty_t), intent(inout) :: uncertainty
 
       integer, allocatable :: known(:)

@@ -129,7 +129,7 @@ contains
          min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
-   !> May loads be merged? Moments refer to single forces, derivatives by an amplitude to a single load.
+   !> May loads be merged? Moments refer to single forces, derivatives with respect to an amplitude to a single load.
    pure function are_mergeable(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer

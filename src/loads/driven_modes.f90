@@ -1,8 +1,8 @@
 !> A mode driven from rest by a load, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t for a ramp, with E = E'
-!> = 0 at the start, where primes are derivatives by the time t since the start of the phase and 2 a = 2 zeta W^2 +
-!> alpha (docs/theory.md, section 18). E is the divided difference of the function exp(s t) of s at the points sigma and
-!> the two exponents of the mode. This form is accurate for modes in resonance with a load and for slow modes, whose
-!> steady-state response would be much larger than the motion.
+!> = 0 at the start, where primes are derivatives with respect to the time t since the start of the phase and 2 a = 2
+!> zeta W^2 + alpha (docs/theory.md, section 18). E is the divided difference of the function exp(s t) of s at the
+!> points sigma and the two exponents of the mode. This form is accurate for modes in resonance with a load and for slow
+!> modes, whose steady-state response would be much larger than the motion.
 module driven_modes
    use damped_oscillators, only: oscillators_t
    use exponential_differences, only: exponential_difference, find_differences, square_of

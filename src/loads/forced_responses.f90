@@ -138,7 +138,7 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(out) :: forced
 
-      ! step of the complex-step derivative by s, which has no cancellation error
+      ! step of the complex-step derivative with respect to s, which has no cancellation error
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       ! complex amplitude of each row under a unit load exp(s t), [rows]
       complex(wp), allocatable :: response(:)
@@ -306,7 +306,8 @@ contains
          do k = 1, size(compliant)
             associate (p => compliant(k), gap => response(at%gaps + compliant(k)))
                response(at%forces + p) = force(k)
-               ! for a spring softer than the beam, with a strong damper, the derivative of this product by s cancels
+               ! for a spring softer than the beam, with a strong damper, the derivative of this product with respect to
+               ! s cancels
                if (.not. abs(flexibility(k)) > sum(constrained%value(:, p)**2/constrained%oscillators%square)) gap = &
                   -force(k)*flexibility(k)
                if (is_rigid_stop(spring(p))) cycle

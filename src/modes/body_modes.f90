@@ -17,7 +17,7 @@ contains
       type(body_settings_t), intent(in) :: bodies(:)
       !> Number of modes of the beam that are retained
       integer, intent(in) :: retained
-      !> In: modes of the beam. Out: the retained modes, then those of the bodies
+      !> On entry modes of the beam; on return the retained modes, then those of the bodies
       type(free_modes_t), intent(inout) :: modes
 
       real(wp), allocatable :: shape(:, :), square(:)

@@ -19,8 +19,8 @@ contains
    !> Modes of a beam with supports along it, added one after the other.
    pure subroutine attach_supports(supports, lambda, mode)
       type(beam_support_t), intent(in) :: supports(:)
-      !> Wave numbers lambda_i (squared frequencies lambda_i^4, E Ibar = rho Abar = L = 1), ascending. In: without
-      !> supports. Out: with supports, one fewer for each rigid support
+      !> Wave numbers lambda_i (squared frequencies lambda_i^4, E Ibar = rho Abar = L = 1), ascending. On
+      !> entry without supports; on return with supports, one fewer for each rigid support
       real(wp), allocatable, intent(inout) :: lambda(:)
       !> The modes, mass-normalised, [degrees of freedom, modes]
       real(wp), allocatable, intent(inout) :: mode(:, :)

@@ -279,9 +279,9 @@ contains
       real(wp), intent(in) :: factors(lanes*blocks)
       !> Parameters of the oscillators, as in `oscillators_t`
       real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
-      !> In: displacement at time 0. Out: displacement at time t
+      !> On entry displacement at time 0; on return displacement at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z
-      !> In: velocity at time 0. Out: velocity at time t
+      !> On entry velocity at time 0; on return velocity at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
@@ -320,9 +320,9 @@ contains
       real(wp), intent(in) :: factors(lanes*blocks)
       !> Parameters of the oscillators, as in `oscillators_t`
       real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
-      !> In: displacement at time 0. Out: displacement at time t
+      !> On entry displacement at time 0; on return displacement at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z
-      !> In: velocity at time 0. Out: velocity at time t
+      !> On entry velocity at time 0; on return velocity at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')

@@ -17,7 +17,7 @@ module power_integrals
       complex(wp), allocatable :: exponent(:)
       !> -Re s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: decay(:)
-      !> Im s, padded likewise
+      !> Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: omega(:)
       !> R^T R, with R the real parts, then the imaginary parts of the rates of `make_power_form`, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)

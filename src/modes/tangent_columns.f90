@@ -1,5 +1,5 @@
-!> Solutions of the variational equations as columns of a matrix: derivatives of the state of a motion by the initial
-!> state and by a parameter of a load (docs/theory.md, section 22).
+!> Solutions of the variational equations as columns of a matrix: derivatives of the state of a motion with respect to
+!> the initial state and by a parameter of a load (docs/theory.md, section 22).
 module tangent_columns
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t

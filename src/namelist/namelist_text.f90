@@ -130,7 +130,7 @@ contains
    subroutine parse_group(namelist, cursor, problem)
       !> The groups parsed before; this group is added
       type(namelist_t), intent(inout) :: namelist
-      !> In: at the group's name; out: at its slash
+      !> On entry at the group's name; on return at its slash
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -167,7 +167,7 @@ contains
    subroutine parse_item(namelist, cursor, group, problem)
       !> The items parsed before; this item and its values are added
       type(namelist_t), intent(inout) :: namelist
-      !> In: at the name; out: at the token after the values
+      !> On entry at the name; on return at the token after the values
       type(cursor_t), intent(inout) :: cursor
       !> The group, for messages
       type(group_t), intent(in) :: group

@@ -28,11 +28,11 @@ module namelist_tokens
    type :: value_t
       !> First position in the text, without repeat count and quotes
       integer :: first = 1
-      !> Last position, likewise
+      !> Last position, without quotes
       integer :: last = 0
-      !> First position with repeat count and quotes
+      !> First position, with repeat count and quotes
       integer :: start = 1
-      !> Last position, likewise
+      !> Last position, with quotes
       integer :: finish = 0
       !> r of r*value
       integer :: repeat = 1
@@ -63,7 +63,7 @@ contains
    !> Read the next token; blanks and comments are skipped.
    subroutine advance(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: at the previous token; out: at the next one
+      !> On entry at the previous token; on return at the next one
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -104,7 +104,7 @@ contains
    !> Read the name of a group after its &.
    subroutine read_group_name(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: after the &
+      !> On entry after the &
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -126,7 +126,7 @@ contains
    !> Read a text in quotes, which must end in its line; a doubled quote stands for one quote.
    subroutine read_quoted(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: after the opening quote
+      !> On entry after the opening quote
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -153,7 +153,7 @@ contains
    !> Read a word, or a repeat count r* and the repeated value.
    subroutine read_word(text, cursor, problem)
       character(*), intent(in) :: text
-      !> In: after the first letter
+      !> On entry after the first letter
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 

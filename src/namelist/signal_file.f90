@@ -27,7 +27,7 @@ module signal_file
       real(wp), allocatable :: noise(:)
       !> Unit of the times as in the file; empty: the file has none
       character(max_unit_length) :: time_unit = ''
-      !> Unit of the values, likewise
+      !> Unit of the values as in the file; empty: the file has none
       character(max_unit_length) :: value_unit = ''
    end type signal_t
 
@@ -389,7 +389,7 @@ contains
 
    !> Split a unit without divisions into a factor and the unit without its prefix.
    pure subroutine split_prefix(part, factor, is_known)
-      !> In: such as 'mm'; out: such as 'm'
+      !> On entry such as 'mm'; on return such as 'm'
       character(:), allocatable, intent(inout) :: part
       real(wp), intent(out) :: factor
       logical, intent(out) :: is_known

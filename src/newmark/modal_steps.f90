@@ -1,7 +1,7 @@
 !> Arithmetic of a Newmark step if the degrees of freedom are modes of the beam, so that the matrices of the step are
 !> diagonal (module `newmark_stepper`).
 !>
-!> A state vector then holds the modal coordinates z and, behind them, the displacements of some points of the beam,
+!> A state vector then holds the modal coordinates z and, after them, the displacements of some points of the beam,
 !> each the sum of phi_i z_i over the modes, with phi_i the shape of mode i at the point. Contacts, observers and
 !> samples read these entries in the same way as the displacement of a node.
 module modal_steps
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine predict_modes
 
-   !> Displacements of the points, their velocities and accelerations, behind those of the modes. The three sums of a
+   !> Displacements, velocities and accelerations of the points, after those of the modes. The three sums of a
    !> point do not wait for one another.
    pure subroutine place_points(modes, points, shape, y, v, a)
       !> Number of modes
@@ -58,9 +58,9 @@ contains
       real(wp), intent(in) :: shape(modes, points)
       !> Displacements of the modes, then of the points, which are set
       real(wp), intent(inout) :: y(modes + points)
-      !> Velocities, likewise
+      !> Velocities of the modes, then of the points, which are set
       real(wp), intent(inout) :: v(modes + points)
-      !> Accelerations, likewise
+      !> Accelerations of the modes, then of the points, which are set
       real(wp), intent(inout) :: a(modes + points)
 
       real(wp) :: sum_y, sum_v, sum_a

@@ -31,7 +31,7 @@ contains
 
       ! degrees of freedom of the points in the model, with repetitions
       integer, allocatable :: named(:)
-      ! the same without repetitions
+      ! degrees of freedom of the points in the model, without repetitions
       integer, allocatable :: dofs(:)
       integer :: body, i
 

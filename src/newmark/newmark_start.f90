@@ -124,7 +124,7 @@ contains
       type(finite_beam_t), intent(in) :: flexible
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
       type(free_modes_t), allocatable, intent(in) :: modes
-      !> In: loads on the degrees of freedom. Out: displacements, [order, 1]
+      !> On entry loads on the degrees of freedom; on return displacements, [order, 1]
       real(wp), intent(inout) :: shape(:, :)
       !> Force P of each contact
       real(wp), intent(inout) :: forces(:)
@@ -172,7 +172,7 @@ contains
       type(free_modes_t), allocatable, intent(in) :: modes
       !> Displacements of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
       real(wp), intent(inout) :: displacement(:)
-      !> Velocities, likewise
+      !> Velocities of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
       real(wp), intent(inout) :: velocity(:)
 
       real(wp), dimension(size(settings%bodies)) :: coordinate, rate, unit
@@ -235,7 +235,7 @@ contains
       real(wp), intent(in) :: foundation
       !> Loads, one load case in each column, [degrees of freedom, cases]
       real(wp), intent(in) :: load(:, :)
-      !> Displacements, likewise
+      !> Displacements, one load case in each column, [degrees of freedom, cases]
       real(wp), intent(out) :: shape(:, :)
       !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(inout) :: error

@@ -51,9 +51,9 @@ module newmark_stepper
       !> Displacements y of the degrees of freedom, and of points if these are modes, padded with zeros, [-2 : length +
       !> 3], with `length` of the stepper
       real(wp), allocatable :: displacement(:)
-      !> Velocities y', likewise
+      !> Velocities y', in the order of the displacements
       real(wp), allocatable :: velocity(:)
-      !> Accelerations y'', likewise
+      !> Accelerations y'', in the order of the displacements
       real(wp), allocatable :: acceleration(:)
       !> Applied loads on the degrees of freedom, padded with zeros; unallocated: there are none
       real(wp), allocatable :: load(:)
@@ -115,7 +115,7 @@ module newmark_stepper
       integer :: factorisations = 0
       !> Work array for the argument of a matrix product, padded with zeros, [-2 : length + 3]
       real(wp), allocatable :: work(:)
-      !> Work array for the result of a matrix product, padded likewise
+      !> Work array for the result of a matrix product, padded with zeros, [-2 : length + 3]
       real(wp), allocatable :: result(:)
    end type newmark_stepper_t
 

@@ -163,15 +163,15 @@ contains
 
       ! normal acceleration at the end of the step without contact forces
       real(wp) :: acceleration
-      ! normal displacement, likewise
+      ! normal displacement at the end of the step without contact forces
       real(wp) :: y
-      ! normal velocity, likewise
+      ! normal velocity at the end of the step without contact forces
       real(wp) :: v
       ! derivatives of displacement, h^2/4, and velocity, h/2, by the acceleration at the end of a step of length h;
       ! they hold for any beta and gamma, because the stepper has turned the scheme into average acceleration
       real(wp) :: displacement_factor, velocity_factor
-      ! minus the derivative of the contact force by that acceleration; > 0, because the force falls as the beam moves
-      ! away
+      ! minus the derivative of the contact force with respect to that acceleration; > 0, because the force falls as the
+      ! beam moves away
       real(wp) :: factor
       ! the mean force of a three-element stop is slope u+ + intercept
       real(wp) :: slope, intercept

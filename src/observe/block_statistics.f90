@@ -358,7 +358,7 @@ contains
          maximum_displacement, sum_square_acceleration, minimum_acceleration, maximum_acceleration]
       integer, parameter :: of_acceleration(*) = [sum_square_acceleration, minimum_acceleration, &
          maximum_acceleration, sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
-      ! sums of all selected contacts together, and displacements of one contact and of the tip
+      ! sums of all selected contacts together; the displacements are those of one contact and of the tip
       real(wp) :: combined(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)
       integer :: k

@@ -201,7 +201,7 @@ contains
       logical, intent(out) :: has_short_opening
 
       real(wp) :: first_closing, opened
-      ! the contact has closed at least once; it is closed now
+      ! whether the contact has closed at least once, and whether it is closed now
       logical :: has_closed, is_closed
       ! the contact has been closed since the start, except for openings that are too short
       logical :: is_initial

@@ -118,9 +118,10 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(peak_t) :: peak
-      ! length of the part of the interval within `force_window` of the beginning of the episode, and impulse of the
-      ! force over this part
-      real(wp) :: early, early_impulse
+      ! length of the part of the interval within `force_window` of the beginning of the episode
+      real(wp) :: early
+      ! impulse of the force over this part
+      real(wp) :: early_impulse
 
       early_impulse = 0.0_wp
       measurer%has_risen = .false.
@@ -216,8 +217,10 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       type(bracket_t) :: bracket
-      ! energy above the fraction that counts as decayed, at the end of the interval and at its start
-      real(wp) :: final_excess, excess
+      ! energy above the fraction that counts as decayed, at the end of the interval
+      real(wp) :: final_excess
+      ! the same at the start of the interval
+      real(wp) :: excess
 
       associate (accumulator => measurer%accumulator)
          if (.not. (interval%is_last .or. interval%may_gain)) then

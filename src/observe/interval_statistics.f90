@@ -88,8 +88,10 @@ contains
       type(observed_contact_t) :: contact
       ! opposite contact at the same place, whose displacement is the same
       type(observed_contact_t) :: opposite
-      ! integrals of the rows and of their squares over the span
-      real(wp), dimension(2*interval%contacts + 1) :: integrals, square_integrals
+      ! integrals of the rows over the span
+      real(wp) :: integrals(2*interval%contacts + 1)
+      ! integrals of the squares of the rows over the span
+      real(wp) :: square_integrals(2*interval%contacts + 1)
       ! minimum force of the block, and maximum force of the span
       real(wp) :: force(2)
       integer :: k, row

@@ -220,8 +220,10 @@ contains
       !> Result of the trial
       type(response_t), intent(in) :: response
 
-      ! length of the trial, and length of the next trial
-      real(wp) :: length, new_length
+      ! length of the trial
+      real(wp) :: length
+      ! length of the next trial
+      real(wp) :: new_length
 
       associate (settings => trials%settings, contacts => contact_times(response))
          length = settings%response%duration

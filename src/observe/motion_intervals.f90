@@ -198,8 +198,8 @@ module motion_intervals
          type(output_row_t), intent(in) :: row
          !> Beginning and end of the span, since the start of the interval
          real(wp), intent(in) :: span(2)
-         !> In: 1 (-1) if the span begins at a turning point after which the row rises (falls), else 0. Out: 1 (-1)
-         !> if the row rises (falls) after the turning point that was found
+         !> On entry 1 (-1) if the span begins at a turning point after which the row rises (falls), else 0; on return 1
+         !> (-1) if the row rises (falls) after the turning point that was found
          integer, intent(inout) :: direction
          logical, intent(out) :: is_found
          !> Time since the start of the interval

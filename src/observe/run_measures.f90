@@ -275,7 +275,8 @@ contains
       integer, intent(in), optional :: contact
 
       ! number of closed contacts until now
-      integer :: contacts, i
+      integer :: contacts
+      integer :: i
       logical :: in_contact
       ! start and end of each closed contact, [2, contacts]; index 0 stands for a contact before the run
       real(wp), allocatable :: contact_times(:, :)

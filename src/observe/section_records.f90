@@ -164,8 +164,10 @@ contains
 
       ! if sections differ by more than the tolerance, but by less than this multiple of it, no period is reported
       real(wp), parameter :: ambiguity = 100.0_wp
-      ! maximum size of a section, and of a difference of sections
-      real(wp) :: max_size, return_error
+      ! maximum size of a section
+      real(wp) :: max_size
+      ! maximum size of a difference of sections
+      real(wp) :: return_error
       integer :: p
 
       associate (n => sections%count, tip => sections%tip, positions => sections%contact, body => sections%body)

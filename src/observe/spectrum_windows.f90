@@ -39,11 +39,13 @@ contains
       !> Length of the part of the run that is transformed, tau; < 0: the run ends before this part
       real(wp), intent(in) :: length
       type(windows_t), intent(out) :: windows
-      !> Out: frequencies, lengths and integrals of the window are set, powers are zero
+      !> On return frequencies, lengths and integrals of the window are set, powers are zero
       type(run_spectrum_t), intent(inout) :: result
 
-      ! distance of the frequencies of the spectrum; frequency of the window
-      real(wp) :: distance, window_frequency
+      ! difference of neighbouring frequencies of the spectrum
+      real(wp) :: distance
+      ! frequency of the window
+      real(wp) :: window_frequency
       ! number of distances in the frequency of the window
       integer :: aligned
       integer :: i, points

@@ -80,7 +80,7 @@ contains
       integer, intent(in) :: number
 
       cubic_index = number
-      ! bodies are the rows behind the straight lines
+      ! bodies are the rows after the straight lines
       if (number > self%contacts + 1) cubic_index = number - size(self%line, 2)
       if (number > self%contacts + 1 .and. cubic_index <= self%contacts + 1) cubic_index = 0
    end function cubic_index
@@ -435,7 +435,7 @@ contains
       value = cubic%c(0) + s*(cubic%c(1) + s*(cubic%c(2) + s*cubic%c(3)))
    end function value_at
 
-   !> Derivative of a cubic by s.
+   !> Derivative of a cubic with respect to s.
    pure function rate_at(cubic, s) result(rate)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: s
@@ -453,8 +453,11 @@ contains
       real(wp), intent(out) :: turn(2)
 
       integer :: k
-      ! a quarter of the discriminant of the slope, and the larger numerator of the quadratic formula
-      real(wp) :: discriminant, root(2), root_numerator
+      ! a quarter of the discriminant of the slope
+      real(wp) :: discriminant
+      ! numerator of the larger magnitude in the quadratic formula
+      real(wp) :: root_numerator
+      real(wp) :: root(2)
 
       turn_count = 0
       turn = 0.0_wp

@@ -48,8 +48,10 @@ contains
 
       ! relative differences below this are rounding errors
       real(wp), parameter :: rounding = 1.0e-11_wp
-      ! range of plausible orders of convergence; the elements converge with order four, peaks seldom faster
-      real(wp), parameter :: min_order = 0.5_wp, max_order = 6.0_wp
+      ! minimum of plausible orders of convergence; the elements converge with order four
+      real(wp), parameter :: min_order = 0.5_wp
+      ! maximum of plausible orders; peaks seldom converge faster than with order four
+      real(wp), parameter :: max_order = 6.0_wp
       ! differences of neighbouring meshes
       real(wp) :: coarse_difference, fine_difference
 

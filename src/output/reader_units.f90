@@ -43,10 +43,13 @@ contains
       real(wp), intent(out) :: factor
       character(:), allocatable, intent(out) :: prefixed_unit
 
-      ! decade: power of ten of the prefix that the unit has already
-      integer :: decade, i, symbol
-      ! the first symbol of the unit, and the rest of the unit
-      character(:), allocatable :: head, tail
+      ! power of ten of the prefix that the unit has already
+      integer :: decade
+      integer :: i, symbol
+      ! the first symbol of the unit
+      character(:), allocatable :: head
+      ! the rest of the unit
+      character(:), allocatable :: tail
 
       factor = 1.0_wp
       prefixed_unit = trim(unit)

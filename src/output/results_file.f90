@@ -137,8 +137,10 @@ contains
       type(response_t), intent(in), optional :: response
       integer(c_size_t) :: bytes
 
-      ! numbers stored for an event, and for a node in a shape
-      integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t
+      ! numbers stored for an event
+      integer(c_size_t), parameter :: event_parts = 8_c_size_t
+      ! numbers stored for a node in a shape
+      integer(c_size_t), parameter :: shape_parts = 4_c_size_t
       ! size of the scene and of all other contents, bytes
       integer(c_size_t), parameter :: overhead = 262144_c_size_t
       integer :: histories, i

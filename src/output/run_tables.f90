@@ -282,7 +282,8 @@ contains
       type(units_t), intent(in) :: units
 
       ! index in `measure_table`
-      integer :: k, entry_number
+      integer :: entry_number
+      integer :: k
 
       do k = 1, size(shown)
          entry_number = measure_named(shown(k)%measure)

@@ -186,8 +186,13 @@ contains
       type(table_t), intent(in) :: table
 
       character(max_heading_length) :: headings(size(table%columns))
-      ! height: number of lines of the headings; first, last: columns of the part that is being printed
-      integer :: first, height, i, k, last, widths(size(table%columns))
+      ! first column of the part that is being printed
+      integer :: first
+      ! number of lines of the headings
+      integer :: height
+      ! last column of the part
+      integer :: last
+      integer :: i, k, widths(size(table%columns))
 
       height = 1
       do k = 1, size(widths)

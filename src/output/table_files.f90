@@ -206,7 +206,8 @@ contains
       type(member_t), allocatable :: members(:)
       type(column_t) :: column
       ! number of values of a dataset that becomes a column; other datasets of the group are left out
-      integer :: columns, i, wanted
+      integer :: wanted
+      integer :: columns, i
 
       call file%members_of(group, members)
       wanted = rows

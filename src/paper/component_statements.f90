@@ -20,16 +20,25 @@ contains
       type(series_t), intent(in) :: series(:)
       type(statements_t), intent(inout) :: list
 
-      ! a remedy is one changed parameter: its series, the number of its case in the series, and its name
+      ! number of remedies; a remedy is one changed parameter
       integer, parameter :: remedy_count = 5
+      ! series of each remedy
       integer, parameter :: parameter_of(remedy_count) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
+      ! number of the case of each remedy in its series
       integer, parameter :: case_of(remedy_count) = [3, 4, 4, 4, 5]
+      ! name of each remedy
       character(*), parameter :: name_of(remedy_count) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
          'alpha = 0.075', 'Lc/L = 0.875']
-      ! values that decide statements 9a, 9b and 10; 1e-12 and 1e6 keep quotients finite
-      real(wp), dimension(variant_count) :: ratio, scatter, reduced
-      ! lists of the values of each remedy, and of the remedies that do not reduce all three values
-      character(:), allocatable :: detail, exceptions
+      ! values that decide statement 9a; 1e-12 and 1e6 keep quotients finite
+      real(wp) :: ratio(variant_count)
+      ! values that decide statement 9b; the same limits keep quotients finite
+      real(wp) :: scatter(variant_count)
+      ! values that decide statement 10
+      real(wp) :: reduced(variant_count)
+      ! list of the values of each remedy
+      character(:), allocatable :: detail
+      ! list of the remedies that do not reduce all three values
+      character(:), allocatable :: exceptions
       integer :: variant, k, reductions
 
       detail = ''
@@ -60,19 +69,21 @@ contains
          damped => series(vary_zeta)%outcome(3, fine))
          call add_statement(list, '9a', &
             'After an impact the velocity shows high components far more than the displacement.', &
-            'part of the modes above the second in the velocity of the stop point over that in its displacement, '// &
-            'over 2', &
+            'part of the modes above the second in the velocity of the stop point over that in its displacement; '// &
+            'required: over 2', &
             ratio, ratio > 2.0_wp, 'parts '//number(reference%high_mode_velocity, 3)//' and '// &
             number(reference%high_mode_displacement, 3), '')
          call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
-            'scatter of log10(peak) about a parabola in tau, reference over mu = 2, over 2', min(scatter, 1.0e6_wp), &
-            scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(reference), 3)//', mu = 2 '// &
+            'scatter of log10(peak) about a parabola in tau, reference over mu = 2; required: over 2', &
+            min(scatter, 1.0e6_wp), scatter > 2.0_wp, &
+            'scatter: reference '//number(scatter_of(reference), 3)//', mu = 2 '// &
             number(scatter_of(heavy_tip), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
       end associate
       call add_statement(list, '10', &
          'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
          'components, displacements and contact velocities.', &
-         'of 15 figures (5 remedies; high part of the velocity, main peak, maximum later velocity), those that fall', &
+         'number of values that fall, of 15: high part of the velocity, main peak and maximum later velocity for '// &
+         'each of 5 remedies; required: all', &
          reduced, reduced > 14.5_wp, "of the reference's:"//detail, &
          'the remedies that do not reduce all three:'//exceptions)
    end subroutine judge_components
@@ -83,8 +94,10 @@ contains
       real(wp) :: scatter
 
       integer, parameter :: terms = 3
-      ! 1, tau, tau^2 at the peaks, made orthonormal, and log10 of the peaks less its projections on them
-      real(wp) :: basis(size(outcome%peak_eta), terms), deviation(size(outcome%peak_eta))
+      ! 1, tau, tau^2 at the peaks, made orthonormal
+      real(wp) :: basis(size(outcome%peak_eta), terms)
+      ! log10 of the peaks less its projections on `basis`
+      real(wp) :: deviation(size(outcome%peak_eta))
       integer :: j, k
 
       scatter = 0.0_wp

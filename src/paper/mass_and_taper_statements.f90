@@ -32,8 +32,12 @@ contains
       real(wp), parameter :: one_dof_peak = 0.6_wp
       ! values that decide statements 7a to 7d; 1e-12 and 1e6 keep quotients finite
       real(wp), dimension(variant_count) :: ratio, deviation, best_mass, end_spread
-      ! main peaks; ends of motion on the fine mesh, in tau and in periods of the lowest frequency over 2 pi
-      real(wp) :: peaks(size(mass%cases)), end_tau(printed_count), scaled_ends(printed_count)
+      ! main peaks
+      real(wp) :: peaks(size(mass%cases))
+      ! ends of motion on the fine mesh, tau
+      real(wp) :: end_tau(printed_count)
+      ! the same in periods of the lowest frequency over 2 pi
+      real(wp) :: scaled_ends(printed_count)
       ! whether the ends of motion differ by less than a fifth
       logical :: similar(definition_count, variant_count)
       ! whether the main peak at mu = 0.5 exceeds the lowest main peak by at most a tenth
@@ -59,22 +63,24 @@ contains
       limit_case = min(limit_case, size(peaks))
       end_tau = [(mass%outcome(i, fine)%end_tau(displacement_end), i=1, printed_count)]
       call add_statement(list, '7a', 'With a small tip mass high components are strong.', &
-         'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2, over 2', &
+         'part of the modes above the second in the velocity of the stop point, mu = 0 over mu = 2; required: over 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at mu = 0 ... 2, 10, 30: '// &
          listed([(mass%outcome(i, fine)%high_mode_velocity, i=1, size(peaks))], 4), '')
       call add_statement(list, '7b', &
          'With a large tip mass the beam comes close to an impact oscillator of one degree of freedom.', &
-         'main peak at mu = 2 against the eps of that oscillator, within 0.1', deviation, deviation < 0.1_wp, &
+         'main peak at mu = 2 against the eps of that oscillator; required: within 0.1', deviation, &
+         deviation < 0.1_wp, &
          'main peaks at mu = 0 ... 2, 10, 30: '//listed(peaks, 3), &
          "at mu = 2 the beam's own mass still takes energy away in its higher modes", &
          'at mu = 2; from mu = '//number(mass%value(limit_case), 0)//' on it does')
       call add_statement(list, '7c', 'mu = 0.5 gives small displacements after the impact.', &
-         'mu with the lowest main peak, 0.5', best_mass, abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low, &
+         'mu with the lowest main peak; required: 0.5, or there at most a tenth above the lowest', best_mass, &
+         abs(best_mass - 0.5_wp) < 1.0e-6_wp .or. half_is_low, &
          'main peaks at mu = 0, 0.1, 0.25, 0.5, 1, 2: '//listed(peaks(:printed_count), 3)//'; at 0.5 '// &
          percent(peaks(mu_half)/maxval(peaks(:printed_count)))//' of the highest', '')
       scaled_ends = [(end_tau(i)*mass%outcome(i, fine)%lowest_frequency, i=1, printed_count)]
       call add_end_statement(list, '7d', 'The end hardly depends on mu.', &
-         'spread of the ends over mu = 0 ... 2, under 0.2', end_spread, similar, &
+         'spread of the ends over mu = 0 ... 2; required: under 0.2', end_spread, similar, &
          'ends at tau = '//listed(end_tau, 1)//'; energy down to 1 %: '// &
          listed([(mass%outcome(i, fine)%end_tau(energy_end), i=1, printed_count)], 1)// &
          '; times the lowest frequency of the beam with its mass: '//listed(scaled_ends, 1), &
@@ -114,9 +120,10 @@ contains
       ! values that decide statements 8a to 8e; earliest: the taper alpha whose motion ends earliest
       real(wp), dimension(variant_count) :: excess, earliest, peak_change, kinetic_ratio, loss_ratio
       real(wp) :: end_tau(size(taper%cases))
-      ! whether the motions with alpha = 0 and 0.15 last longer than that with 0.075; whether the motion with 0.075 ends
-      ! earliest; whether its end is tied with the earliest of others within the error
-      logical, dimension(definition_count, variant_count) :: outlasts, first, tied
+      ! whether the motions with alpha = 0 and 0.15 last longer than that with 0.075
+      logical :: outlasts(definition_count, variant_count)
+      ! whether the motion with 0.075 ends earliest (`first`), or is `tied` with the earliest of others within the error
+      logical, dimension(definition_count, variant_count) :: first, tied
       integer :: variant, i, definition
       ! number of definitions by which 0.075 ends earliest of the tapered beams
       integer :: agreeing
@@ -142,30 +149,32 @@ contains
       agreeing = count([(minloc(taper%outcome(2:, fine)%end_tau(definition), dim=1) + 1 == middle, definition=1, &
          definition_count)])
       call add_end_statement(list, '8a', 'With very little or much taper the vibration lasts longer.', &
-         'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', excess, outlasts, &
+         'how much longer alpha = 0 and 0.15 last than 0.075, the lesser; required: over 0.05', excess, outlasts, &
          'ends at tau = '//listed(end_tau, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
          listed(end_tau_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
          listed(end_tau_of(taper, coarse_nodal, displacement_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
-      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', earliest, first, &
+      call add_end_statement(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest; required: 0.075', &
+         earliest, first, &
          'ends as in 8a; on the fine mesh the soonest may be '// &
          listed(pack(taper%value, may_end_earliest(taper, fine, displacement_end)), 3), &
          'among the tapered beams alone it is the soonest by '//number(real(agreeing, wp), 0)//' of '// &
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
       call mark_ties(list, tied)
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
-         'main peak at alpha = 0.125 less that of the uniform beam, over 0', peak_change, peak_change > 0.0_wp, &
+         'main peak at alpha = 0.125 less that of the uniform beam; required: over 0', peak_change, &
+         peak_change > 0.0_wp, &
          'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(end_tau))], 3)// &
          ' at alpha = 0, 0.025 ... 0.15', 'the minimum displacement is that at alpha = 0.05')
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
-         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', &
+         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam; required: under 0.9', &
          kinetic_ratio, kinetic_ratio < 0.9_wp, &
          'shares '//listed([(taper%outcome(i, fine)%kinetic_at_impact, i=1, size(end_tau))], 3)// &
          '; mass that takes part in an impact, of the beam: '// &
          listed([(1.0_wp/taper%outcome(i, fine)%inverse_mass, i=1, size(end_tau))], 5), '')
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
-         'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', loss_ratio, &
-         loss_ratio > 1.0_wp, &
+         'energy lost at impacts until the main rebound, wedge over uniform beam; required: over 1', &
+         loss_ratio, loss_ratio > 1.0_wp, &
          'shares until the main rebound: '// &
          listed([(taper%outcome(i, fine)%lost_before_peak, i=1, size(end_tau))], 4)// &
          '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(end_tau))], 4)// &

@@ -31,7 +31,7 @@ module paper_convergence
       real(wp), allocatable :: energy_tau(:, :)
       !> Energy lost at impacts, relative to the initial energy above rest, [meshes, kinds of impulse]
       real(wp), allocatable :: lost(:, :)
-      !> Energy created by replacing nodal velocities, likewise
+      !> Energy created by replacing nodal velocities, relative to that initial energy, [meshes, kinds of impulse]
       real(wp), allocatable :: created(:, :)
    end type convergence_t
 

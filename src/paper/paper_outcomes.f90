@@ -63,9 +63,9 @@ module paper_outcomes
       real(wp) :: contact_ratio = 0.0_wp
       !> Energy lost at events until the peak of the main rebound, relative to the initial energy above rest
       real(wp) :: lost_before_peak = 0.0_wp
-      !> Energy lost at impacts in the whole run, likewise
+      !> Energy lost at impacts in the whole run, relative to the initial energy above rest
       real(wp) :: lost_at_impacts = 0.0_wp
-      !> Energy created by replacing nodal velocities in the whole run, likewise
+      !> Energy created by replacing nodal velocities in the whole run, relative to the initial energy above rest
       real(wp) :: created = 0.0_wp
       !> Maximum velocity of approach in impacts after the main rebound
       real(wp) :: later_velocity = 0.0_wp
@@ -169,12 +169,20 @@ contains
       !> Start of the main rebound in tau: the last event before its peak
       real(wp), intent(out) :: rebound_start
 
-      ! initial energy above rest, energy at rest on the stop, and kinetic energy at the last sample before the impact
-      real(wp) :: initial_energy, rest_energy, kinetic_before
-      ! indices of the sample after the first impact, and of the last sample above a level
-      integer :: first, last
-      ! number of samples in contact, and index of the main rebound among the peaks
-      integer :: closed_samples, main
+      ! initial energy above rest
+      real(wp) :: initial_energy
+      ! energy at rest on the stop
+      real(wp) :: rest_energy
+      ! kinetic energy at the last sample before the impact
+      real(wp) :: kinetic_before
+      ! index of the sample after the first impact
+      integer :: first
+      ! index of the last sample above a level
+      integer :: last
+      ! number of samples in contact
+      integer :: closed_samples
+      ! index of the main rebound among the peaks
+      integer :: main
       integer :: i
 
       rebound_start = 0.0_wp
@@ -236,9 +244,20 @@ contains
       !> Measures of the case
       type(outcome_t), intent(inout) :: outcome
 
-      ! displacements and velocities of the degrees of freedom; their products with the mass matrix; modal
-      ! displacements, velocities, energies, and amplitudes at the stop
-      real(wp), dimension(2*model%mesh%elements) :: shape, velocity, product, q, v, energy, amplitude
+      ! displacements of the degrees of freedom
+      real(wp) :: shape(2*model%mesh%elements)
+      ! velocities of the degrees of freedom
+      real(wp) :: velocity(2*model%mesh%elements)
+      ! product of one of these vectors with the mass matrix
+      real(wp) :: product(2*model%mesh%elements)
+      ! modal displacements
+      real(wp) :: q(2*model%mesh%elements)
+      ! modal velocities
+      real(wp) :: v(2*model%mesh%elements)
+      ! modal energies
+      real(wp) :: energy(2*model%mesh%elements)
+      ! modal amplitudes at the stop
+      real(wp) :: amplitude(2*model%mesh%elements)
       integer :: n
 
       ! shapes begin with index 0, the root, which has no degrees of freedom

@@ -28,12 +28,17 @@ contains
       integer, parameter :: at_0875 = 5
       ! fraction of the energy below which a mode counts as not excited
       real(wp), parameter :: absent_fraction = 1.0e-3_wp
-      ! energy shares of modes, and the position whose motion ends earliest
-      real(wp), dimension(variant_count) :: third_mode, second_mode, earliest
+      ! energy share of mode 3
+      real(wp) :: third_mode(variant_count)
+      ! energy share of mode 2
+      real(wp) :: second_mode(variant_count)
+      ! position whose motion ends earliest
+      real(wp) :: earliest(variant_count)
       real(wp) :: end_tau(size(position%cases))
-      ! whether the motion with the stop at 0.875 ends earliest; whether its end is tied with the earliest of others
-      ! within the error
-      logical, dimension(definition_count, variant_count) :: first, tied
+      ! whether the motion with the stop at 0.875 ends earliest
+      logical :: first(definition_count, variant_count)
+      ! whether its end is tied with the earliest of others within the error
+      logical :: tied(definition_count, variant_count)
       integer :: variant, i
 
       do variant = 1, variant_count
@@ -46,17 +51,17 @@ contains
       call find_earliest_end(position, at_0875, first, tied)
       end_tau = end_tau_of(position, fine, displacement_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
-         'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third_mode, &
-         third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 3 early in the main rebound, the greater of the two; required: under 0.001', &
+         third_mode, third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_fraction(3), i=1, size(end_tau))], 5), &
          'nodes of mode 3 lie at 0.504 and 0.868')
       call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
-         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second_mode, &
-         second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7; required: under 0.001', &
+         second_mode, second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_fraction(2), i=1, size(end_tau))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
-         'Lc/L that ends soonest, 0.875', earliest, first, 'ends at tau = '//listed(end_tau, 1)// &
+         'Lc/L that ends soonest; required: 0.875', earliest, first, 'ends at tau = '//listed(end_tau, 1)// &
          " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
          listed(end_tau_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
          listed(end_tau_of(position, fine, energy_end), 1), &
@@ -74,13 +79,21 @@ contains
       type(series_t), intent(in) :: zeta
       type(statements_t), intent(inout) :: list
 
-      ! indices of the cases zeta = 0.001, 0.01 and 0.05
-      integer, parameter :: lowest = 1, one_percent = 2, five_percent = 3
+      ! index of the case zeta = 0.001
+      integer, parameter :: lowest = 1
+      ! index of the case zeta = 0.01
+      integer, parameter :: one_percent = 2
+      ! index of the case zeta = 0.05
+      integer, parameter :: five_percent = 3
       real(wp), parameter :: third = 1.0_wp/3.0_wp, quarter = 0.25_wp
-      ! ratio of the contributions of high modes; rank correlation of the ends of motion with zeta; time in contact over
-      ! time out of contact at zeta = 0.01 and 0.05: mean, and maximum deviation from 1/3; 1e-12 and 1e6 keep quotients
-      ! finite
-      real(wp), dimension(variant_count) :: ratio, end_correlation, mean_ratio, max_deviation
+      ! ratio of the contributions of high modes; 1e-12 and 1e6 keep quotients finite
+      real(wp) :: ratio(variant_count)
+      ! rank correlation of the ends of motion with zeta
+      real(wp) :: end_correlation(variant_count)
+      ! time in contact over time out of contact, mean of zeta = 0.01 and 0.05
+      real(wp) :: mean_ratio(variant_count)
+      ! maximum deviation of these two ratios of times from 1/3
+      real(wp) :: max_deviation(variant_count)
       ! whether the end of motion is earlier with larger zeta
       logical :: decreases(definition_count, variant_count)
       integer :: variant, i, definition
@@ -101,17 +114,17 @@ contains
       end do
       call add_statement(list, '6a', 'With small damping high components are strong.', &
          'part of the modes above the second in the velocity of the stop point: ' &
-         //'ratio of that at zeta = 0.001 to that at 0.05, above 2', &
+         //'ratio of that at zeta = 0.001 to that at 0.05; required: above 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%high_mode_velocity, i=1, size(zeta%cases))], 4), '')
       call add_end_statement(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
-         'rank correlation (Kendall) of the ends with zeta, under -0.6', end_correlation, decreases, &
+         'rank correlation (Kendall) of the ends with zeta; required: under -0.6', end_correlation, decreases, &
          'ends at tau = '//listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
          listed(end_tau_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
-         'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', mean_ratio, &
-         max_deviation < 0.5_wp*(third - quarter), &
+         'time on the stop over time away at zeta = 0.01 and 0.05, mean; required: both nearer 1/3 than 1/4', &
+         mean_ratio, max_deviation < 0.5_wp*(third - quarter), &
          'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '// &
          listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &
          'it is about 1/4: half a period of the first mode of the beam held at its tip (lambda = 3.927) over half '// &

@@ -31,7 +31,7 @@ module statement_types
       character(4) :: label = ''
       !> Assertion of the paper
       character(:), allocatable :: text
-      !> Description of the measured value, and the condition on it
+      !> Description of the measured value, then, after '; required: ', the condition on it
       character(:), allocatable :: measure
       !> Value that decides, in each variant; equal in all variants if the statement does not involve motion
       real(wp) :: deciding_value(variant_count) = 0.0_wp

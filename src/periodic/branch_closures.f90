@@ -75,8 +75,12 @@ contains
       !> Whether the start lies between the two points
       logical, intent(out) :: has_returned
 
-      ! parameter and section values at the start, at `last` and at `next`
-      real(wp), dimension(1 + 2*next%periods) :: at_start, at_last, at_next
+      ! parameter and section values at the start
+      real(wp) :: at_start(1 + 2*next%periods)
+      ! parameter and section values at `last`
+      real(wp) :: at_last(1 + 2*next%periods)
+      ! parameter and section values at `next`
+      real(wp) :: at_next(1 + 2*next%periods)
       ! initial change of these values, from the start to the second point
       real(wp) :: initial_change(1 + 2*next%periods)
       ! distance of the two points

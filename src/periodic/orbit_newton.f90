@@ -51,8 +51,10 @@ contains
       integer, parameter :: max_halvings = 12
       type(initial_state_t) :: trial
       type(map_result_t) :: result
-      ! Newton step, [unknowns + 1], and residual, [unknowns], both in units of the map
-      real(wp), allocatable :: correction(:), residual(:)
+      ! Newton step in units of the map, [unknowns + 1]
+      real(wp), allocatable :: correction(:)
+      ! residual in units of the map, [unknowns]
+      real(wp), allocatable :: residual(:)
       ! fraction of the Newton step that is taken
       real(wp) :: step_fraction
       real(wp) :: size_of_residual
@@ -271,7 +273,7 @@ contains
       end do
    end subroutine find_multipliers
 
-   !> Derivative of the map by the state, in units of the map.
+   !> Derivative of the map with respect to the state, in units of the map.
    pure function scaled_derivative(map, result) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result

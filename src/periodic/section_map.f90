@@ -61,8 +61,8 @@ module section_map
       type(response_t) :: response
       !> Unknowns of the end state, [unknowns]
       real(wp), allocatable :: unknowns(:)
-      !> Derivatives of these unknowns by the unknowns of the initial state and, in the last column, by the parameter,
-      !> [unknowns, unknowns + 1]
+      !> Derivatives of these unknowns with respect to the unknowns of the initial state and, in the last column, by the
+      !> parameter, [unknowns, unknowns + 1]
       real(wp), allocatable :: derivative(:, :)
       !> Number of impacts and of beginnings of compliant contact
       integer :: impacts = 0
@@ -238,7 +238,7 @@ contains
       real(wp), intent(in) :: value
       !> Length of the run in load periods
       real(wp), intent(in) :: periods
-      !> In: state at the start, or empty. Out: state at the end
+      !> On entry state at the start, or empty; on return state at the end
       type(section_state_t), intent(inout) :: state
       !> Receives the sections at phase 0 of the loads
       type(response_t), intent(out) :: response

@@ -69,7 +69,7 @@ contains
       !> Displacements at the start of the phase, [modes]; only those of modes with nodes at all compliant contacts
       !> (`set%coupled%inactive`) are read
       real(wp), intent(in) :: z0(:)
-      !> Velocities at the start of the phase, likewise
+      !> Velocities at the start of the phase, [modes]; only those of the same modes are read
       real(wp), intent(in) :: v0(:)
       !> Time since the start of the phase
       real(wp), intent(in) :: time
@@ -87,7 +87,7 @@ contains
       !> Displacements at the start of the phase, [modes]; only those of modes with nodes at all compliant contacts
       !> (`set%coupled%inactive`) are read
       real(wp), intent(in) :: z0(:)
-      !> Velocities at the start of the phase, likewise
+      !> Velocities at the start of the phase, [modes]; only those of the same modes are read
       real(wp), intent(in) :: v0(:)
       !> Time since the start of the phase
       real(wp), intent(in) :: time
@@ -98,14 +98,13 @@ contains
       ! displacements and velocities of the modes, padded to whole SIMD vectors
       real(wp), dimension(lanes*size(set%coupled%shape_parts, 4)) :: lane_z, lane_v
       ! real and minus imaginary parts of the terms, and then of their rates
-      real(wp) :: x(4, size(set%coupled%shape_parts, 3))
+      real(wp) :: x(4, set%coupled%count)
       ! products of these parts and the parts of the shapes for one vector of modes, summed in registers
       real(wp), dimension(lanes) :: v_imag, v_real, z_imag, z_real
       complex(wp) :: rate
       integer :: i, m, panel
 
-      x = 0.0_wp
-      do m = 1, set%coupled%count
+      do m = 1, size(x, 2)
          rate = term(m)*set%coupled%exponent(m)
          x(:, m) = [real(term(m), wp), -aimag(term(m)), real(rate, wp), -aimag(rate)]
       end do

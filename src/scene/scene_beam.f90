@@ -82,7 +82,7 @@ contains
    !> Complete the settings of the beam and check them. Problems are reported to `input`.
    subroutine resolve_beam(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> In: as read; out: complete
+      !> On entry as read; on return complete
       type(beam_settings_t), intent(inout) :: beam
 
       real(wp), parameter :: min_height = 1.0e-12_wp
@@ -117,7 +117,7 @@ contains
    !> Find the heights at both ends from those given, or from taper and mean height.
    subroutine resolve_taper(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Out: heights at both ends
+      !> On return heights at both ends
       type(beam_settings_t), intent(inout) :: beam
 
       logical :: gives_root_height

@@ -92,8 +92,10 @@ contains
       !> Number of the first parameter of the group for sweeps
       integer, intent(in) :: first
 
-      ! phase in degrees, and the phase as given
-      real(wp) :: degrees, given_degrees
+      ! phase in degrees
+      real(wp) :: degrees
+      ! phase in degrees before `bind`
+      real(wp) :: given_degrees
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'circular frequency over omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
@@ -179,7 +181,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> In: ratios are resolved; out: with the tables of loads
+      !> On entry ratios are resolved; on return with the tables of loads
       type(scene_t), intent(inout) :: scene
 
       integer :: k

@@ -15,7 +15,7 @@ contains
    !> Check the nodes of a mesh, if they are given.
    subroutine resolve_nodes(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> In: with the length of the beam; out: with the number of elements
+      !> On entry with the length of the beam; on return with the number of elements
       type(scene_t), intent(inout) :: scene
 
       call check_stations(input, 'mesh', 'nodes', scene%beam%length, scene%mesh%nodes)

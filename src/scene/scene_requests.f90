@@ -188,7 +188,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> In: loads are resolved; out: with the duration if it follows from the number of Poincare sections
+      !> On entry loads are resolved; on return with the duration if it follows from the number of Poincare sections
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'poincare'

@@ -66,11 +66,11 @@ contains
    subroutine resolve_scene(input, table, program, scene)
       !> The parsed file, which also records problems
       type(scene_input_t), intent(inout) :: input
-      !> In: names with the values of the file; out: with the ratios computed from quantities in units
+      !> On entry names with the values of the file; on return with the ratios computed from quantities in units
       type(table_t), intent(inout) :: table
       !> The program that reads the scene, one of the `program_` constants (powers of two), or a sum: any of several
       integer, intent(in) :: program
-      !> In: values as read; out: resolved
+      !> On entry values as read; on return resolved
       type(scene_t), intent(inout) :: scene
 
       call check_name(input, scene%name)
@@ -124,7 +124,7 @@ contains
    !> problem, the scene does not change.
    subroutine resolve_units(input, table, places, scene)
       type(scene_input_t), intent(inout) :: input
-      !> In: names with their values; out: with the ratios
+      !> On entry names with their values; on return with the ratios
       type(table_t), intent(inout) :: table
       !> Indices of the entries of the table that the file gives in units, ascending
       integer, intent(in) :: places(:)
@@ -308,7 +308,7 @@ contains
    !> Check and complete &frequencies.
    subroutine resolve_frequencies(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> In: beam and mesh are resolved; out: with solvers, meshes and reference
+      !> On entry beam and mesh are resolved; on return with solvers, meshes and reference
       type(scene_t), intent(inout) :: scene
 
       logical :: has_exact_values
@@ -352,7 +352,7 @@ contains
    !> Set the lists of &precision that the file does not give: integration methods, Newmark's steps and the values of
    !> `hop_tolerance` that are compared.
    pure subroutine resolve_precision(precision)
-      !> In: as read; out: resolved
+      !> On entry as read; on return resolved
       type(precision_settings_t), intent(inout) :: precision
 
       integer :: i
@@ -372,7 +372,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> &mesh, used if the table gives no mesh
       type(mesh_settings_t), intent(in) :: mesh
-      !> In: numbers of elements and ratios of neighbouring lengths as read; out: equally many of both
+      !> On entry numbers of elements and ratios of neighbouring lengths as read; on return equally many of both
       type(frequency_settings_t), intent(inout) :: frequencies
 
       integer :: meshes, i, max_elements

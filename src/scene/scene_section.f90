@@ -90,7 +90,7 @@ contains
    !> such a beam: a taper or a table of heights. Problems are reported to `input`.
    subroutine resolve_section(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> In: section as read; out: complete
+      !> On entry section as read; on return complete
       type(beam_settings_t), intent(inout) :: beam
 
       integer :: i

@@ -67,7 +67,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> Out: with the kind of start
+      !> On return with the kind of start
       type(scene_t), intent(inout) :: scene
 
       integer :: k

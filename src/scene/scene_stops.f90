@@ -198,7 +198,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> In: with the scale of lengths; out: with the stop and with D, 0 if there is no unit of displacement
+      !> On entry with the scale of lengths; on return with the stop and with D, 0 if there is no unit of displacement
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: name
@@ -249,7 +249,7 @@ contains
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
-      !> In: with the stops, and with D if it is known; out: with D
+      !> On entry with the stops, and with D if it is known; on return with D
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: name
@@ -303,7 +303,7 @@ contains
       type(table_t), intent(in) :: table
       !> Number of the stop from which the beam is released
       integer, intent(in) :: released
-      !> In: with the scale of lengths; out: with that of displacements
+      !> On entry with the scale of lengths; on return with that of displacements
       type(scales_t), intent(inout) :: scales
 
       ! minimum initial distance over the length of the beam; a smaller distance is not distinct from 0

@@ -34,7 +34,7 @@ module orbit_settings
       real(wp) :: max_ratio = 2.0_wp
       !> First step along a branch, as a fraction of the range of the varied value and of the norm of the states
       real(wp) :: step = 0.005_wp
-      !> Maximum step along a branch, likewise
+      !> Maximum step along a branch, in the same unit as `step`
       real(wp) :: max_step = 0.02_wp
       !> Maximum number of points of a branch in either direction
       integer :: max_points = 500

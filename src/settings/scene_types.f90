@@ -465,8 +465,12 @@ contains
       character(*), intent(in) :: group
       logical :: has
 
-      ! numbers of stops, of bodies, and of those with floor or ceiling
-      integer :: bodies, floors, stops
+      ! number of bodies
+      integer :: bodies
+      ! number of bodies with a floor or a ceiling
+      integer :: floors
+      ! number of stops
+      integer :: stops
       ! the number in the name of the group
       integer :: number
 

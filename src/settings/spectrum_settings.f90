@@ -6,7 +6,7 @@ module spectrum_settings
    public :: spectrum_settings_t, signal_t, signal_table, signal_names, window_names, window_hann, window_rectangle
    public :: quantity_force, quantity_moment
 
-   !> A signal is a displacement or its derivative by time.
+   !> A signal is a displacement or its derivative with respect to time.
    integer, parameter :: quantity_displacement = 1
    !> A signal is a contact force.
    integer, parameter :: quantity_force = 2
@@ -23,7 +23,7 @@ module spectrum_settings
       character(24) :: quantity = ''
       !> Name of the quantity of its power spectral density
       character(24) :: density = ''
-      !> Quantity of which the signal is a derivative by time: one of the `quantity_` constants
+      !> Quantity of which the signal is a derivative with respect to time: one of the `quantity_` constants
       integer :: base = quantity_displacement
       !> Order of the derivative
       integer :: derivatives = 0

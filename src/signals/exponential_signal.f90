@@ -75,7 +75,7 @@ contains
       type(exponential_signal_t), intent(in) :: self
       !> -Re s, padded with zeros to whole SIMD vectors
       real(wp), intent(out) :: decay(:)
-      !> Im s, padded likewise
+      !> Im s, padded with zeros to whole SIMD vectors
       real(wp), intent(out) :: omega(:)
       !> Real part of each amplitude, [count at least]
       real(wp), intent(inout) :: c_real(:)

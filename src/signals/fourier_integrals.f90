@@ -149,7 +149,7 @@ contains
       real(wp), intent(in) :: omega(:)
       !> Length of the span
       real(wp), intent(in) :: length
-      !> In: `count` is set
+      !> On entry `count` is set
       type(band_t), intent(inout) :: band
 
       ! each loop calls one function, because the compiler then calls a vector version of the function
@@ -195,8 +195,10 @@ contains
       real(wp) :: integral_re, integral_im
       ! real part of the next I_k
       real(wp) :: next_re
-      ! 1/theta, and -theta^2 for the series
-      real(wp) :: inverse, square
+      ! 1/theta
+      real(wp) :: inverse
+      ! -theta^2 for the series
+      real(wp) :: square
       real(wp) :: theta
       integer :: highest, i, k, n
 
@@ -320,14 +322,16 @@ contains
 
       ! real and imaginary part of the reciprocal of the denominator
       real(wp), dimension(band_size) :: re, im
-      ! the same times the frequency
+      ! real and imaginary part of this reciprocal times the frequency
       real(wp), dimension(band_size) :: omega_re, omega_im
       ! amplitude at the end of the span
       complex(wp) :: at_end
       ! real and imaginary part of the exponent
       real(wp) :: decay, omega
-      ! real and imaginary part of the denominator, and the reciprocal of its squared magnitude
-      real(wp) :: x, y, inverse
+      ! real and imaginary part of the denominator
+      real(wp) :: x, y
+      ! reciprocal of its squared magnitude
+      real(wp) :: inverse
       integer :: i, k
 
       if (last < first) return
@@ -382,10 +386,14 @@ contains
       integer, intent(in) :: last
       type(sums_t), intent(inout) :: total(:)
 
-      ! real and imaginary part of the kernel of the exponential, and of the kernel of its conjugate
-      real(wp), dimension(band_size) :: re, im, conjugate_re, conjugate_im
-      ! halves of the real and of the imaginary part of the amplitude
-      real(wp) :: even, odd
+      ! real and imaginary part of the kernel of the exponential
+      real(wp), dimension(band_size) :: re, im
+      ! real and imaginary part of the kernel of the conjugate exponential
+      real(wp), dimension(band_size) :: conjugate_re, conjugate_im
+      ! half of the real part of the amplitude
+      real(wp) :: even
+      ! half of the imaginary part of the amplitude
+      real(wp) :: odd
       integer :: i, k
 
       if (last < first) return
@@ -418,12 +426,20 @@ contains
 
       ! ratios of neighbouring coefficients of the series of sinh(z/2)/(z/2) in z^2/4, 1/((2 k)(2 k + 1))
       real(wp), parameter :: ratio(6) = 1.0_wp/[6.0_wp, 20.0_wp, 42.0_wp, 72.0_wp, 110.0_wp, 156.0_wp]
-      ! exp(s h/2) and exp(s h)
-      complex(wp) :: half, whole
-      ! real and imaginary parts of z, of z/2 and of z^2/4
-      real(wp) :: z_re, z_im, x, y, y_re, y_im
-      ! real and imaginary parts of the series of sinh(z/2)/(z/2), and of the kernel in closed form
-      real(wp) :: series_re, series_im, closed_re, closed_im
+      ! exp(s h/2)
+      complex(wp) :: half
+      ! exp(s h)
+      complex(wp) :: whole
+      ! real and imaginary part of z
+      real(wp) :: z_re, z_im
+      ! real and imaginary part of z/2
+      real(wp) :: x, y
+      ! real and imaginary part of z^2/4
+      real(wp) :: y_re, y_im
+      ! real and imaginary part of the series of sinh(z/2)/(z/2)
+      real(wp) :: series_re, series_im
+      ! real and imaginary part of the kernel in closed form
+      real(wp) :: closed_re, closed_im
       ! real and imaginary part of a factor: first of exp(z/2), then of exp(z) - 1
       real(wp) :: a, b
       ! h/|z|^2

@@ -86,7 +86,7 @@ contains
    subroutine set_reaction_state(z, v, reaction)
       !> Displacements of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: z(:)
-      !> Velocities of the constrained modes, likewise, [modes]
+      !> Velocities of the constrained modes without the load response (homogeneous part), [modes]
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 

@@ -157,9 +157,9 @@ contains
       real(wp), contiguous, intent(in) :: z0(:)
       !> Velocities at time 0, [padded]
       real(wp), contiguous, intent(in) :: v0(:)
-      !> In: exp(-slow t). Out: A exp(-slow t), without meaning for modes near critical damping, [padded]
+      !> On entry exp(-slow t); on return A exp(-slow t), without meaning for modes near critical damping, [padded]
       real(wp), contiguous, intent(inout) :: slow(:)
-      !> Out: B exp(-fast t), without meaning for modes near critical damping, [padded]
+      !> On return B exp(-fast t), without meaning for modes near critical damping, [padded]
       real(wp), contiguous, intent(out) :: fast(:)
 
       real(wp) :: fast_rate
@@ -196,9 +196,9 @@ contains
       real(wp), intent(in), dimension(lanes*blocks) :: z0
       !> Velocities at time 0
       real(wp), intent(in), dimension(lanes*blocks) :: v0
-      !> In: exp(-slow t). Out: A exp(-slow t)
+      !> On entry exp(-slow t); on return A exp(-slow t)
       real(wp), intent(inout), dimension(lanes*blocks) :: slow
-      !> In: exp(-fast t). Out: B exp(-fast t)
+      !> On entry exp(-fast t); on return B exp(-fast t)
       real(wp), intent(inout), dimension(lanes*blocks) :: fast
 
       real(wp) :: amplitude

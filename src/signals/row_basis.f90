@@ -43,9 +43,9 @@ module row_basis
       integer :: highest = 0
       !> -Re s, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable :: decay(:)
-      !> Im s, padded likewise
+      !> Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: omega(:)
-      !> |s|, padded likewise
+      !> |s|, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: modulus(:)
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row; row and k together make an index
       !> (`index_of`), which is divided into SIMD vectors, [lanes, 2, padded terms, blocks]

@@ -61,9 +61,9 @@ module row_integrals
       real(wp) :: length = -1.0_wp
       !> Terms at the start of the part, real and imaginary parts, [padded terms, 2]
       real(wp), allocatable :: start(:, :)
-      !> Change of the terms over the part, likewise
+      !> Change of the terms over the part, real and imaginary parts, [padded terms, 2]
       real(wp), allocatable :: change(:, :)
-      !> Integrals of the terms over the part, likewise
+      !> Integrals of the terms over the part, real and imaginary parts, [padded terms, 2]
       real(wp), allocatable :: integral(:, :)
       !> Integrals of |z|^2, [padded terms]
       real(wp), allocatable :: square(:)
@@ -120,8 +120,14 @@ contains
       !> The terms; the caller sets their length negative when a new phase begins
       type(row_interval_terms_t), intent(inout) :: span
 
-      ! real and imaginary part of exp(s length), real part of exp(s length) - 1, and |exp(s length)| - 1
-      real(wp), dimension(size(z, 1)) :: power, power_imag, less_one, modulus_change
+      ! real part of exp(s length)
+      real(wp) :: power(size(z, 1))
+      ! imaginary part of exp(s length)
+      real(wp) :: power_imag(size(z, 1))
+      ! real part of exp(s length) - 1
+      real(wp) :: less_one(size(z, 1))
+      ! |exp(s length)| - 1
+      real(wp) :: modulus_change(size(z, 1))
       integer :: m, n
 
       if (.not. (abs(span%length - length) > 0.0_wp .or. abs(span%from - from) > 0.0_wp)) return
@@ -171,11 +177,17 @@ contains
 
       ! a square that is a smaller fraction of the squares of its two parts would lose digits
       real(wp), parameter :: min_fraction = 1.0e-3_wp
-      ! integral of f y + g y', of (f y)^2 + (g y')^2, and of (f y + g y')^2
-      real(wp) :: total, separate, square
+      ! integral of f y + g y'
+      real(wp) :: total
+      ! integral of (f y)^2 + (g y')^2
+      real(wp) :: separate
+      ! integral of (f y + g y')^2
+      real(wp) :: square
       real(wp) :: sums(square_sum, 1)
-      ! indices of the row y and of its rate y' in the sums
-      integer :: value, rate
+      ! index of the row y in the sums
+      integer :: value
+      ! index of the rate y' in the sums
+      integer :: rate
       integer :: i
 
       call find_row_sums(basis, form, span, signals, merge(square_sum, change_sum, present(second)))
@@ -250,13 +262,17 @@ contains
       !> Sums in the columns `integral_sum` to `square_sum`, [4, rows]
       real(wp), contiguous, intent(inout) :: sums(:, :)
 
-      ! changes of the real and imaginary parts of the terms of each row, and sums of their values at both ends
-      real(wp) :: changes(form%order, signals_at_once), ends(form%order, signals_at_once)
+      ! changes of the real and imaginary parts of the terms of each row, [terms, rows]
+      real(wp) :: changes(form%order, signals_at_once)
+      ! sums of their values at both ends, [terms, rows]
+      real(wp) :: ends(form%order, signals_at_once)
       ! values of the quadratic form of changes and ends, of each row
       real(wp) :: quadratic(signals_at_once)
-      ! real part of a term of a row at the start, and change of a part of it
-      real(wp) :: part, part_change
-      ! integral, value at the start, change, and integral of the square of a row
+      ! real part of a term of a row at the start
+      real(wp) :: part
+      ! change of a real or imaginary part of the term
+      real(wp) :: part_change
+      ! integral of a row (`total`), value at the start, change, integral of the square of the row
       real(wp) :: total, start, change, square
       complex(wp) :: s
       integer :: i, k, m
@@ -325,8 +341,10 @@ contains
       !> y^T A x of each pair
       real(wp), intent(out) :: value(signals_at_once)
 
-      ! x and y of the first pair, then of the second; the rows of the products of L and these vectors in a panel
-      real(wp) :: vectors(4, order), product(lanes, 4)
+      ! x and y of the first pair, then of the second, [4, order]
+      real(wp) :: vectors(4, order)
+      ! the rows of the products of L and these vectors in a panel, [lanes, 4]
+      real(wp) :: product(lanes, 4)
       integer :: first, i, last
 
       value = 0.0_wp

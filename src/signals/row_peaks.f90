@@ -39,7 +39,7 @@ contains
       !> The search may miss a peak that is higher by less than `peak_tolerance` times the maximum or this magnitude
       real(wp), intent(in) :: scale
       logical, intent(out) :: is_found
-      !> In: the known value. Out: the maximum, if it is higher
+      !> On entry the known value; on return the maximum, if it is higher
       real(wp), intent(inout) :: value
       !> Instant of the maximum
       real(wp), intent(inout) :: time

@@ -62,7 +62,7 @@ contains
       real(wp), intent(in) :: limit
       !> Signals that are not `is_certified` on return must be searched one by one
       type(row_signal_t), intent(inout) :: signals(:)
-      !> In: node 0 has the amplitudes at the start
+      !> On entry node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
       !> The signal that vanishes first; 0: none
       integer, intent(out) :: first_signal

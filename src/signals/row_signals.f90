@@ -3,9 +3,9 @@
 !> maxima (module `row_peaks`) use them (docs/theory.md, section 23).
 !>
 !> In a step of length h a signal is approximated by the quintic Hermite polynomial with the same value, slope and
-!> curvature (first and second derivative by time) at both ends of the step. The error is at most B h**6/46080, with a
-!> bound B of the magnitude of the sixth derivative of the signal. The polynomial lies between the minimum and the
-!> maximum of its Bernstein coefficients.
+!> curvature (first and second derivative with respect to time) at both ends of the step. The error is at most B
+!> h**6/46080, with a bound B of the magnitude of the sixth derivative of the signal. The polynomial lies between the
+!> minimum and the maximum of its Bernstein coefficients.
 module row_signals
    use kinds, only: i8, wp
    use row_basis, only: index_of, rate_magnitude_column, row_basis_t, seventh_column, sixth_column, magnitude_column

@@ -50,8 +50,10 @@ contains
       real(wp), parameter :: max_angle = 4.5_wp
       ! derivatives of faster modes may overflow
       real(wp), parameter :: max_rate = 1.0e5_wp
-      ! two successive derivatives of the modal displacements, [padded]
-      real(wp), dimension(size(weight)) :: low, high
+      ! a derivative of the modal displacements, [padded]
+      real(wp) :: low(size(weight))
+      ! the next derivative, [padded]
+      real(wp) :: high(size(weight))
       ! weighted sums of the derivatives in each SIMD lane, [lanes, order]
       real(wp) :: total(lanes, max_derivatives)
       ! coefficients s^(k)/k! of the series
@@ -60,8 +62,10 @@ contains
       real(wp) :: rate
       ! time up to which the series is used
       real(wp) :: length
-      ! bound on the first omitted term of the series of s(t)/t, and its factor length^terms/(terms + 1)!
-      real(wp) :: remainder, factor
+      ! bound on the first omitted term of the series of s(t)/t
+      real(wp) :: remainder
+      ! length^terms/(terms + 1)!, a factor of this bound
+      real(wp) :: factor
       ! end of the flight
       real(wp) :: step
       ! number of terms of the series
@@ -114,8 +118,8 @@ contains
       real(wp), intent(inout) :: coefficient(max_derivatives)
       !> Slope of a further term, as in `find_short_flight`
       real(wp), intent(in), optional :: slope
-      !> Further terms Re h exp(i W t). In: the derivative of order `from` - 1 of h exp(i W t) at t = 0; out: that of
-      !> order `to`
+      !> Further terms Re h exp(i W t). On entry the derivative of order `from` - 1 of h exp(i W t) at t = 0; on return
+      !> that of order `to`
       complex(wp), intent(inout), optional :: harmonics(:)
       !> Frequencies W of these terms, [harmonics]
       real(wp), intent(in), optional :: frequency(:)
@@ -205,9 +209,9 @@ contains
       real(wp), intent(in) :: two_zeta
       !> Weights of the modes in the signal
       real(wp), intent(in) :: weight(lanes, blocks)
-      !> In: derivative of order `from` - 1. Out: derivative of order `to`
+      !> On entry derivative of order `from` - 1; on return derivative of order `to`
       real(wp), intent(inout), dimension(lanes, blocks) :: low
-      !> In: derivative of order `from`. Out: derivative of order `to` + 1
+      !> On entry derivative of order `from`; on return derivative of order `to` + 1
       real(wp), intent(inout), dimension(lanes, blocks) :: high
       !> Sums of the derivatives in each SIMD lane
       real(wp), intent(inout) :: total(lanes, max_derivatives)
@@ -249,8 +253,10 @@ contains
       integer, parameter :: step_cap = 24, iteration_cap = 12
       ! coefficients of the series in t over the length of the interval
       real(wp) :: scaled(size(coefficient))
-      ! bounds on the second derivative from above and, with the opposite sign, from below
-      real(wp) :: above, below
+      ! bound on the second derivative from above
+      real(wp) :: above
+      ! bound on minus the second derivative from above
+      real(wp) :: below
       ! bound on the rounding error of the series
       real(wp) :: rounding
       ! instants between which the zero lies

@@ -35,7 +35,7 @@ module signal_integrals
       complex(wp), allocatable, private :: exponent(:)
       !> -Re s, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable, private :: decay(:)
-      !> Im s, padded likewise
+      !> Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable, private :: omega(:)
       !> Real and imaginary parts of 1/(s_m + s_n) and of 1/(s_m + conjg(s_n)), 0 for close pairs, [terms, terms, 4]
       real(wp), allocatable, private :: inverse(:, :, :)
@@ -43,7 +43,7 @@ module signal_integrals
       integer, allocatable, private :: close(:, :)
       !> exp(s length), real and imaginary parts, [padded terms, 2]
       real(wp), allocatable, private :: power(:, :)
-      !> exp(s length) - 1, likewise
+      !> exp(s length) - 1, real and imaginary parts, [padded terms, 2]
       real(wp), allocatable, private :: change(:, :)
       !> The quadratic form, [2 terms, 2 terms]
       real(wp), allocatable :: matrix(:, :)
@@ -71,17 +71,26 @@ contains
       real(wp), parameter :: rounding = 1.0e-9_wp
       ! amplitudes below this count as zero, because subnormal products of decayed terms are slow
       real(wp), parameter :: negligible = 1.0e-140_wp
-      ! integrals of exp(s t) and of t exp(s t), and exp(s t) at the start of the interval
-      complex(wp) :: simple, ramp, start
+      ! integral of exp(s t)
+      complex(wp) :: simple
+      ! integral of t exp(s t)
+      complex(wp) :: ramp
+      ! exp(s t) at the start of the interval
+      complex(wp) :: start
       ! real and imaginary parts of the amplitudes at the start of the interval, [2 terms, signals]
       real(wp) :: parts(2*size(signals%exponent), size(first))
       ! matrix of the quadratic form times these parts, [2 terms, signals]
       real(wp) :: products(2*size(signals%exponent), size(first))
-      ! factors of the parts in the integral of a signal, in the integral of a signal times t, and in its value at the
-      ! end of the interval, [2 terms]
-      real(wp), dimension(2*size(signals%exponent)) :: of_simple, of_ramp, of_end
-      ! length of the interval, and constant part of a signal at its start
-      real(wp) :: length, offset
+      ! factors of the parts in the integral of a signal, [2 terms]
+      real(wp) :: of_simple(2*size(signals%exponent))
+      ! factors of the parts in the integral of a signal times t, [2 terms]
+      real(wp) :: of_ramp(2*size(signals%exponent))
+      ! factors of the parts in the value of a signal at the end of the interval, [2 terms]
+      real(wp) :: of_end(2*size(signals%exponent))
+      ! length of the interval
+      real(wp) :: length
+      ! constant part of a signal at the start of the interval
+      real(wp) :: offset
       integer :: i, k, n
 
       length = to - from
@@ -173,8 +182,10 @@ contains
       !> The quadratic form, with the inverses
       type(squares_t), intent(inout) :: squares
 
-      ! real and imaginary parts of the integrals of exp((s_m + s_n) t) and of exp((s_m + conjg(s_n)) t)
-      real(wp) :: direct, direct_imag, conjugate, conjugate_imag
+      ! real and imaginary part of the integral of exp((s_m + s_n) t)
+      real(wp) :: direct, direct_imag
+      ! real and imaginary part of the integral of exp((s_m + conjg(s_n)) t)
+      real(wp) :: conjugate, conjugate_imag
       real(wp) :: modulus_change(size(squares%decay)), sign, u, v, x, y
       complex(wp) :: pair, power(2), total
       integer :: i, k, m, n

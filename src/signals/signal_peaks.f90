@@ -167,8 +167,12 @@ contains
 
       ! maximum number of times that the samples are taken
       integer, parameter :: zooms = 10
-      ! first and last instant of the samples, and interval between samples
-      real(wp) :: first, last, width
+      ! first instant of the samples
+      real(wp) :: first
+      ! last instant of the samples
+      real(wp) :: last
+      ! interval between samples
+      real(wp) :: width
       ! maximum before the samples were taken
       real(wp) :: previous
       real(wp) :: sample, slope, t

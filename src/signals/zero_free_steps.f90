@@ -26,14 +26,15 @@ contains
       real(wp), intent(in) :: whole_slope
       real(wp) :: step
 
-      ! for each k, sums over the first k terms: values, slopes, second derivatives, bounds on second derivatives, and
-      ! bounds on third derivatives
+      ! for each k, sums over the first k terms: values, slopes, second derivatives and bounds
       real(wp), dimension(size(terms, 1)) :: values, slopes, curvatures, curvature_bounds, jerk_bounds
       ! for each k, sum of the depths below zero that the terms after the k-th can reach
       real(wp) :: depths(size(terms, 1))
-      ! for each k, lower bound of the whole sum at the start, and length of the step
-      real(wp), dimension(size(terms, 1)) :: lower_value, step_length
-      ! the same sums up to the present term
+      ! for each k, lower bound of the whole sum at the start
+      real(wp) :: lower_value(size(terms, 1))
+      ! for each k, length of the step
+      real(wp) :: step_length(size(terms, 1))
+      ! these sums up to the present term
       real(wp) :: value, slope, curvature, curvature_bound, jerk_bound, depth
       real(wp) :: rounding
       integer :: best, k, n
@@ -112,8 +113,10 @@ contains
       real(wp), parameter :: max_magnitude = 1.0e70_wp
       ! length of a step, a multiple of `trial_step`
       real(wp) :: h
-      ! h^2 (second derivative)/6 and h^3 (bound on the third derivative)/6
-      real(wp) :: curvature_term, jerk_term
+      ! h^2 (second derivative)/6
+      real(wp) :: curvature_term
+      ! h^3 (bound on the third derivative)/6
+      real(wp) :: jerk_term
       ! minimum Bernstein coefficient of the cubic on [0, h]
       real(wp) :: lower_bound
       real(wp) :: trial_step
@@ -155,16 +158,18 @@ contains
       real(wp) :: longest
 
       integer, parameter :: degree = 15
-      ! the step times the rate of the fastest exponential, and the factor by which an unsuccessful step is shortened
-      real(wp), parameter :: first_angle = 0.5_wp, shortened = 0.25_wp
+      ! the first step times the rate of the fastest exponential
+      real(wp), parameter :: first_angle = 0.5_wp
+      ! factor by which an unsuccessful step is shortened
+      real(wp), parameter :: shortened = 0.25_wp
       ! steps that gain less than this factor are not worth their costs
       real(wp), parameter :: min_gain = 16.0_wp
       ! fraction of the sum that is neglected: exponentials that have decayed count by their magnitudes
       real(wp), parameter :: small = 1.0e-3_wp
-      ! coefficients of the polynomial of t/h, then its Bernstein coefficients on [0, h], to be divided by binomials
+      ! coefficients of the polynomial of t/h, and its Bernstein coefficients on [0, h] before division by binomials
       real(wp) :: coefficient(0:degree), bernstein(0:degree)
       complex(wp) :: derivative(size(term))
-      ! bound on the terms beyond the polynomial, and on exponentials that have decayed
+      ! bound on the terms beyond the polynomial (`remainder`), and on exponentials that have `decayed`
       real(wp) :: remainder, decayed
       real(wp) :: fastest, h
       logical :: is_large(size(term))

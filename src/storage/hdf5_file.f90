@@ -185,12 +185,12 @@ contains
    end function make_group
 
    !> Make a dataset and leave it open. Its values are written unless the address is null.
-   function make_dataset(self, group, name, type, extent, address, is_scale) result(dataset)
+   function make_dataset(self, group, name, type_id, extent, address, is_scale) result(dataset)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: group
       character(*), intent(in) :: name
       !> Type of the values in the file and in memory
-      integer(hid_t), intent(in) :: type
+      integer(hid_t), intent(in) :: type_id
       !> Shape of the dataset; of size 0 for a scalar. A negative number counts as 0, because gfortran 12 gives an
       !> expression without values the extent -1 in a dummy argument of any rank
       integer(hsize_t), intent(in) :: extent(:)
@@ -200,19 +200,19 @@ contains
       integer(hid_t) :: dataset
 
       integer :: status
-      integer(hid_t) :: space
+      integer(hid_t) :: space_id
 
       dataset = -1_hid_t
       if (allocated(self%failed_call)) return
-      space = self%one_value
-      if (size(extent) > 0) call h5screate_simple_f(size(extent), max(extent, 0_hsize_t), space, status)
-      call h5dcreate_f(group, name, type, space, dataset, status, dcpl_id=self%dataset_properties)
+      space_id = self%one_value
+      if (size(extent) > 0) call h5screate_simple_f(size(extent), max(extent, 0_hsize_t), space_id, status)
+      call h5dcreate_f(group, name, type_id, space_id, dataset, status, dcpl_id=self%dataset_properties)
       call self%check(status, name)
       if (.not. allocated(self%failed_call) .and. c_associated(address)) then
-         call h5dwrite_f(dataset, type, address, status, xfer_prp=self%transfer_properties)
+         call h5dwrite_f(dataset, type_id, address, status, xfer_prp=self%transfer_properties)
          call self%check(status, name)
       end if
-      if (size(extent) > 0) call h5sclose_f(space, status)
+      if (size(extent) > 0) call h5sclose_f(space_id, status)
       if (.not. present(is_scale)) return
       if (is_scale) call h5dsset_scale_f(dataset, status, name)
       call self%check(status, name)
@@ -267,32 +267,32 @@ contains
    end subroutine finish_scales
 
    !> Write an attribute, a value or a list of values.
-   subroutine write_attribute(self, object, name, type, extent, address)
+   subroutine write_attribute(self, object, name, type_id, extent, address)
       class(hdf5_file_t), intent(inout) :: self
       !> Group or dataset
       integer(hid_t), intent(in) :: object
       character(*), intent(in) :: name
       !> Type of the values in the file and in memory
-      integer(hid_t), intent(in) :: type
+      integer(hid_t), intent(in) :: type_id
       !> Number of values, as for a dataset; empty: one
       integer(hsize_t), intent(in) :: extent(:)
       type(c_ptr), intent(in) :: address
 
       integer :: status
-      integer(hid_t) :: attribute, space
+      integer(hid_t) :: attribute, space_id
 
       if (allocated(self%failed_call)) return
-      space = self%one_value
-      if (size(extent) > 0) call h5screate_simple_f(1, max(extent, 0_hsize_t), space, status)
-      call h5acreate_f(object, name, type, space, attribute, status)
+      space_id = self%one_value
+      if (size(extent) > 0) call h5screate_simple_f(1, max(extent, 0_hsize_t), space_id, status)
+      call h5acreate_f(object, name, type_id, space_id, attribute, status)
       call self%check(status, name)
       if (allocated(self%failed_call)) return
       if (c_associated(address)) then
-         call h5awrite_f(attribute, type, address, status)
+         call h5awrite_f(attribute, type_id, address, status)
          call self%check(status, name)
       end if
       call h5aclose_f(attribute, status)
-      if (size(extent) > 0) call h5sclose_f(space, status)
+      if (size(extent) > 0) call h5sclose_f(space_id, status)
    end subroutine write_attribute
 
    !> Write an attribute that is a text.

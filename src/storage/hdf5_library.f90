@@ -51,15 +51,15 @@ contains
    end subroutine open_hdf5
 
    !> Make the HDF5 type of texts: UTF-8 of variable length.
-   subroutine make_text_type(type, status)
+   subroutine make_text_type(type_id, status)
       !> Identifier of the type, which the caller closes
-      integer(hid_t), intent(out) :: type
+      integer(hid_t), intent(out) :: type_id
       !> Status that HDF5 returned; negative is a failure
       integer, intent(out) :: status
 
       ! h5t_string is already of variable length and ends with a null character as in C.
-      call h5tcopy_f(h5t_string, type, status)
-      if (status >= 0) call h5tset_cset_f(type, h5t_cset_utf8_f, status)
+      call h5tcopy_f(h5t_string, type_id, status)
+      if (status >= 0) call h5tset_cset_f(type_id, h5t_cset_utf8_f, status)
    end subroutine make_text_type
 
 end module hdf5_library

@@ -126,16 +126,16 @@ contains
       character(*), intent(in) :: name
       character(*), intent(out) :: texts(:)
 
-      integer(hid_t) :: type
+      integer(hid_t) :: type_id
       integer :: status, i, k
       type(c_ptr), target :: addresses(size(texts))
       character(kind=c_char), pointer :: letters(:)
 
       texts = ''
       if (size(texts) == 0) return
-      call make_text_type(type, status)
-      call self%load_dataset(name, type, size(texts, kind=hsize_t), c_loc(addresses))
-      call h5tclose_f(type, status)
+      call make_text_type(type_id, status)
+      call self%load_dataset(name, type_id, size(texts, kind=hsize_t), c_loc(addresses))
+      call h5tclose_f(type_id, status)
       if (.not. self%is_good) return
       do i = 1, size(texts)
          if (.not. c_associated(addresses(i))) cycle
@@ -149,17 +149,17 @@ contains
    end subroutine load_texts
 
    !> Read a dataset of the expected size into memory.
-   subroutine load_dataset(self, name, type, expected, address)
+   subroutine load_dataset(self, name, type_id, expected, address)
       class(hdf5_source_t), intent(inout) :: self
       character(*), intent(in) :: name
       !> Type of the values in memory
-      integer(hid_t), intent(in) :: type
+      integer(hid_t), intent(in) :: type_id
       !> Number of values that the dataset must have
       integer(hsize_t), intent(in) :: expected
       !> Address to which the values are written
       type(c_ptr), intent(in) :: address
 
-      integer(hid_t) :: dataset, space
+      integer(hid_t) :: dataset, space_id
       integer(hsize_t) :: points
       integer :: status
       type(c_ptr) :: location
@@ -168,13 +168,13 @@ contains
       call h5dopen_f(self%id, name, dataset, status)
       self%is_good = status == 0
       if (.not. self%is_good) return
-      call h5dget_space_f(dataset, space, status)
-      call h5sget_simple_extent_npoints_f(space, points, status)
+      call h5dget_space_f(dataset, space_id, status)
+      call h5sget_simple_extent_npoints_f(space_id, points, status)
       self%is_good = points == expected
       location = address
-      if (self%is_good) call h5dread_f(dataset, type, location, status)
+      if (self%is_good) call h5dread_f(dataset, type_id, location, status)
       self%is_good = self%is_good .and. status == 0
-      call h5sclose_f(space, status)
+      call h5sclose_f(space_id, status)
       call h5dclose_f(dataset, status)
    end subroutine load_dataset
 
@@ -196,7 +196,7 @@ contains
       character(*), intent(in) :: group
       type(member_t), allocatable, intent(out) :: members(:)
 
-      integer(hid_t) :: id, object, space, type
+      integer(hid_t) :: id, object, space_id, type_id
       integer :: count, kind, newest, storage, status, i
       integer(hsize_t) :: k
 
@@ -213,14 +213,14 @@ contains
          call h5oopen_f(id, trim(members(i)%name), object, status)
          call h5iget_type_f(object, kind, status)
          if (kind == h5i_dataset_f) then
-            call h5dget_space_f(object, space, status)
-            call h5sget_simple_extent_npoints_f(space, members(i)%points, status)
-            call h5sclose_f(space, status)
-            call h5dget_type_f(object, type, status)
-            call h5tget_class_f(type, kind, status)
+            call h5dget_space_f(object, space_id, status)
+            call h5sget_simple_extent_npoints_f(space_id, members(i)%points, status)
+            call h5sclose_f(space_id, status)
+            call h5dget_type_f(object, type_id, status)
+            call h5tget_class_f(type_id, kind, status)
             members(i)%is_integer = kind == h5t_integer_f
             members(i)%is_text = kind == h5t_string_f
-            call h5tclose_f(type, status)
+            call h5tclose_f(type_id, status)
          end if
          call h5oclose_f(object, status)
       end do
@@ -258,7 +258,7 @@ contains
       character(:), allocatable :: text
 
       character(kind=c_char), pointer :: letters(:)
-      integer(hid_t) :: attribute, space, type
+      integer(hid_t) :: attribute, space_id, type_id
       integer(hsize_t) :: points
       integer :: i, length, status
       logical :: is_text
@@ -273,14 +273,14 @@ contains
          call h5aopen_by_name_f(self%id, '/', name, attribute, status)
       end if
       if (status < 0) return
-      call h5aget_space_f(attribute, space, status)
-      call h5sget_simple_extent_npoints_f(space, points, status)
-      call h5sclose_f(space, status)
-      call h5aget_type_f(attribute, type, status)
-      call h5tis_variable_str_f(type, is_text, status)
+      call h5aget_space_f(attribute, space_id, status)
+      call h5sget_simple_extent_npoints_f(space_id, points, status)
+      call h5sclose_f(space_id, status)
+      call h5aget_type_f(attribute, type_id, status)
+      call h5tis_variable_str_f(type_id, is_text, status)
       if (is_text .and. points == 1_hsize_t) then
          location = c_loc(address)
-         call h5aread_f(attribute, type, location, status)
+         call h5aread_f(attribute, type_id, location, status)
          if (status >= 0 .and. c_associated(address)) then
             ! the length is not known in advance; a null character ends the text
             call c_f_pointer(address, letters, [huge(1)])
@@ -296,7 +296,7 @@ contains
             call c_free(address)
          end if
       end if
-      call h5tclose_f(type, status)
+      call h5tclose_f(type_id, status)
       call h5aclose_f(attribute, status)
    end function text_attribute
 

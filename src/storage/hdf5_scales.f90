@@ -53,7 +53,7 @@ contains
       integer(hid_t), intent(in) :: group
       !> Names of the scales; an empty name: none
       character(*), intent(in) :: names(:)
-      !> Negative: a call of HDF5 failed
+      !> Negative: a call of HDF5 failed. A call that only supplies an argument of a later call is not tested by itself
       integer, intent(out) :: status
 
       integer(c_int64_t), target :: reference

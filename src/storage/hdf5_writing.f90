@@ -226,13 +226,13 @@ contains
       real(wp), intent(in), optional :: in_scene_units
       type(hdf5_column_t) :: made
 
-      integer(hid_t) :: type
+      integer(hid_t) :: type_id
 
-      type = h5t_native_double
-      if (is_whole) type = h5t_native_integer
+      type_id = h5t_native_double
+      if (is_whole) type_id = h5t_native_integer
       made%file => self%file
       made%is_whole = is_whole
-      made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
+      made%id = self%file%make_dataset(self%id, name, type_id, [int(length, hsize_t)], c_null_ptr, is_scale)
       call self%file%describe(made%id, units, long_name, in_scene_units)
       if (present(along)) call self%file%attach(made%id, self%id, [along])
    end function column
@@ -255,12 +255,12 @@ contains
       logical, intent(in) :: is_whole
       real(wp), intent(in) :: in_scene_units
 
-      integer(hid_t) :: dataset, list, properties, table, type
+      integer(hid_t) :: dataset, list, properties, table, type_id
       integer :: status
 
       if (allocated(self%file%failed_call)) return
-      type = h5t_native_double
-      if (is_whole) type = h5t_native_integer
+      type_id = h5t_native_double
+      if (is_whole) type_id = h5t_native_integer
       call h5screate_simple_f(1, [product(int(extents, hsize_t))], list, status)
       ! HDF5's interface for Fortran reverses the order of the axes
       call h5screate_simple_f(size(extents), int(extents(size(extents):1:-1), hsize_t), table, status)
@@ -268,7 +268,7 @@ contains
       call h5pset_obj_track_times_f(properties, .false., status)
       call h5pset_virtual_f(properties, table, '.', source//'/'//name, list, status)
       call self%file%check(status, 'a view')
-      call h5dcreate_f(self%id, name, type, table, dataset, status, dcpl_id=properties)
+      call h5dcreate_f(self%id, name, type_id, table, dataset, status, dcpl_id=properties)
       call self%file%check(status, name)
       call self%file%describe(dataset, units, long_name, in_scene_units)
       call self%file%attach(dataset, self%id, scales)
@@ -306,30 +306,30 @@ contains
       !> Values of the list (integral values if the list is of integers), or complete rows of the table
       real(wp), contiguous, target, intent(in) :: values(:)
 
-      integer(hid_t) :: space, memory
+      integer(hid_t) :: space_id, memory
       integer, allocatable, target :: integers(:)
       integer :: status
 
       if (allocated(self%file%failed_call) .or. size(values) == 0) return
       call h5screate_simple_f(1, [size(values, kind=hsize_t)], memory, status)
-      call h5dget_space_f(self%id, space, status)
+      call h5dget_space_f(self%id, space_id, status)
       if (self%width > 0) then
-         call h5sselect_hyperslab_f(space, h5s_select_set_f, [0_hsize_t, int(first - 1, hsize_t)], &
+         call h5sselect_hyperslab_f(space_id, h5s_select_set_f, [0_hsize_t, int(first - 1, hsize_t)], &
             [int(self%width, hsize_t), size(values, kind=hsize_t)/int(self%width, hsize_t)], status)
       else
-         call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], &
-            status)
+         call h5sselect_hyperslab_f(space_id, h5s_select_set_f, [int(first - 1, hsize_t)], &
+            [size(values, kind=hsize_t)], status)
       end if
       call self%file%check(status, 'a place in a column')
       if (self%is_whole) then
          allocate (integers(size(values)))
          integers(:) = nint(values)
-         call h5dwrite_f(self%id, h5t_native_integer, c_loc(integers), status, memory, space)
+         call h5dwrite_f(self%id, h5t_native_integer, c_loc(integers), status, memory, space_id)
       else
-         call h5dwrite_f(self%id, h5t_native_double, c_loc(values), status, memory, space)
+         call h5dwrite_f(self%id, h5t_native_double, c_loc(values), status, memory, space_id)
       end if
       call self%file%check(status, 'a column')
-      call h5sclose_f(space, status)
+      call h5sclose_f(space_id, status)
       call h5sclose_f(memory, status)
    end subroutine put
 
@@ -397,10 +397,10 @@ contains
    end subroutine label
 
    !> Write an attribute of the group or of a dataset in the group.
-   subroutine write_attribute(self, name, type, extent, address, dataset)
+   subroutine write_attribute(self, name, type_id, extent, address, dataset)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      integer(hid_t), intent(in) :: type
+      integer(hid_t), intent(in) :: type_id
       integer(hsize_t), intent(in) :: extent(:)
       !> Address of the values
       type(c_ptr), intent(in) :: address
@@ -413,7 +413,7 @@ contains
       object = self%id
       if (present(dataset)) call h5dopen_f(self%id, dataset, object, status)
       if (present(dataset)) call self%file%check(status, dataset)
-      call self%file%write_attribute(object, name, type, extent, address)
+      call self%file%write_attribute(object, name, type_id, extent, address)
       if (present(dataset)) call h5dclose_f(object, status)
    end subroutine write_attribute
 

@@ -75,7 +75,7 @@ contains
    !> The runs from which the mesh is found: a few cases from the first to the last, the ends of a branch of periodic
    !> motions, or the run of the scene.
    subroutine find_sample(scene, sample)
-      !> Scene; out: with the description of these runs (`found_for`)
+      !> Scene; on return with the description of these runs (`found_for`)
       type(scene_t), intent(inout) :: scene
       type(scene_t), allocatable, intent(out) :: sample(:)
 

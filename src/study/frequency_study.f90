@@ -192,7 +192,7 @@ contains
       integer, intent(in) :: solver
       !> Number of requested modes
       integer, intent(in) :: count
-      !> The table; out: with nodes and shapes
+      !> The table; on return with nodes and shapes
       type(frequency_table_t), intent(inout) :: table
       !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error

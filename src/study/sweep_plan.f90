@@ -67,8 +67,9 @@ module sweep_plan
       procedure(case_interface), pointer, nopass :: run => null()
       !> Settings besides the scene on which the results of the cases depend, as text; unallocated: none
       character(:), allocatable :: remark
-      !> Text of the plan, by which chunks on disk are recognised, and their folder
+      !> Text of the plan, by which chunks on disk are recognised
       character(:), allocatable :: text
+      !> Folder of the chunks
       character(:), allocatable :: path
    end type plan_t
 
@@ -208,7 +209,7 @@ contains
    !> Values of a list, or evenly spaced values of a range, whose ends are exact.
    pure subroutine list_values(swept, axis)
       type(swept_t), intent(in) :: swept
-      !> In: with its range; out: with its values
+      !> On entry with its range; on return with its values
       type(axis_t), intent(inout) :: axis
 
       integer :: i
@@ -226,7 +227,7 @@ contains
       !> Number of cases
       integer, intent(in) :: cases
       integer, intent(in) :: seed
-      !> In: with its range; out: with its values
+      !> On entry with its range; on return with its values
       type(axis_t), intent(inout) :: axis
 
       type(random_t) :: random

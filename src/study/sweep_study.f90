@@ -80,12 +80,12 @@ contains
    !> Compute the cases of a plan that are not in chunks on disk yet, with threads and processes, and store their rows.
    subroutine run_plan(scene, plan, job, run, error)
       type(scene_t), intent(in) :: scene
-      !> Out: with its text and the folder of its chunks
+      !> On return with its text and the folder of its chunks
       type(plan_t), intent(inout) :: plan
       type(job_t), intent(in) :: job
       type(plan_run_t), intent(out) :: run
-      !> In: set if this process could not plan the cases, which ends all processes; out: set if cases have no rows;
-      !> complete chunks remain on disk
+      !> On entry set if this process could not plan the cases, which ends all processes; on return set if cases have no
+      !> rows; complete chunks remain on disk
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: text

@@ -91,8 +91,11 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(256) :: buffer
-      ! next position in the unit, and size of its file in bytes
-      integer :: position, stored, length, status
+      ! next position in the unit
+      integer :: position
+      ! size of the file of the unit in bytes
+      integer :: stored
+      integer :: length, status
 
       flush (unit)
       ! libgfortran does not report a write that failed
