@@ -190,7 +190,8 @@ contains
       integer :: order(size(positions)), node
       ! position of node n - 2: if node n - 1 is moved to a stop near the tip, the neighbour of the last element begins
       ! here
-      real(wp) :: position_of_neighbour, position(size(positions))
+      real(wp) :: position_of_neighbour
+      real(wp) :: position(size(positions))
       logical, allocatable :: is_fixed(:)
       integer :: i
 

@@ -444,7 +444,8 @@ contains
 
       ! `s_plus_rate` and `total` are N and M of `coupled_equation`: M u = N P
       complex(wp) :: s_plus_rate, shape(size(active)), total
-      ! parts of a term of the sum over the modes, parts of this sum, and sum of the magnitudes of its terms
+      ! real and imaginary part of a term of the sum over the modes (`part`, `imag`) and of this sum; sum of the
+      ! magnitudes of the terms
       real(wp) :: imag, part, sum_imag, sum_real, magnitude, max_force
       integer :: i, j
 

@@ -275,14 +275,14 @@ contains
       !> Amplitudes without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
 
-      ! columns of `state`: W^2 z, z, v
+      ! columns of `state`: modal forces W^2 z, displacements z, rates v
       integer, parameter :: forces = 1, displacements = 2, rates = 3
       ! forms of the transform, the second times s, [terms, columns of sums, forms]
       real(wp) :: form(size(modes%decay), size_of, 2)
       ! 1/s, and the magnitude of s, [terms, columns of sums]
       real(wp) :: inverse(size(modes%decay), size_of)
       real(wp) :: square_sum, state(columns, size(modes%weight_parts, 3))
-      ! sums over the modes, and those of alpha z, [terms, columns of sums]
+      ! sums over the modes (`total`), and those of alpha z (`mass_damping`), [terms, columns of sums]
       real(wp) :: total(size(modes%decay), size_of, columns), mass_damping(size(modes%decay), size_of)
       integer :: j, m
 

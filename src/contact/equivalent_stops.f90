@@ -63,8 +63,9 @@ contains
       !> c of each stop, [stops]
       real(wp), intent(out) :: factor(:)
 
-      ! `trial`: values of c
-      real(wp) :: sum_of_rows(size(row, 1)), trial(3)
+      ! values of c that are tried
+      real(wp) :: trial(3)
+      real(wp) :: sum_of_rows(size(row, 1))
       ! the stops, those in whose rows the fewest modes take part first
       integer :: order(size(spring)), i, j, k, m
       ! the only mode that moves a rigid stop; 0: there are more

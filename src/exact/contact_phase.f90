@@ -231,7 +231,7 @@ contains
       real(wp) :: state(size(self%now%z), 4)
       ! values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp) :: term(merge(self%now%set%coupled%count, 0, size(self%now%set%compliant) > 0))
-      ! gap of a contact and its rate, displacement and velocity of a massless node, and sum of all contact forces
+      ! gap of a contact and its rate; displacement and velocity of a massless node; `total` of all contact forces
       real(wp) :: gap, rate, node(2), total
       integer :: k
       ! whether the contact is closed and rigid, so that gap and rate are zero

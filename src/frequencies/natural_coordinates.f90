@@ -110,7 +110,8 @@ contains
 
       real(wp), allocatable :: breakpoint(:), mass_point(:), mass_weight(:), stiffness_point(:), stiffness_weight(:)
       ! entries 11, 12, 22 of a block S
-      real(wp) :: block(3), right_tip_distance, width, xi
+      real(wp) :: block(3)
+      real(wp) :: right_tip_distance, width, xi
       integer :: element, i, segment, row
       logical :: is_piecewise
 

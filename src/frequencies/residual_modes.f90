@@ -93,8 +93,9 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), dimension(size(vectors, 2), size(vectors, 2)) :: mass, unit
-      ! the workspace suffices for blocks of 32 columns
-      real(wp) :: value(size(vectors, 2)), work(34*size(vectors, 2) + 1)
+      ! workspace, sufficient for blocks of 32 columns
+      real(wp) :: work(34*size(vectors, 2) + 1)
+      real(wp) :: value(size(vectors, 2))
       integer :: count, i, info
 
       count = size(vectors, 2)

@@ -18,7 +18,10 @@ contains
       real(wp), intent(in), dimension(lanes*blocks) :: omega
       !> Time, >= 0
       real(wp), intent(in) :: t
-      real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
+      !> Real part of exp(s t)
+      real(wp), intent(out), dimension(lanes*blocks) :: real_part
+      !> Imaginary part of exp(s t)
+      real(wp), intent(out), dimension(lanes*blocks) :: imaginary_part
 
       ! each loop has one function, so that the compiler vectorises it
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
@@ -53,7 +56,10 @@ contains
       real(wp), intent(in), dimension(lanes*blocks) :: omega
       !> Time, >= 0
       real(wp), intent(in) :: t
-      real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
+      !> Real part of exp(s t)
+      real(wp), intent(out), dimension(lanes*blocks) :: real_part
+      !> Imaginary part of exp(s t)
+      real(wp), intent(out), dimension(lanes*blocks) :: imaginary_part
       !> Real part of exp(s t) - 1; the imaginary part is that of exp(s t)
       real(wp), intent(out) :: less_one(lanes*blocks)
       !> |exp(s t)| - 1

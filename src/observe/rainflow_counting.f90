@@ -102,7 +102,8 @@ contains
       integer, intent(out) :: number
 
       ! remaining reversals, of which the first is `remaining(first)`
-      real(wp) :: remaining(size(reversals)), last_range, previous_range
+      real(wp) :: remaining(size(reversals))
+      real(wp) :: last_range, previous_range
       integer :: first, i, top
 
       number = 0

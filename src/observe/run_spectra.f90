@@ -168,7 +168,7 @@ contains
 
       type(exponential_sums_t) :: of_rows
       type(observed_contact_t) :: contact
-      ! rows of the interval, and for each the signal to which it is added and the factor
+      ! rows of the interval; for each row the signal to which it is added (`owner`), and the factor
       integer, allocatable :: owner(:), rows(:)
       real(wp), allocatable :: factor(:)
       integer :: i, k

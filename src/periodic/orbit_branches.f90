@@ -342,7 +342,7 @@ contains
       type(trace_t), intent(inout) :: trace
 
       type(solution_t) :: bifurcation
-      ! value of the test function at the last point and at the next
+      ! value of the test function at the last point (`before`) and at the next (`after`)
       real(wp) :: before, after
       ! fold, period doubling, Neimark-Sacker bifurcation
       integer :: kind
@@ -444,7 +444,8 @@ contains
       !> Whether the branch continues with other impacts
       logical, intent(in) :: continues
 
-      ! numbers of restarts nearer to the end, where Newton's method converges from shorter distances, and of bisections
+      ! numbers of restarts (`rounds`) nearer to the end, where Newton's method converges from shorter steps, and of
+      ! `halvings`
       integer, parameter :: rounds = 12, halvings = 8
       ! an impact slower than this fraction of the velocity unit is grazing
       real(wp), parameter :: grazing_ratio = 1.0e-2_wp
@@ -452,7 +453,7 @@ contains
       type(solution_t) :: best
       type(solution_t) :: trial
       real(wp), allocatable :: direction(:)
-      ! bounds of the step from the last orbit to the end of the branch, and the step between them that is tried
+      ! bounds `low` and `high` of the step from the last orbit to the end of the branch, and the step that is tried
       real(wp) :: low, high, trial_step
       ! minimum speed of an impact in all trials
       real(wp) :: min_speed

@@ -179,7 +179,7 @@ contains
       !> Bounds of the signal itself at 0, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
-      ! instants of the present and of the previous evaluation, and length of the step to the next
+      ! instant t of the present evaluation, and of that `before`; length of the step to the next evaluation
       real(wp) :: t, before, step
       type(bounds_t) :: bounds
       integer(i8) :: budget
@@ -330,7 +330,7 @@ contains
    !> Search a lower derivative, or the signal itself, as soon as its value is clearly (64 times) above rounding.
    subroutine lower_order(signal, before, t, order, bounds, search, is_found)
       class(certified_signal_t), intent(in) :: signal
-      !> Instants of the last evaluation but one and of the last one
+      !> Instants of the last evaluation but one (`before`) and of the last one (`t`)
       real(wp), intent(in) :: before, t
       !> Order of the derivative, > 0
       integer, intent(inout) :: order
@@ -418,7 +418,7 @@ contains
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which it
    !> exceeds only if the signal is almost constant.
    elemental function step_without_zero(value, slope, bound) result(step)
-      !> Value >= 0, slope, and upper bound, >= 0, of minus the second derivative
+      !> Value >= 0, slope, and upper `bound` >= 0 of minus the second derivative
       real(wp), intent(in) :: value, slope, bound
       real(wp) :: step
 

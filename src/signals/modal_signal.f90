@@ -260,8 +260,9 @@ contains
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
-      ! `other_terms`: sum of all terms that are not modes
-      real(wp) :: magnitude, other_terms(term_columns), relaxation, signal, slope
+      ! sum of all terms that are not modes
+      real(wp) :: other_terms(term_columns)
+      real(wp) :: magnitude, relaxation, signal, slope
       integer :: blocks, k, last
       logical :: separates
 

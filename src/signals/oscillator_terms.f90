@@ -27,8 +27,13 @@ contains
       !> Columns as in `certified_search`, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
-      ! Second, third and fourth derivative of z
-      real(wp) :: a, jerk, snap, magnitude, block(lanes, term_columns)
+      ! second derivative of z
+      real(wp) :: a
+      ! third derivative of z
+      real(wp) :: jerk
+      ! fourth derivative of z
+      real(wp) :: snap
+      real(wp) :: magnitude, block(lanes, term_columns)
       integer :: b, i
 
       associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
@@ -77,7 +82,10 @@ contains
       !> 1/spread of the modes
       real(wp), dimension(lanes), intent(in) :: inverse_spread
       real(wp), intent(in) :: two_zeta
-      real(wp), dimension(lanes), intent(in) :: mass_rate, weight
+      !> Coefficient alpha of mass-proportional damping of the modes
+      real(wp), dimension(lanes), intent(in) :: mass_rate
+      !> Weight of the modes in the sum
+      real(wp), dimension(lanes), intent(in) :: weight
       !> Displacement of the modes at the instant
       real(wp), dimension(lanes), intent(in) :: z
       !> Velocity of the modes at the instant
@@ -254,8 +262,18 @@ contains
    pure subroutine add_block(unchanged, decay, spread, slow, fast, z, v)
       !> Number of leading modes that stay unchanged
       integer, intent(in) :: unchanged
-      real(wp), intent(in), dimension(lanes) :: decay, spread, slow, fast
-      real(wp), intent(inout), dimension(lanes) :: z, v
+      !> Decay rate of the slow exponential of each mode
+      real(wp), intent(in), dimension(lanes) :: decay
+      !> Half of the difference of the two decay rates
+      real(wp), intent(in), dimension(lanes) :: spread
+      !> A exp(-slow t)
+      real(wp), intent(in), dimension(lanes) :: slow
+      !> B exp(-fast t)
+      real(wp), intent(in), dimension(lanes) :: fast
+      !> Sum of the exponentials
+      real(wp), intent(inout), dimension(lanes) :: z
+      !> Slope of that sum
+      real(wp), intent(inout), dimension(lanes) :: v
 
       integer :: i
 
@@ -299,7 +317,16 @@ contains
 
    !> The terms of one SIMD vector of two exponentials, with their bounds.
    pure function exponential_terms(decay, spread, weight, slow, fast) result(terms)
-      real(wp), intent(in), dimension(lanes) :: decay, spread, weight, slow, fast
+      !> Decay rate of the slow exponential of each mode
+      real(wp), intent(in), dimension(lanes) :: decay
+      !> Half of the difference of the two decay rates
+      real(wp), intent(in), dimension(lanes) :: spread
+      !> Weight of the modes in the sum
+      real(wp), intent(in), dimension(lanes) :: weight
+      !> A exp(-slow t)
+      real(wp), intent(in), dimension(lanes) :: slow
+      !> B exp(-fast t)
+      real(wp), intent(in), dimension(lanes) :: fast
       !> Columns as in `certified_search`
       real(wp) :: terms(lanes, term_columns)
 

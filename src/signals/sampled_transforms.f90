@@ -84,8 +84,9 @@ contains
       complex(wp), allocatable :: factor(:)
       complex(wp) :: value
       real(wp) :: sign
-      ! `reversed`: the number with the binary digits of i in reverse order
-      integer :: bit, first, half, i, reversed, n
+      ! the number with the binary digits of i in reverse order
+      integer :: reversed
+      integer :: bit, first, half, i, n
 
       n = size(values)
       sign = merge(1.0_wp, -1.0_wp, is_inverse)
