@@ -49,8 +49,9 @@ contains
       logical, intent(inout) :: is_positive(:)
       !> z
       real(wp), intent(out) :: solution(:)
-      !> As in `solve_complementarity`
+      !> Matrix whose columns `place` have the products A, [modes, columns]; if absent, A alone is used
       real(wp), intent(in), optional :: value(:, :)
+      !> The columns, [n]
       integer, intent(in), optional :: place(:)
 
       integer, parameter :: max_pivots = 1000
@@ -119,8 +120,9 @@ contains
       logical, intent(in) :: is_positive(:)
       !> z
       real(wp), intent(out) :: solution(:)
-      !> As in `solve_complementarity`
+      !> Matrix whose columns `place` have the products A, [modes, columns]; if absent, A alone is used
       real(wp), intent(in), optional :: value(:, :)
+      !> The columns, [n]
       integer, intent(in), optional :: place(:)
 
       logical :: loses_digits

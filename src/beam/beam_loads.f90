@@ -55,7 +55,7 @@ contains
    !> of the root, times a unit translation of all nodes.
    pure function base_mass_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> [order of the model]
+      !> Forces on the degrees of freedom, [order of the model]
       real(wp), allocatable :: vector(:)
 
       integer :: i
@@ -67,7 +67,7 @@ contains
    !> columns of the root, times a unit rotation of all nodes.
    pure function base_rotation_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> [order of the model]
+      !> Forces on the degrees of freedom, [order of the model]
       real(wp), allocatable :: vector(:)
 
       allocate (vector, source=inertia_of_motion(model, model%mesh%position))
@@ -112,7 +112,7 @@ contains
    pure function inertia_of_curve(model, curve) result(vector)
       type(beam_model_t), intent(in) :: model
       type(piecewise_cubic_t), intent(in) :: curve
-      !> [order of the model]
+      !> Right side of this approximation, [order of the model]
       real(wp) :: vector(model%mass%order)
 
       integer :: element, i, node
@@ -230,7 +230,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
       real(wp), intent(in) :: at
-      !> [order of the model]
+      !> Forces on the degrees of freedom, [order of the model]
       real(wp) :: vector(model%mass%order)
 
       integer :: element
@@ -251,7 +251,7 @@ contains
       real(wp), intent(in) :: from
       !> End x/L of the loaded interval, not below the start
       real(wp), intent(in) :: to
-      !> [order of the model]
+      !> Forces on the degrees of freedom, [order of the model]
       real(wp) :: vector(model%mass%order)
 
       integer :: element

@@ -46,7 +46,7 @@ module contact_starts
          real(wp), intent(in) :: load(:, :)
          !> Displacements, [coordinates, loads]
          real(wp), intent(out) :: shape(:, :)
-         !> Set when the displacements cannot be found
+         !> Set if the displacements cannot be found
          type(failure_t), allocatable, intent(inout) :: error
       end subroutine bend
    end interface
@@ -63,7 +63,7 @@ contains
       real(wp), intent(inout) :: displacement(:)
       !> Force P >= 0 of each contact; those of inactive contacts are not changed
       real(wp), intent(inout) :: forces(:)
-      !> Set when the static shapes cannot be found
+      !> Set if the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: shape(size(displacement), count(is_active)), compliance(count(is_active), count(is_active)), &
@@ -253,7 +253,7 @@ contains
       real(wp), intent(in) :: forces(:)
       !> Displacements, [coordinates]
       real(wp), intent(in) :: displacement(:)
-      !> Set when a contact without force is penetrated
+      !> Set if a contact without force is penetrated
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: gap(size(contacts))
@@ -278,7 +278,7 @@ contains
       real(wp), intent(in) :: forces(:)
       !> Displacements, [coordinates]
       real(wp), intent(inout) :: displacement(:)
-      !> Set when the static shapes cannot be found
+      !> Set if the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), dimension(size(is_active)) :: gap, rounding, closing_forces

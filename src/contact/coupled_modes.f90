@@ -41,7 +41,7 @@ contains
       !> Dynamic stiffnesses of the stops, [stops]
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_modes_t), intent(out) :: modes
-      !> Set when the iteration does not converge
+      !> Set if the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
       type(coupled_modes_t) :: of_equivalents
@@ -98,7 +98,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
       type(coupled_modes_t), intent(inout) :: modes
-      !> Set when the iteration does not converge
+      !> Set if the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
       type(coupled_modes_t) :: part
@@ -140,7 +140,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       !> Contains the list of inactive modes, which have nodes at all stops; receives the terms
       type(coupled_modes_t), intent(inout) :: modes
-      !> Set when the iteration does not converge
+      !> Set if the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
       type(coupled_equation_t) :: problem

@@ -55,7 +55,7 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       !> Whether to iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
-      !> As in `guess_roots`
+      !> Whether to combine the whole damping of the modes: its two parts cancel for a light body without a damper
       logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)

@@ -25,7 +25,7 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> y and dy/dx of the nodes, [degrees of freedom]
       real(wp), allocatable, intent(out) :: displacement(:)
-      !> Set when no force at that stop moves the beam, or when the shape penetrates another contact
+      !> Set if no force at that stop moves the beam, or if the shape penetrates another contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(supported_beam_t) :: beam
@@ -66,7 +66,7 @@ contains
       real(wp), intent(out) :: forces(:)
       !> Strain energy of the beam and of all springs
       real(wp), intent(out) :: energy
-      !> Set when the beam is a mechanism
+      !> Set if the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error
       !> Bodies, each with a spring; absent: there are none
       type(body_settings_t), intent(in), optional :: bodies(:)

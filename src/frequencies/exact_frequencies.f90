@@ -319,7 +319,7 @@ contains
 
    !> Determinant by Laplace expansion in 2 x 2 minors of the upper and lower pair of rows.
    pure function determinant(matrix) result(value)
-      !> [4, 4]
+      !> The matrix, [4, 4]
       real(qp), intent(in) :: matrix(4, 4)
       real(qp) :: value
 

@@ -328,7 +328,7 @@ contains
       real(wp), intent(in) :: frequency(:)
       !> End of the search
       real(wp), intent(in) :: limit
-      !> As in `find_short_flight`
+      !> Result of the search, as in `find_short_flight`
       type(search_t), intent(inout) :: search
 
       ! powers of the frequencies must not overflow

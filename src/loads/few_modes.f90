@@ -64,7 +64,7 @@ contains
       !> Settings of one of the runs
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(out) :: modes
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       type(run_settings_t) :: unloaded
@@ -83,7 +83,7 @@ contains
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(out) :: modes
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: count
@@ -106,7 +106,7 @@ contains
       !> Number of the lowest modes
       integer, intent(in) :: count
       type(free_modes_t), intent(out) :: modes
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
       !> Modes from `find_base_modes`, which are reused
       type(free_modes_t), intent(in), optional :: base
@@ -183,7 +183,7 @@ contains
       type(free_modes_t), intent(inout) :: modes
       !> Coordinates q of the modes other than the rigid-body rotation, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
-      !> Set when the modes are not found
+      !> Set if the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: deflection(:, :)
@@ -235,7 +235,7 @@ contains
       type(supported_beam_t), intent(in) :: beam
       !> Shapes in the coordinates q, [order, shapes]
       real(wp), allocatable, intent(out) :: shapes(:, :)
-      !> Set when the mass matrix cannot be factorised
+      !> Set if the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(applied_loads_t) :: loads

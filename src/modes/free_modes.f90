@@ -59,7 +59,7 @@ contains
    subroutine find_free_modes(model, modes, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(out) :: modes
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &

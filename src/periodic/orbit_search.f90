@@ -31,7 +31,7 @@ contains
       !> Settings of &orbit
       type(orbit_settings_t), intent(in) :: options
       type(orbit_study_t), allocatable, intent(out) :: study
-      !> Set when no orbit is found
+      !> Set if no orbit is found
       type(failure_t), allocatable, intent(out) :: error
 
       type(section_map_t), target :: map

@@ -81,7 +81,7 @@ contains
       !> Common period, tau
       real(wp), intent(in) :: period
       type(section_map_t), intent(inout) :: map
-      !> Set when the modes are not found
+      !> Set if the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
@@ -242,7 +242,7 @@ contains
       type(section_state_t), intent(inout) :: state
       !> Receives the sections at phase 0 of the loads
       type(response_t), intent(out) :: response
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       !> If present, this number of sections at equal intervals is recorded instead
       integer, intent(in), optional :: samples
