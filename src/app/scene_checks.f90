@@ -58,7 +58,7 @@ contains
       modified = scene
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%list)
-            ! without an effect of the parameter on the start one case stands for all
+            ! if the parameter has no effect on the start, one case represents all
             if (i > 1 .and. .not. changes_start(parameter, single_contact)) return
             call set_parameters(modified, [parameter], [scene%cases%list(i)], problem)
             if (allocated(problem)) then

@@ -88,7 +88,7 @@ contains
 
    !> Close a file in memory and return its bytes.
    subroutine finish(self, bytes, error)
-      !> Root of the file; no object of the file can be used hereafter
+      !> Root of the file; no object of the file can be used afterwards
       class(hdf5_group_t), intent(inout) :: self
       !> The finished file
       character(kind=c_char), allocatable, intent(out) :: bytes(:)
@@ -101,7 +101,7 @@ contains
 
    !> Close a file.
    subroutine finish_on_disk(self, error)
-      !> Root of the file; no object of the file can be used hereafter
+      !> Root of the file; no object of the file can be used afterwards
       class(hdf5_group_t), intent(inout) :: self
       !> First HDF5 call that failed
       type(failure_t), allocatable, intent(out) :: error
