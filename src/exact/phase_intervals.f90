@@ -8,7 +8,7 @@ module phase_intervals
    use damped_oscillators, only: modal_energy
    use exponential_sums, only: exponential_sums_t
    use flight_peaks, only: find_peak
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
@@ -262,18 +262,19 @@ contains
    end function range_of
 
    !> Find the first turning point of an output row.
-   subroutine seek_turn(self, row, span, direction, is_found, time)
+   subroutine seek_turn(self, row, span, direction, is_found, time, evaluations)
       class(phase_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: span(2)
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
+      integer(i8), intent(inout) :: evaluations
 
       class(transformable_signal_t), pointer :: signal
 
       call find_signal(self, row, signal)
-      call find_turn(signal, span, direction, is_found, time)
+      call find_turn(signal, span, direction, is_found, time, evaluations)
    end subroutine seek_turn
 
    !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
@@ -462,10 +463,8 @@ contains
       associate (k => row%number - self%tip_row())
          if (k > self%contacts) then
             signal => self%moments%place(k - self%contacts)%signal
-            return
          else if (k > 0 .and. self%now%force_signal_at == k) then
             signal => self%now%force_signal
-            return
          else if (k > 0) then
             call signal_of(self%now, k, end_force, signal)
          else if (k == 0) then

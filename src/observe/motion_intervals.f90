@@ -7,7 +7,7 @@
 !> depend on the method.
 module motion_intervals
    use exponential_sums, only: exponential_sums_t
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
@@ -191,8 +191,8 @@ module motion_intervals
       end subroutine seek_peak_interface
 
       !> Find the first turning point (zero of the rate) of a row inside a span of the interval.
-      subroutine seek_turn_interface(self, row, span, direction, is_found, time)
-         import :: interval_t, output_row_t, wp
+      subroutine seek_turn_interface(self, row, span, direction, is_found, time, evaluations)
+         import :: interval_t, output_row_t, i8, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          type(output_row_t), intent(in) :: row
@@ -204,6 +204,8 @@ module motion_intervals
          logical, intent(out) :: is_found
          !> Time since the start of the interval
          real(wp), intent(out) :: time
+         !> Number of evaluations of the motion, to which those of this search are added
+         integer(i8), intent(inout) :: evaluations
       end subroutine seek_turn_interface
 
       !> Store the gap of contact k over the interval.

@@ -5,7 +5,7 @@
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use exponential_sums, only: exponential_sums_t, open_sums
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    implicit none (type, external)
    private
@@ -195,13 +195,14 @@ contains
    end subroutine seek_peak
 
    !> Find the first turning point of a row inside a span of the step.
-   subroutine seek_turn(self, row, span, direction, is_found, time)
+   subroutine seek_turn(self, row, span, direction, is_found, time, evaluations)
       class(step_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: span(2)
       integer, intent(inout) :: direction
       logical, intent(out) :: is_found
       real(wp), intent(out) :: time
+      integer(i8), intent(inout) :: evaluations
 
       type(cubic_t) :: cubic
       ! turning points, then the end of the span
@@ -209,6 +210,7 @@ contains
       integer :: k, turn_count
 
       cubic = cubic_of_row(self, row, span)
+      evaluations = evaluations + 1_i8
       call find_turns(cubic, turn_count, turn(:2))
       turn(turn_count + 1) = 1.0_wp
       is_found = .false.

@@ -25,6 +25,8 @@ module stress_windows
       type(reversal_search_t) :: reversals
       !> Number of turning points so far
       integer :: turns = 0
+      !> Number of evaluations in the search for them
+      integer(i8) :: evaluations = 0_i8
       !> Instant from which turning points are not searched because there are too many, tau
       real(wp) :: counted_until = huge(1.0_wp)
    end type place_window_t
@@ -46,9 +48,6 @@ module stress_windows
       !> Moments at the turning points, [places]
       type(turning_points_t), allocatable :: points(:)
    end type stress_windows_t
-
-   !> Work of the search for a turning point, in evaluations of the motion
-   integer, parameter :: evaluations_of_turn = 3
 
 contains
 
@@ -116,7 +115,7 @@ contains
       direction = 0
       time = span(1)
       do
-         call interval%seek_turn(row, [time, span(2)], direction, is_found, turn)
+         call interval%seek_turn(row, [time, span(2)], direction, is_found, turn, now%evaluations)
          if (.not. is_found .or. turn <= time) exit
          time = turn
          state = interval%evaluate(row, time)
@@ -145,7 +144,7 @@ contains
             found%tolerance = maxval(now%search_state%tolerance)
             found%slope = windows%slope
             found%counted_until = min(now%counted_until, windows%window(2))
-            response%evaluations = response%evaluations + evaluations_of_turn*int(now%turns, i8)
+            response%evaluations = response%evaluations + now%evaluations
             if (.not. (windows%slope > 0.0_wp .and. response%moments(p)%has_stress)) cycle
             call summarise(response%moments(p)%stress_per_moment*reversals_of(now%reversals, windows%points(p)), &
                .not. windows%threshold(p) > 0.0_wp, windows%classes, found)

@@ -257,7 +257,7 @@ contains
    !> The first turning point of a signal, a zero of its slope. If the search cannot decide at the start, because the
    !> sign of the slope is uncertain or no certain zero is found, the start is delayed, repeatedly and each time by
    !> twice as much.
-   subroutine find_turn(signal, span, direction, is_found, time)
+   subroutine find_turn(signal, span, direction, is_found, time, evaluations)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
       real(wp), intent(in) :: span(2)
@@ -267,6 +267,8 @@ contains
       logical, intent(out) :: is_found
       !> Instant of the turning point; not defined if none was found
       real(wp), intent(out) :: time
+      !> Number of evaluations, to which those of this search are added
+      integer(i8), intent(inout) :: evaluations
 
       ! first delay of the start, as a fraction of the interval that is searched
       real(wp), parameter :: first_delay = 1.0e-9_wp
@@ -286,6 +288,7 @@ contains
          is_turning = direction /= 0
          if (direction == 0) then
             call signal%find_bounds(time, 1, bounds)
+            evaluations = evaluations + 1_i8
             ! a slope that is zero except for rounding makes the start a turning point
             is_turning = abs(bounds%value) <= bounds%rounding
             tendency = merge(bounds%slope, bounds%value, is_turning)
@@ -295,6 +298,7 @@ contains
             call signal%transform(time, real(direction, wp), 0.0_wp, 1, rate)
             if (is_turning) rate%start_order = 1
             call first_zero(rate, span(2) - time, search)
+            evaluations = evaluations + search%evaluations
             if (search%outcome == found_none) return
             is_found = search%outcome == found_zero .and. time + search%time > time
             if (is_found) then
