@@ -25,8 +25,8 @@ module constrained_sets
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
-      !> Heights h of the contact surfaces in units of displacement; the coordinate of a body counts from where its
-      !> spring bears no force, [contacts]
+      !> Heights h of the contact surfaces in units of displacement; the coordinate of a body counts from its `origin`,
+      !> [contacts]
       real(wp), allocatable :: height(:)
       !> Heights h if the coordinates of bodies count from z = 0, as in the results, [contacts]
       real(wp), allocatable :: observed_height(:)
@@ -40,7 +40,7 @@ module constrained_sets
       !> Displacement of each body per unit of its mode, [bodies]
       real(wp), allocatable :: body_value(:)
       !> Displacement z of each body at which the coordinate of its mode is zero, [bodies]
-      real(wp), allocatable :: body_rest(:)
+      real(wp), allocatable :: body_origin(:)
    end type free_beam_t
 
    !> The constrained modes of one set of closed rigid contacts.

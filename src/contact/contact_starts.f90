@@ -197,13 +197,15 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> Displacement of the beam at each contact, [contacts]
       real(wp), intent(in) :: deflection(:)
-      !> Coordinate of each body, from where its spring has no force, [bodies]
+      !> Coordinate of each body, from its `origin`, [bodies]
       real(wp), intent(inout) :: coordinate(:)
       !> Velocity of each body, [bodies]
       real(wp), intent(out) :: velocity(:)
 
       ! displacement of the beam at the body
       real(wp) :: beam
+      ! 1 for a body below the beam, else -1
+      real(wp) :: side
       integer :: b
 
       do b = 1, size(settings%bodies)
@@ -215,8 +217,9 @@ contains
             if (start%kind == start_balance) cycle
             coordinate(b) = 0.0_wp
             if (body%start_gap >= 0.0_wp) then
-               coordinate(b) = beam - body%rest + merge(1.0_wp, -1.0_wp, body%side == side_below) &
-                  *(body%clearance - body%start_gap)
+               ! if the origin is the contact with the beam, the difference in brackets is exactly 0
+               side = merge(1.0_wp, -1.0_wp, body%side == side_below)
+               coordinate(b) = beam + (side*body%clearance - body%origin) - side*body%start_gap
             else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
                coordinate(b) = beam
             end if

@@ -13,7 +13,7 @@ module stop_contacts
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
-   public :: shape_of_contact, observed_height, datum_of, force_on_body
+   public :: shape_of_contact, observed_height, height_from_rest, datum_of, force_on_body
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -232,9 +232,19 @@ contains
       real(wp) :: height
 
       associate (settings => contact%settings)
-         height = contact%height + merge(contact%sign, -contact%sign, settings%is_of_base)*settings%rest
+         height = contact%height + merge(contact%sign, -contact%sign, settings%is_of_base)*settings%origin
       end associate
    end function observed_height
+
+   !> Height of a contact surface if coordinates of bodies count from where their springs have no force.
+   elemental function height_from_rest(contact) result(height)
+      type(contact_t), intent(in) :: contact
+      real(wp) :: height
+
+      associate (settings => contact%settings)
+         height = observed_height(contact) - merge(contact%sign, -contact%sign, settings%is_of_base)*settings%rest
+      end associate
+   end function height_from_rest
 
    !> Zero of the displacement histories of a beam that is released from this contact: the displacement of the contact
    !> surface; 0 at a contact of a body.

@@ -30,7 +30,8 @@ module exact_start
    use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: restore_state
    use section_types, only: run_sections_t
-   use stop_contacts, only: active_contacts, contact_t, contacts_of, shape_of_contact, observed_height
+   use stop_contacts, only: active_contacts, contact_t, contacts_of, shape_of_contact, observed_height, &
+      height_from_rest
    use tangent_columns, only: allocate_tangent, tangent_t
    implicit none (type, external)
    private
@@ -252,11 +253,11 @@ contains
       call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, rates_of_modes(settings, &
          modes%square, modes%body))
       bodies = count_bodies(settings)
-      allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_rest(bodies))
+      allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_origin(bodies))
       if (bodies > 0) then
          beam%body_mode(:) = [(findloc(modes%body, i, dim=1), i=1, bodies)]
          beam%body_value(:) = 1.0_wp/sqrt(settings%bodies%mass_ratio)
-         beam%body_rest(:) = settings%bodies%rest
+         beam%body_origin(:) = settings%bodies%origin
       end if
       if (settings%stop%impulse == impulse_nodal) then
          ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass
@@ -295,7 +296,7 @@ contains
 
       if (any(now%beam%oscillators%square <= max_free_square)) then
          force = 0.0_wp
-         energy = merge(no_rest, 0.0_wp, any(now%beam%height > 0.0_wp))
+         energy = merge(no_rest, 0.0_wp, any(height_from_rest(now%states%contact) > 0.0_wp))
          return
       end if
       do k = 1, size(is_active)

@@ -199,7 +199,7 @@ contains
 
       associate (beam => now%beam, constrained => now%set%constrained)
          associate (i => beam%body_mode(b), value => beam%body_value(b))
-            row%static = beam%body_rest(b) + value*constrained%static(i)
+            row%static = beam%body_origin(b) + value*constrained%static(i)
             if (allocated(constrained%mode)) then
                allocate (row%weight, source=value*constrained%mode(i, :))
             else

@@ -2,6 +2,7 @@
 !> and the continuation of a motion from a stored state (docs/theory.md, section 21).
 module section_states
    use contact_states, only: contact_state_t
+   use free_modes, only: max_free_square
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
@@ -96,7 +97,7 @@ contains
                motion = [z(i), v(i)]
             end if
          end associate
-         motion = beam%body_value(b)*motion + [beam%body_rest(b), 0.0_wp]
+         motion = beam%body_value(b)*motion + [beam%body_origin(b), 0.0_wp]
       end associate
    end function motion_of_body
 
@@ -123,7 +124,7 @@ contains
                *force_on_body(self%states(k)%contact, b)
          end do
          motion = motion_of_body(self, z, v, b)
-         call record_body(place, motion(1) - self%beam%body_rest(b), motion(2), force, bodies(b))
+         call record_body(place, motion(1), motion(2), force, bodies(b))
       end do
    end subroutine record_bodies
 
@@ -147,6 +148,11 @@ contains
          call find_state(self, min(max(sections%tau(n) - tau, 0.0_wp), length), z, rate)
          call to_free_state(self, z, rate, q, v)
          sections%modes(1, :, n) = q
+         ! the coordinate of a body without spring is stored from z = 0
+         associate (beam => self%beam, place => self%beam%body_mode)
+            where (beam%oscillators%square(place) <= max_free_square) sections%modes(1, place, n) = q(place) &
+               + beam%body_origin/beam%body_value
+         end associate
          sections%modes(2, :, n) = v
       end do
    end subroutine record_modes

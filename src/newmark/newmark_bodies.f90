@@ -93,7 +93,8 @@ contains
 
       associate (state => run%states(run%now), last => run%stepper%length - size(bodies))
          do b = 1, size(bodies)
-            call record_body(place, state%beam%displacement(last + b), state%beam%velocity(last + b), &
+            call record_body(place, run%interval%origin(b) + state%beam%displacement(last + b), &
+               state%beam%velocity(last + b), &
                run%height_ratio*sum(state%force*force_on_body(run%contacts%contact, b)), bodies(b))
          end do
       end associate

@@ -44,7 +44,7 @@ module newmark_motion
    use skyline_matrix, only: skyline_t
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of
+   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of, height_from_rest
    use stop_laws, only: make_compliant_stop
    implicit none (type, external)
    private
@@ -154,7 +154,7 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval, [(settings%bodies(k)%rest, k=1, &
+      call open_step_interval(size(run%contacts), places, run%interval, [(settings%bodies(k)%origin, k=1, &
          count_bodies(settings))])
    end subroutine open_outputs
 
@@ -476,7 +476,7 @@ contains
       if (allocated(settings%bodies)) has_free_body = any(settings%bodies%spring_ratio <= 0.0_wp)
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
          if (has_free_body) then
-            if (.not. any(run%contacts%contact%height > 0.0_wp)) energy = 0.0_wp
+            if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run, forces, energy)
          else

@@ -430,7 +430,7 @@ contains
          if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
          do b = 1, interval%bodies
             associate (body => run%stepper%length - interval%bodies + b)
-               interval%ends(:, k + b) = [interval%rest(b) + [old%beam%displacement(body), &
+               interval%ends(:, k + b) = [interval%origin(b) + [old%beam%displacement(body), &
                   new%beam%displacement(body)], old%beam%velocity(body), new%beam%velocity(body)]
             end associate
          end do

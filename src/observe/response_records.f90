@@ -138,18 +138,18 @@ contains
    end subroutine open_body_record
 
    !> Record a sample of a body.
-   pure subroutine record_body(place, coordinate, velocity, force, record)
+   pure subroutine record_body(place, displacement, velocity, force, record)
       !> Index in the histories, from 1
       integer, intent(in) :: place
-      !> Displacement of the body from the position in which its spring has no force
-      real(wp), intent(in) :: coordinate
+      !> Displacement z of the body
+      real(wp), intent(in) :: displacement
       !> Velocity of the body
       real(wp), intent(in) :: velocity
       !> Sum of the contact forces on the body, as Pbar
       real(wp), intent(in) :: force
       type(body_record_t), intent(inout) :: record
 
-      if (allocated(record%displacement)) record%displacement(place) = record%rest + coordinate
+      if (allocated(record%displacement)) record%displacement(place) = displacement
       if (allocated(record%velocity)) record%velocity(place) = velocity
       if (allocated(record%force)) record%force(place) = force
    end subroutine record_body

@@ -24,9 +24,9 @@ module step_intervals
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
-      !> Displacement z of each body at which its spring has no force, [bodies]. A run counts the coordinate of a body
-      !> from there; `ends` contains the sum of both, z
-      real(wp), allocatable :: rest(:)
+      !> Displacement z from which the run counts the coordinate of each body, [bodies]; `ends` contains the sum of
+      !> both, z
+      real(wp), allocatable :: origin(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
       !> Energy dissipated in the dampers of each stop over the step, [contacts]
@@ -47,20 +47,20 @@ module step_intervals
 contains
 
    !> Allocate an interval.
-   pure subroutine open_step_interval(contacts, places, interval, rest)
+   pure subroutine open_step_interval(contacts, places, interval, origin)
       integer, intent(in) :: contacts
       integer, intent(in) :: places
       type(step_interval_t), intent(out) :: interval
-      !> Displacement z of each body at which its spring has no force, [bodies]
-      real(wp), intent(in) :: rest(:)
+      !> Displacement z from which the run counts the coordinate of each body, [bodies]
+      real(wp), intent(in) :: origin(:)
 
       interval%contacts = contacts
       interval%places = places
-      interval%bodies = size(rest)
-      interval%rest = rest
+      interval%bodies = size(origin)
+      interval%origin = origin
       interval%may_gain = .true.
       allocate (interval%seen(contacts))
-      allocate (interval%ends(4, contacts + 1 + size(rest)), interval%line(2, contacts + places), &
+      allocate (interval%ends(4, contacts + 1 + size(origin)), interval%line(2, contacts + places), &
          interval%lost(contacts), source=0.0_wp)
    end subroutine open_step_interval
 

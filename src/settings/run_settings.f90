@@ -98,8 +98,10 @@ module run_settings
       integer :: body = 0
       !> Whether the contact is between the body and its fixed floor or ceiling, instead of between body and beam
       logical :: is_of_base = .false.
-      !> z / D at which the spring of the body has no force, from where the coordinate of the body counts
+      !> z / D at which the spring of the body has no force
       real(wp) :: rest = 0.0_wp
+      !> z / D from which the run counts the coordinate of the body
+      real(wp) :: origin = 0.0_wp
    end type stop_settings_t
 
    !> Settings of a &body, a rigid body that moves in the direction of the deflection, dimensionless. Its displacement z
@@ -129,6 +131,9 @@ module run_settings
       real(wp) :: floor = -1.0_wp
       !> Distance of a fixed ceiling above z = 0, in D; < 0: there is no ceiling
       real(wp) :: ceiling = -1.0_wp
+      !> z / D from which the run counts the coordinate of the body: `rest`, or where a body without spring that starts
+      !> near a surface meets it
+      real(wp) :: origin = 0.0_wp
       !> Law and parameters of the contacts with the beam; other components are not used
       type(stop_settings_t) :: contact
       !> Law and parameters of the contacts with floor and ceiling; other components are not used

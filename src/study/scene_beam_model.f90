@@ -282,37 +282,65 @@ contains
       settings%stop = scene%stop
       if (size(stops) > 0) settings%stop = stops(1)
       if (size(stops) > 1) settings%more_stops = stops(2:)
-      if (allocated(scene%bodies)) settings%bodies = scene%bodies
+      if (allocated(scene%bodies)) then
+         settings%bodies = scene%bodies
+         settings%bodies%origin = origin_of(scene%bodies)
+      end if
       ! the number of the stop from which the beam is released is 1 by default
       if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
          scene%release_stop)
    end subroutine set_stops
 
    !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
-   !> floor and with its ceiling. Runs measure the displacement of a body from the position at which its spring has no
-   !> force (z = `rest`). With the body there, a contact has the gap that the scene gives for z = 0, less `rest` if the
-   !> body approaches its partner upwards (beam above it, ceiling), plus `rest` otherwise.
+   !> floor and with its ceiling. Runs count the coordinate of a body from its origin. With the body there, a contact
+   !> has the gap that the scene gives for z = 0, less the origin if the body approaches its partner upwards (beam above
+   !> it, ceiling), plus the origin otherwise.
    pure function stops_of_scene(scene) result(stops)
       type(scene_t), intent(in) :: scene
       type(stop_settings_t), allocatable :: stops(:)
 
+      real(wp) :: origin
       integer :: b
 
       allocate (stops, source=all_stops(scene))
       if (.not. allocated(scene%bodies)) return
       do b = 1, size(scene%bodies)
+         origin = origin_of(scene%bodies(b))
          associate (body => scene%bodies(b))
             if (body%side /= side_above) stops = [stops, contact_of_body(b, side_below, body, &
-               body%rest - body%clearance, .false.)]
+               origin - body%clearance, .false.)]
             if (body%side /= side_below) stops = [stops, contact_of_body(b, side_above, body, &
-               -body%rest - body%clearance, .false.)]
-            if (body%floor >= 0.0_wp) stops = [stops, contact_of_body(b, side_below, body, -body%rest - body%floor, &
+               -origin - body%clearance, .false.)]
+            if (body%floor >= 0.0_wp) stops = [stops, contact_of_body(b, side_below, body, -origin - body%floor, &
                .true.)]
             if (body%ceiling >= 0.0_wp) stops = [stops, contact_of_body(b, side_above, body, &
-               body%rest - body%ceiling, .true.)]
+               origin - body%ceiling, .true.)]
          end associate
       end do
    end function stops_of_scene
+
+   !> Displacement z from which runs count the coordinate of a body: with a spring, the position in which it has no
+   !> force. Without one, of that position and of those in which the body meets the undeformed beam, its floor and its
+   !> ceiling, the nearest to the start: a gap is the difference of the coordinate and the height of a surface, and the
+   !> rounding error of large ones would change the energy at each impact.
+   elemental function origin_of(body) result(origin)
+      type(body_settings_t), intent(in) :: body
+      real(wp) :: origin
+
+      ! displacements z at the start and in contact with the beam (in a cavity with its lower wall)
+      real(wp) :: start, wall
+      ! 1 for a body below the beam, else -1
+      real(wp) :: side
+
+      origin = body%rest
+      if (body%spring_ratio > 0.0_wp .or. body%start_gap < 0.0_wp) return
+      side = merge(1.0_wp, -1.0_wp, body%side == side_below)
+      wall = side*body%clearance
+      start = wall - side*body%start_gap
+      if (abs(start - wall) < abs(start - origin)) origin = wall
+      if (body%floor >= 0.0_wp .and. abs(start + body%floor) < abs(start - origin)) origin = -body%floor
+      if (body%ceiling >= 0.0_wp .and. abs(start - body%ceiling) < abs(start - origin)) origin = body%ceiling
+   end function origin_of
 
    !> A contact of a body as a stop.
    pure function contact_of_body(number, side, body, height, is_of_base) result(stop)
@@ -335,6 +363,7 @@ contains
       stop%body = number
       stop%is_of_base = is_of_base
       stop%rest = body%rest
+      stop%origin = origin_of(body)
    end function contact_of_body
 
    !> Set the loads on the beam and the initial conditions.
