@@ -410,15 +410,21 @@ contains
       end associate
    end function energy_scale
 
-   !> What loads of their full amplitude could give the beam: where they pass through zero, rounding is that of these.
-   pure function energy_of_loads(scene) result(energy)
+   !> What loads of their full amplitude could give the beam: where they pass through zero, rounding is that of these. A
+   !> displacement whose strain is in the energy balance has a rounding error, on which the loads do work.
+   pure function energy_of_loads(scene, displacement) result(energy)
       type(scene_t), intent(in) :: scene
+      !> How far the beam is bent
+      real(wp), intent(in) :: displacement
       real(wp) :: energy
 
-      energy = 0.0_wp
-      if (scene%has_forces) energy = sum(scene%forces%course%amplitude**2)
-      if (scene%has_bases) energy = energy + sum(scene%bases%course%amplitude**2)
-      energy = 0.5_wp*energy*min(scene%response%duration, 1.0_wp)**2
+      real(wp), allocatable :: amplitude(:)
+
+      allocate (amplitude(0))
+      if (scene%has_forces) amplitude = abs(scene%forces%course%amplitude)
+      if (scene%has_bases) amplitude = [amplitude, abs(scene%bases%course%amplitude)]
+      energy = 0.5_wp*sum(amplitude**2)*min(scene%response%duration, 1.0_wp)**2 &
+         + epsilon(1.0_wp)/rounding*displacement*sum(amplitude)
    end function energy_of_loads
 
    !> What rounding of displacements and velocities makes of the force of a stop, or of a beam of unit stiffness: a beam that
@@ -581,7 +587,7 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          if (allocated(e%work)) at_work = at_work - e%work
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
-         unit = energy_scale(response) + energy_of_loads(scene)
+         unit = energy_scale(response) + energy_of_loads(scene, sqrt(2.0_wp*maxval(e%strain)))
          share = rounding
          if (scene%response%method /= method_exact) then
             share = rounding_of_steps(model, scene)
