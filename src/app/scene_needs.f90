@@ -16,9 +16,9 @@ module scene_needs
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_contacts, only: has_one_contact, contacts_of
    use sweep_plan, only: cases_of_chunk, section_values
-   use sweep_settings, only: is_swept, parameter_index, values_given
+   use sweep_settings, only: is_swept, parameter_index, value_count_of, values_given
    use sweep_spectra, only: spectrum_size
-   use sweep_study, only: case_count_of, chain_count_of, threads_for, value_count_of
+   use sweep_study, only: case_count_of, chain_count_of, threads_for
    implicit none (type, external)
    private
    public :: memory_need_of_scene

@@ -265,12 +265,9 @@ contains
       real(wp), intent(in) :: ordinate(:)
 
       type(curve_t), allocatable :: extended(:)
-      integer :: i
 
       allocate (extended(size(curves) + 1))
-      do i = 1, size(curves)
-         extended(i) = curves(i)
-      end do
+      extended(:size(curves)) = curves
       associate (curve => extended(size(extended)))
          curve%name = name
          curve%abscissa_name = abscissa_name

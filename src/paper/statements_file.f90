@@ -226,7 +226,7 @@ contains
 
       character(:), allocatable :: text
       character(kind=c_char), allocatable :: bytes(:)
-      integer :: unit, i
+      integer :: unit
 
       call open_text(unit, error)
       if (allocated(error)) return
@@ -235,9 +235,7 @@ contains
       call text_of(unit, text, error)
       if (allocated(error)) return
       allocate (bytes(len(text)))
-      do i = 1, len(text)
-         bytes(i) = text(i:i)
-      end do
+      bytes(:) = transfer(text, bytes)
       call replace_file(folder, name, bytes, error)
    end subroutine write_text
 

@@ -13,7 +13,7 @@ module scene_sweep
    use sweep_names, only: chosen_parameter, max_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_follower, is_swept, parameter_t, &
       parameter_index, &
-      swept_t, values_given
+      swept_t, value_count_of, values_given
    use value_rules, only: is_among, max_length_ratio, max_stored_numbers, length_ratio_problem
    implicit none (type, external)
    private
@@ -175,9 +175,7 @@ contains
       compared = ''
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
-            values = int(max(swept%points, 1), i8)
-            if (allocated(swept%list)) values = size(swept%list, kind=i8)
-            if (k == scene%sweep%carry .and. scene%sweep%carries_back) values = 2_i8*values
+            values = int(value_count_of(scene%sweep, k), i8)
             if (scene%sweep%design == design_grid .and. .not. is_follower(scene%sweep, k)) then
                cases = min(cases*values, 2_i8*max_cases)
             end if

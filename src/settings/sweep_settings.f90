@@ -6,7 +6,7 @@ module sweep_settings
    implicit none (type, external)
    private
    public :: parameter_t, swept_t, sweep_settings_t, best_settings_t
-   public :: is_follower, is_swept, parameter_index, values_given, varies_scales
+   public :: is_follower, is_swept, parameter_index, value_count_of, values_given, varies_scales
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_maximum, goal_names
 
@@ -148,6 +148,19 @@ contains
       answer = .false.
       if (allocated(sweep%tied)) answer = any(sweep%tied == place) .and. place > minval(sweep%tied)
    end function is_follower
+
+   !> Number of values of one parameter; the parameter `carry` has each value twice if the cases go forwards and
+   !> backwards.
+   pure function value_count_of(sweep, place) result(values)
+      type(sweep_settings_t), intent(in) :: sweep
+      !> Index of the parameter
+      integer, intent(in) :: place
+      integer :: values
+
+      values = max(sweep%swept(place)%points, 1)
+      if (allocated(sweep%swept(place)%list)) values = size(sweep%swept(place)%list)
+      if (place == sweep%carry .and. sweep%carries_back) values = 2*values
+   end function value_count_of
 
    !> Values given for a parameter in a sweep: the list, or only the minimum and the maximum of the range.
    pure function values_given(swept, otherwise) result(values)

@@ -45,8 +45,6 @@ module case_runs
    type :: case_t
       !> The scene with the parameter of the case
       type(scene_t) :: scene
-      !> Value of the parameter
-      real(wp) :: value = 0.0_wp
       !> x/L of the nodes, [0:n]
       real(wp), allocatable :: node_position(:)
       type(response_t) :: response
@@ -78,7 +76,7 @@ contains
    !> Prepare a runner.
    subroutine start_runner(scene, output, parameter, minimum, maximum, runner)
       type(scene_t), intent(in) :: scene
-      !> Results that are recorded in each run
+      !> Results that are recorded in each run besides its measures
       type(output_settings_t), intent(in) :: output
       !> Parameters that differ from case to case
       type(parameter_t), intent(in) :: parameter(:)
@@ -90,6 +88,7 @@ contains
 
       runner%scene = scene
       runner%scene%output = output
+      runner%scene%output%measures = .true.
       runner%parameter = parameter
       runner%minimum = minimum
       runner%maximum = maximum
@@ -155,14 +154,11 @@ contains
       ! allocated, because the type is large
       type(runner_t), allocatable :: runner
       type(set_store_t) :: sets
-      type(output_settings_t) :: output
       integer :: i
 
-      output = scene%output
-      output%measures = .true.
       allocate (runner)
       associate (parameter => scene%cases%parameter, values => scene%cases%list)
-         call start_runner(scene, output, [parameter], [minval(values)], [maxval(values)], runner)
+         call start_runner(scene, scene%output, [parameter], [minval(values)], [maxval(values)], runner)
          allocate (cases(size(values)))
          do i = 1, size(cases)
             call run_next(runner, [values(i)], cases(i)%response, cases(i)%analysed, error, sets)
@@ -171,7 +167,6 @@ contains
                return
             end if
             cases(i)%scene = runner%scene
-            cases(i)%value = values(i)
             allocate (cases(i)%node_position, source=runner%beam%model%mesh%position)
          end do
       end associate

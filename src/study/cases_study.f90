@@ -91,7 +91,7 @@ contains
       group = group%unscaled(varies_scales(scene%cases%parameter))
       call group%attribute('parameter', name)
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
-      call group%add(name, cases%value, group%scene_unit(scene%cases%parameter%quantity), &
+      call group%add(name, scene%cases%list, group%scene_unit(scene%cases%parameter%quantity), &
          trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
          rows(:, i) = row_in_units(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
@@ -101,7 +101,7 @@ contains
          case_group = group%subgroup('case_'//to_text(i))
          case_group%units = units_in(cases(i)%scene)
          case_group%scales_values = .true.
-         call case_group%attribute('value', cases(i)%value)
+         call case_group%attribute('value', scene%cases%list(i))
          call write_groups(case_group, cases(i)%node_position, response=cases(i)%response)
          call write_analyses(case_group, cases(i)%analysed)
       end do
@@ -137,7 +137,7 @@ contains
             trim(parameter%name)
          heading = trim(parameter%name)
          if (parameter%quantity /= '') heading = heading//', '//scene_unit_of(units, parameter%quantity)
-         call add_numbers(table, heading, cases%value, all_digits)
+         call add_numbers(table, heading, scene%cases%list, all_digits)
       end associate
       call add_measures(table, compared_measures(:merge(3, 5, varies_at_end(scene))), rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)

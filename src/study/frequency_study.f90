@@ -208,11 +208,9 @@ contains
       table%mass_orthogonality = quality%mass_orthogonality
       table%stiffness_orthogonality = quality%stiffness_orthogonality
       allocate (table%node, source=model%mesh%position)
-      allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)))
+      allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)), source=0.0_wp)
       do i = 0, n
          dofs = node_dofs(model, i)
-         table%shape(i, :) = 0.0_wp
-         table%shape_slope(i, :) = 0.0_wp
          if (dofs(1) > 0) table%shape(i, :) = modes(dofs(1), :)
          if (dofs(2) > 0) table%shape_slope(i, :) = modes(dofs(2), :)
       end do

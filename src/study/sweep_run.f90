@@ -237,7 +237,7 @@ contains
       type(plan_t), intent(in) :: plan
       type(runner_t), intent(out) :: runner
 
-      call start_runner(scene, output_settings_t(history=.false., measures=.true., max_peaks=peak_count), &
+      call start_runner(scene, output_settings_t(history=.false., max_peaks=peak_count), &
          plan%axes%parameter, plan%axes%minimum, plan%axes%maximum, runner)
    end subroutine start_plan
 

@@ -21,12 +21,12 @@ module sweep_study
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
    use sweep_run, only: run_chunks, sample_plan
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, sweep_settings_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, sweep_settings_t, &
+      value_count_of
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep, run_plan, plan_run_t, threads_for, workers_in_words, case_count_of, chain_count_of, &
-      value_count_of
+   public :: run_sweep, run_plan, plan_run_t, threads_for, workers_in_words, case_count_of, chain_count_of
 
    !> Run of the cases of a plan.
    type :: plan_run_t
@@ -176,19 +176,6 @@ contains
          if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
       end do
    end function case_count_of
-
-   !> Number of values of one parameter; the parameter `carry` has each value twice if the cases go forwards and
-   !> backwards.
-   pure function value_count_of(sweep, place) result(values)
-      type(sweep_settings_t), intent(in) :: sweep
-      !> Index of the parameter
-      integer, intent(in) :: place
-      integer :: values
-
-      values = max(sweep%swept(place)%points, 1)
-      if (allocated(sweep%swept(place)%list)) values = size(sweep%swept(place)%list)
-      if (place == sweep%carry .and. sweep%carries_back) values = 2*values
-   end function value_count_of
 
    !> Threads and processes in words, such as '2 threads' and '2 threads in each of 4 processes'.
    pure function workers_in_words(threads, processes) result(words)
