@@ -18,8 +18,8 @@ module phase_intervals
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_sums
    use response_types, only: settling_level
-   use row_peaks, only: max_on_path, range_on_path
-   use row_signals, only: node_at_time, row_signal_t, value_at_node
+   use row_peaks, only: max_on_path, range_on_path, state_on_path
+   use row_signals, only: row_signal_t
    use section_states, only: motion_of_body
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
@@ -77,10 +77,11 @@ contains
          contact%has_zero_gap = contact%is_closed .and. .not. contact%is_compliant
          contact%flights = state%flights
          contact%first_at_place = self%now%colocated(k)
+         contact%is_at_tip = abs(self%now%beam%tip_sign(k)) > 0.0_wp .and. .not. state%is_node
       end associate
    end function contact
 
-   !> Value and rate of an output row at a time, from the path of the simultaneous search if the time is a node of it.
+   !> Value and rate of an output row at a time, from the path of the simultaneous search if it contains the row.
    function evaluate(self, row, time) result(state)
       class(phase_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -89,13 +90,9 @@ contains
 
       class(transformable_signal_t), pointer :: signal
       real(wp) :: z(size(self%now%z)), v(size(self%now%z))
-      ! index of the node of the path at this time; -1: there is none
-      integer :: node
 
-      node = -1
-      if (is_on_path(self%now, self%length, row)) node = node_at_time(self%now%path, time)
-      if (node >= 0) then
-         state = value_at_node(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), node)
+      if (is_on_path(self%now, self%length, row)) then
+         call state_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), time, state)
          return
       end if
       if (row%number > self%moment_row(self%places)) then
@@ -154,8 +151,7 @@ contains
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
          ! for an open contact, minus the gap nowhere exceeds its value at the end of the previous phase
-         if (.not. self%now%set%is_closed(row%number)) return
-         if (.not. self%gap_bound(row%number) > level) return
+         if (.not. (self%now%set%is_closed(row%number) .and. self%gap_bound(row%number) > level)) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
             ! has the search for the end of the phase found a value above the level within the phase?
@@ -207,7 +203,6 @@ contains
       is_whole = .not. (span(1) > 0.0_wp .or. span(2) < self%length)
       is_unscaled = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
       peak%still_rises = .false.
-      threshold = known
       if (is_on_path(self%now, self%length, row)) then
          peak%value = known
          call max_on_path(self%now%set%shared%basis, self%now%path, signal_of_row(self%now, row), span, &
@@ -215,6 +210,7 @@ contains
          peak%still_rises = peak%is_found .and. .not. peak%time < span(2)
          return
       end if
+      threshold = known
       ! no value is known yet; half of `huge` avoids overflow in the products below
       known_max = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
@@ -277,15 +273,21 @@ contains
       call find_turn(signal, span, direction, is_found, time, evaluations)
    end subroutine seek_turn
 
-   !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
+   !> Store the gap as a curve, unless it ends so far from zero that the gap of the next phase will be stored instead.
+   !> The set to which the curve points is protected from deallocation.
    subroutine record_gap(self, k, curve)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       class(curve_t), allocatable, intent(inout) :: curve
 
       class(transformable_signal_t), pointer :: signal
+      real(wp) :: state(2)
       integer :: i
 
+      if (is_on_path(self%now, self%length, output_row_t(k)) .and. .not. self%is_last) then
+         state = self%evaluate(output_row_t(k), self%length)
+         if (abs(state(1)) > 2.0_wp*settling_level) return
+      end if
       if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
       curve%start = self%start
       curve%length = self%length
@@ -350,16 +352,15 @@ contains
          n = n + 1
          rows(n) = output_row_t(self%tip_row())
          are_on_path = .true.
-         do i = 1, n
+         ! a tip at a contact needs no sum of its own
+         m = merge(n - 1, n, tip_place > 0)
+         do i = 1, m
             are_on_path = are_on_path .and. is_on_path(now, self%length, rows(i))
             if (.not. are_on_path) exit
             signals(i) = signal_of_row(now, rows(i))
             are_on_path = .not. abs(signals(i)%slope) > 0.0_wp
          end do
          if (are_on_path) then
-            ! a tip at a contact needs no sum of its own
-            m = n
-            if (tip_place > 0) m = n - 1
             call integrate_on_path(now, span(1), span(2) - span(1), signals(:m), row_integral(:m), &
                square_integral(:m))
             if (tip_place > 0) then

@@ -173,7 +173,9 @@ contains
          loss = self%states(k)%dissipated - at_start%dissipated
       else if (place == 0) then
          contact = at_start
-         call find_state(self, time, z, v)
+         z = 0.0_wp
+         ! a contact that is not deformed recovers without the beam
+         if (contact%is_deformed) call find_state(self, time, z, v)
          call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
             contact)
          loss = contact%dissipated - at_start%dissipated
@@ -219,14 +221,20 @@ contains
       type(contact_state_t), intent(inout) :: state
 
       real(wp) :: driven(3)
+      ! sum of the terms
+      real(wp) :: total
       integer :: m
 
       associate (set => self%set, spring => self%set%coupled%spring(place), indentation => state%indentation)
          driven = load_response_of(self, set%compliant(place), time)
          indentation = set%rest_force(place)/self%states(set%compliant(place))%spring%stiffness + driven(2)
+         total = 0.0_wp
+         !$omp simd reduction(+:total)
          do m = 1, size(term)
-            indentation = indentation + real(set%coupled%indentation(place, m)*term(m), wp)
+            total = total + (real(set%coupled%indentation(place, m), wp)*real(term(m), wp) &
+               - aimag(set%coupled%indentation(place, m))*aimag(term(m)))
          end do
+         indentation = indentation + total
          state%branch_force = driven(3)
          if (spring%branch_stiffness <= 0.0_wp) return
          state%branch_force = state%branch_force + sum(real(set%coupled%branch(place, :)*term, wp))

@@ -173,6 +173,7 @@ contains
          end if
          threshold = settling_level
          if (has_risen .and. is_recorded) threshold = measures%peak_eta(rebound_count)
+         if (.not. interval%gap_bound(k) > threshold) return
          call interval%seek_peak(output_row_t(k), [0.0_wp, interval%length], threshold, peak)
          measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%search_state%tolerance)
          if (.not. peak%is_found) return

@@ -92,35 +92,29 @@ contains
       real(wp) :: integrals(2*interval%contacts + 1)
       ! integrals of the squares of the rows over the span
       real(wp) :: square_integrals(2*interval%contacts + 1)
-      ! minimum force of the block, and maximum force of the span
+      ! minimum force of the block, and maximum force of the span or a lower bound of the maxima known before
       real(wp) :: force(2)
+      ! number of a contact at the tip, 0: there is none
+      integer :: at_tip
       integer :: k, row
 
       if (blocks%has_acceleration) call add_accelerations(interval, span, block, blocks)
       call interval%integrate(span, integrals, square_integrals)
-      row = interval%tip_row()
-      associate (sums => blocks%tip%sums(:, block))
-         ! these sums are integrals over time
-         sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [integrals(row), square_integrals(row)]
-         call widen_range(interval, output_row_t(row), span, sums(minimum_tip:maximum_tip), &
-            blocks%search_state(minimum_tip:maximum_tip))
-      end associate
+      at_tip = 0
       do k = 1, interval%contacts
          contact = interval%contact(k)
+         if (contact%is_at_tip) at_tip = contact%number
          associate (contact_sums => blocks%contact(contact%number), sign => contact%sign)
             associate (sums => contact_sums%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + [sign*integrals(k), square_integrals(k)]
                if (contact%has_zero_gap) then
-                  sums(minimum_displacement) = min(sums(minimum_displacement), sign*contact%signed_height)
-                  sums(maximum_displacement) = max(sums(maximum_displacement), sign*contact%signed_height)
+                  call include_range(sign*contact%signed_height*[1.0_wp, 1.0_wp], &
+                     sums(minimum_displacement:maximum_displacement))
                else if (contact%first_at_place < k) then
                   opposite = interval%contact(contact%first_at_place)
-                  associate (range => blocks%contact(opposite%number)%sums([minimum_displacement, &
-                     maximum_displacement], block))
-                     sums(minimum_displacement) = min(sums(minimum_displacement), range(1))
-                     sums(maximum_displacement) = max(sums(maximum_displacement), range(2))
-                  end associate
+                  call include_range(blocks%contact(opposite%number)%sums(minimum_displacement:maximum_displacement, &
+                     block), sums(minimum_displacement:maximum_displacement))
                else
                   call widen_range(interval, output_row_t(k, sign, sign*contact%signed_height), span, &
                      sums(minimum_displacement:maximum_displacement), &
@@ -135,6 +129,9 @@ contains
                   cycle
                end if
                force = [sums(minimum_force), 0.0_wp]
+               ! only a force above the maxima of the impact and of the block is needed
+               if (contact_sums%count > 0) force(2) = min(contact_sums%impacts(contact_sums%count)%force, &
+                  sums(maximum_force))
                row = interval%force_row(k)
                if (contact%has_finite_force) call widen_range(interval, output_row_t(row), span, force, &
                   blocks%search_state(minimum_force:maximum_force), lower_limit=0.0_wp)
@@ -144,6 +141,20 @@ contains
                [integrals(row), square_integrals(row)], force(2))
          end associate
       end do
+      row = interval%tip_row()
+      associate (sums => blocks%tip%sums(:, block), search_state => blocks%search_state)
+         ! these sums are integrals over time
+         sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [integrals(row), square_integrals(row)]
+         if (at_tip > 0) then
+            call include_range(blocks%contact(at_tip)%sums(minimum_displacement:maximum_displacement, block), &
+               sums(minimum_tip:maximum_tip))
+            search_state(minimum_tip:maximum_tip)%tolerance = max(search_state(minimum_tip:maximum_tip)%tolerance, &
+               search_state(minimum_displacement:maximum_displacement)%tolerance)
+         else
+            call widen_range(interval, output_row_t(row), span, sums(minimum_tip:maximum_tip), &
+               search_state(minimum_tip:maximum_tip))
+         end if
+      end associate
    end subroutine add_span
 
    !> Add the accelerations on a span, the second derivatives of the displacements at contacts and of the tip.
@@ -229,21 +240,31 @@ contains
 
       bounds = interval%range_of(row)
       if (.not. (bounds(1) < range(1) .or. bounds(2) > range(2))) return
-      call include_ends(interval, row, span, range)
+      ! a search between known bounds starts with the ends
+      if (bounds(2) >= huge(1.0_wp) .or. range(1) > range(2)) call include_ends(interval, row, span, range)
       ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))
-      call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), span, range(2), &
-         search_state(2))
+      if (bounds(2) > range(2)) call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), &
+         span, range(2), search_state(2))
       if (present(lower_limit)) then
          range(1) = max(range(1), lower_limit)
          if (.not. range(1) > lower_limit) return
       end if
+      if (.not. bounds(1) < range(1)) return
       negated_minimum = -range(1)
       scale = maxval(abs(range))
       call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), span, &
          negated_minimum, search_state(1))
       range(1) = -negated_minimum
    end subroutine widen_range
+
+   !> Widen a range by another one.
+   pure subroutine include_range(other, range)
+      real(wp), intent(in) :: other(2)
+      real(wp), intent(inout) :: range(2)
+
+      range = [min(range(1), other(1)), max(range(2), other(2))]
+   end subroutine include_range
 
    !> Widen a range by the values at both ends of a span. A search for extremes then mostly ends at once, because a
    !> bound of the values does not exceed the range.

@@ -37,6 +37,8 @@ module motion_intervals
       !> Index of the first contact at the same place of the beam, at which the displacement is the same; `huge`:
       !> unknown
       integer :: first_at_place = huge(1)
+      !> Whether the displacement at the contact is that of the tip
+      logical :: is_at_tip = .false.
    end type observed_contact_t
 
    !> The quantity offset + factor times a row.

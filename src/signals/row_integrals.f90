@@ -277,9 +277,9 @@ contains
       complex(wp) :: s
       integer :: i, k, m
 
-      changes = 0.0_wp
-      ends = 0.0_wp
       do i = 1, size(places)
+         changes(2*terms + 1:, i) = 0.0_wp
+         ends(2*terms + 1:, i) = 0.0_wp
          total = 0.0_wp
          start = 0.0_wp
          change = 0.0_wp
@@ -303,6 +303,9 @@ contains
          sums([integral_sum, start_sum, change_sum, square_sum], i) = [total, start, change, square]
       end do
       if (columns < square_sum) return
+      ! an odd number of pairs counts as the next even one
+      changes(:, size(places) + 1:size(places) + mod(size(places), 2)) = 0.0_wp
+      ends(:, size(places) + 1:size(places) + mod(size(places), 2)) = 0.0_wp
       call quadratic_forms(form%order, size(places), form%half, changes, ends, quadratic)
       sums(square_sum, :size(places)) = sums(square_sum, :size(places)) + quadratic(:size(places))
       do k = 1, size(form%power%pairs, 2)
@@ -341,37 +344,42 @@ contains
       !> y^T A x of each pair
       real(wp), intent(out) :: value(signals_at_once)
 
-      ! x and y of the first pair, then of the second, [4, order]
-      real(wp) :: vectors(4, order)
-      ! the rows of the products of L and these vectors in a panel, [lanes, 4]
+      ! products of the rows of L in a panel and x and y of the first pair, then of the second, [lanes, 4]
       real(wp) :: product(lanes, 4)
-      integer :: first, i, last
+      ! sum of the value of the first pair in the lanes of a SIMD vector
+      real(wp) :: sum_1(lanes)
+      ! sum of the value of the second pair, likewise
+      real(wp) :: sum_2(lanes)
+      integer :: first, i, k, last
 
       value = 0.0_wp
       do i = 1, pairs, 2
-         vectors(1, :) = x(:, i)
-         vectors(2, :) = y(:, i)
-         vectors(3, :) = x(:, i + 1)
-         vectors(4, :) = y(:, i + 1)
+         sum_1 = 0.0_wp
+         sum_2 = 0.0_wp
          last = 0
-         do first = 1, order, lanes
-            associate (columns => first + lanes - 1)
-               call multiply_panel(columns, half(last + 1:last + lanes*columns), vectors, product)
-               value(i) = value(i) + sum(y(first:columns, i)*product(:, 1) + x(first:columns, i)*product(:, 2))
-               value(i + 1) = value(i + 1) + sum(y(first:columns, i + 1)*product(:, 3) &
-                  + x(first:columns, i + 1)*product(:, 4))
+         do first = 0, order - 1, lanes
+            associate (columns => first + lanes)
+               call multiply_panel(columns, half(last + 1:last + lanes*columns), x(:columns, i), y(:columns, i), &
+                  x(:columns, i + 1), y(:columns, i + 1), product)
                last = last + lanes*columns
             end associate
+            !$omp simd
+            do k = 1, lanes
+               sum_1(k) = sum_1(k) + (y(first + k, i)*product(k, 1) + x(first + k, i)*product(k, 2))
+               sum_2(k) = sum_2(k) + (y(first + k, i + 1)*product(k, 3) + x(first + k, i + 1)*product(k, 4))
+            end do
          end do
+         value(i) = sum(sum_1)
+         value(i + 1) = sum(sum_2)
       end do
    end subroutine quadratic_forms
 
    !> Products of a panel of a matrix and four vectors. Sums over odd and even columns stay in registers.
-   pure subroutine multiply_panel(columns, panel, vectors, product)
+   pure subroutine multiply_panel(columns, panel, vector_1, vector_2, vector_3, vector_4, product)
       !> An even number
       integer, intent(in) :: columns
       real(wp), intent(in) :: panel(lanes, columns)
-      real(wp), intent(in) :: vectors(4, columns)
+      real(wp), intent(in), dimension(columns) :: vector_1, vector_2, vector_3, vector_4
       real(wp), intent(out) :: product(lanes, 4)
 
       real(wp), dimension(lanes) :: even_1, even_2, even_3, even_4, odd_1, odd_2, odd_3, odd_4
@@ -388,14 +396,14 @@ contains
       do n = 1, columns, 2
          !$omp simd
          do i = 1, lanes
-            odd_1(i) = odd_1(i) + panel(i, n)*vectors(1, n)
-            odd_2(i) = odd_2(i) + panel(i, n)*vectors(2, n)
-            odd_3(i) = odd_3(i) + panel(i, n)*vectors(3, n)
-            odd_4(i) = odd_4(i) + panel(i, n)*vectors(4, n)
-            even_1(i) = even_1(i) + panel(i, n + 1)*vectors(1, n + 1)
-            even_2(i) = even_2(i) + panel(i, n + 1)*vectors(2, n + 1)
-            even_3(i) = even_3(i) + panel(i, n + 1)*vectors(3, n + 1)
-            even_4(i) = even_4(i) + panel(i, n + 1)*vectors(4, n + 1)
+            odd_1(i) = odd_1(i) + panel(i, n)*vector_1(n)
+            odd_2(i) = odd_2(i) + panel(i, n)*vector_2(n)
+            odd_3(i) = odd_3(i) + panel(i, n)*vector_3(n)
+            odd_4(i) = odd_4(i) + panel(i, n)*vector_4(n)
+            even_1(i) = even_1(i) + panel(i, n + 1)*vector_1(n + 1)
+            even_2(i) = even_2(i) + panel(i, n + 1)*vector_2(n + 1)
+            even_3(i) = even_3(i) + panel(i, n + 1)*vector_3(n + 1)
+            even_4(i) = even_4(i) + panel(i, n + 1)*vector_4(n + 1)
          end do
       end do
       product(:, 1) = even_1 + odd_1

@@ -1,13 +1,15 @@
 !> The maximum of a signal over the steps of a path, that is, of a phase of the motion (docs/theory.md, section 23). In
 !> each step the signal is a quintic Hermite polynomial plus a bounded error, as in `row_signals`.
 module row_peaks
+   use damped_oscillators, only: lanes
+   use exponential_powers, only: exponentials
    use kinds, only: i8, wp
-   use row_basis, only: advance_by, evaluate_rows, row_basis_t
+   use row_basis, only: index_of, row_basis_t, seventh_column, sixth_column
    use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, max_steps, &
       monomial_coefficients, row_path_t, row_signal_t
    implicit none (type, external)
    private
-   public :: max_on_path, range_on_path, peak_tolerance
+   public :: max_on_path, range_on_path, state_on_path, peak_tolerance
 
    !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this fraction.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
@@ -45,8 +47,11 @@ contains
       real(wp), intent(inout) :: time
 
       type(maximum_t) :: best
-      type(interval_t) :: step(0:max_steps - 1)
       real(wp) :: range(2)
+      ! the nodes between the two instants, and these instants; value, slope and curvature there
+      real(wp) :: instant(0:max_steps), at(0:2, 0:max_steps)
+      ! upper bound of the signal in each step
+      real(wp) :: upper(0:max_steps - 1)
       integer :: first, last, node
 
       is_found = .false.
@@ -62,26 +67,29 @@ contains
          last = last - 1
       end do
       ! the ends of all steps come first, because a high value there spares searches within the steps
-      do node = first, last
-         step(node)%from = max(path%time(node), ends(1))
-         step(node)%to = min(path%time(node + 1), ends(2))
-         if (step(node)%from > path%time(node)) then
-            call values_at(basis, path, signal, node, step(node)%from, step(node)%at_start)
-         else if (node > first) then
-            step(node)%at_start = step(node - 1)%at_end
+      do node = first, last + 1
+         instant(node) = min(max(path%time(node), ends(1)), ends(2))
+         if (abs(instant(node) - path%time(node)) > 0.0_wp) then
+            call values_at(basis, path, signal, min(node, last), instant(node), at(:, node))
          else
-            call evaluate_signal(basis, signal, path%rows(:, node), step(node)%from, step(node)%at_start)
+            call evaluate_signal(basis, signal, path%rows(:, node), instant(node), at(:, node))
          end if
-         if (step(node)%to < path%time(node + 1)) then
-            call values_at(basis, path, signal, node, step(node)%to, step(node)%at_end)
-         else
-            call evaluate_signal(basis, signal, path%rows(:, node + 1), step(node)%to, step(node)%at_end)
-         end if
-         call update_maximum(step(node)%from, step(node)%at_start(0), best)
-         call update_maximum(step(node)%to, step(node)%at_end(0), best)
+         call update_maximum(instant(node), at(0, node), best)
       end do
       do node = first, last
-         call search_step(basis, path, signal, node, scale, step(node), best)
+         associate (length => instant(node + 1) - instant(node), bounds => path%bounds(:, node))
+            upper(node) = maxval(bernstein_coefficients(at(:, node), at(:, node + 1), length)) &
+               + error_fraction(0)*length**6*(abs(signal%factor)*bounds(index_of(basis, signal%row, sixth_column)) &
+               + abs(signal%rate_factor)*bounds(index_of(basis, signal%row, seventh_column)))
+         end associate
+      end do
+      ! the step that may hold the highest value is searched first, because others need no search then
+      do
+         node = first - 1 + maxloc(upper(first:last), dim=1)
+         if (.not. upper(node) > best%value + peak_tolerance*max(abs(best%value), scale)) exit
+         call search_step(basis, path, signal, node, scale, interval_t(instant(node), instant(node + 1), at(:, node), &
+            at(:, node + 1)), best)
+         upper(node) = -huge(1.0_wp)
       end do
       is_found = best%is_found
       if (is_found) value = best%value
@@ -219,24 +227,75 @@ contains
       if (found > best%value) best = maximum_t(found, instant, .true.)
    end subroutine update_maximum
 
-   !> A signal, its slope and its curvature at an instant of a step.
-   subroutine values_at(basis, path, signal, node, instant, values)
+   !> A signal and its slope at an instant of a path.
+   subroutine state_on_path(basis, path, signal, instant, state)
+      type(row_basis_t), intent(in) :: basis
+      type(row_path_t), intent(inout) :: path
+      type(row_signal_t), intent(in) :: signal
+      !> Time since the start of the phase
+      real(wp), intent(in) :: instant
+      real(wp), intent(out) :: state(2)
+
+      ! value, slope and curvature
+      real(wp) :: values(0:2)
+      integer :: node
+
+      ! the last node before the instant or at it
+      node = count(path%time(1:path%steps) <= instant)
+      if (instant > path%time(node)) then
+         call values_at(basis, path, signal, node, instant, values)
+      else
+         call evaluate_signal(basis, signal, path%rows(:, node), instant, values)
+      end if
+      state = values(0:1)
+   end subroutine state_on_path
+
+   !> A signal, its slope, its curvature and the next derivative of its row at an instant of a step.
+   subroutine values_at(basis, path, signal, node, instant, values, third)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
       integer, intent(in) :: node
       real(wp), intent(in) :: instant
       real(wp), intent(out) :: values(0:2)
+      !> `factor` of the signal times the third derivative of the row
+      real(wp), intent(out), optional :: third
 
-      real(wp) :: rows(size(path%rows, 1)), z(size(path%z, 1), 2)
+      ! exp(s t) of the terms; a term of the row, and the value and the first three derivatives of the row
+      real(wp), dimension(size(path%z, 1)) :: power, power_imag
+      real(wp) :: imaginary_part, next, part, row(0:3), row_0, row_1, row_2, row_3
+      integer :: m
 
-      call advance_by(basis, instant - path%time(node), path%z(:, :, node), z)
-      call evaluate_rows(basis, z, rows)
+      call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, instant - path%time(node), power, power_imag)
       path%evaluations = path%evaluations + 1_i8
-      call evaluate_signal(basis, signal, rows, instant, values)
+      row_0 = 0.0_wp
+      row_1 = 0.0_wp
+      row_2 = 0.0_wp
+      row_3 = 0.0_wp
+      associate (z => path%z, c => basis%coefficient, s => signal%row)
+         !$omp simd reduction(+:row_0, row_1, row_2, row_3) private(imaginary_part, next, part)
+         do m = 1, size(power)
+            next = z(m, 1, node)*power(m) - z(m, 2, node)*power_imag(m)
+            imaginary_part = z(m, 1, node)*power_imag(m) + z(m, 2, node)*power(m)
+            part = c(m, 1, s)*next + c(m, 2, s)*imaginary_part
+            imaginary_part = c(m, 1, s)*imaginary_part - c(m, 2, s)*next
+            row_0 = row_0 + part
+            next = -basis%decay(m)*part - basis%omega(m)*imaginary_part
+            imaginary_part = basis%omega(m)*part - basis%decay(m)*imaginary_part
+            row_1 = row_1 + next
+            part = -basis%decay(m)*next - basis%omega(m)*imaginary_part
+            imaginary_part = basis%omega(m)*next - basis%decay(m)*imaginary_part
+            row_2 = row_2 + part
+            row_3 = row_3 - (basis%decay(m)*part + basis%omega(m)*imaginary_part)
+         end do
+      end associate
+      row = [row_0, row_1, row_2, row_3]
+      values = signal%factor*row(0:2) + signal%rate_factor*row(1:3)
+      values(0:1) = values(0:1) + [signal%offset + signal%slope*instant, signal%slope]
+      if (present(third)) third = signal%factor*row(3)
    end subroutine values_at
 
-   !> Move to the local maximum by Newton's method, as long as the iteration stays within the interval.
+   !> Move to the local maximum by Halley's method, as long as the iteration stays within the interval.
    subroutine refine_maximum(basis, path, signal, node, interval, instant, values)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
@@ -247,20 +306,24 @@ contains
       real(wp), intent(out) :: values(0:2)
 
       integer, parameter :: max_rounds = 6
-      ! A shift below this fraction of the interval is not evaluated again, because its error is of the order of the
-      ! squared fraction; half of slope times shift is added to the value
-      real(wp), parameter :: last_shift = 1.0e-5_wp
-      real(wp) :: shift
+      ! A shift below this fraction of the interval is not evaluated again, because the third derivative gives the
+      ! maximum with an error of the order of the fourth power of the fraction. That derivative is not known if a signal
+      ! contains the rate of its row: then a smaller fraction holds
+      real(wp), parameter :: last_shift = 1.0e-3_wp, last_shift_of_rate = 1.0e-5_wp
+      real(wp) :: shift, third
       integer :: round
 
       do round = 1, max_rounds
-         call values_at(basis, path, signal, node, instant, values)
+         call values_at(basis, path, signal, node, instant, values, third)
          if (.not. values(2) < 0.0_wp) return
          shift = -values(1)/values(2)
+         shift = -values(1)/min(values(2) + 0.5_wp*third*shift, 0.5_wp*values(2))
          if (.not. (instant + shift > interval%from .and. instant + shift < interval%to)) return
          instant = instant + shift
-         if (abs(shift) > last_shift*(interval%to - interval%from)) cycle
-         values(0:1) = [values(0) + 0.5_wp*values(1)*shift, 0.0_wp]
+         if (abs(shift) > (interval%to - interval%from)*merge(last_shift_of_rate, last_shift, &
+            abs(signal%rate_factor) > 0.0_wp)) cycle
+         values = [values(0) + shift*(values(1) + shift*(0.5_wp*values(2) + shift*third/6.0_wp)), 0.0_wp, &
+            values(2) + shift*third]
          return
       end do
    end subroutine refine_maximum

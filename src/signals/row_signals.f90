@@ -12,7 +12,7 @@ module row_signals
    implicit none (type, external)
    private
    public :: row_signal_t, row_path_t, max_steps, error_fraction, evaluate_signal, bound_signal, exponent_of
-   public :: power_of_two, bernstein_coefficients, monomial_coefficients, node_at_time, value_at_node
+   public :: power_of_two, bernstein_coefficients, monomial_coefficients
 
    !> Maximum number of steps of a path.
    integer, parameter :: max_steps = 64
@@ -195,30 +195,5 @@ contains
          5.0_wp*(b(4) - 4.0_wp*b(3) + 6.0_wp*b(2) - 4.0_wp*b(1) + b(0)), &
          b(5) - 5.0_wp*b(4) + 10.0_wp*b(3) - 10.0_wp*b(2) + 5.0_wp*b(1) - b(0)]
    end function monomial_coefficients
-
-   !> The node at the start or at the end of a path; -1: neither node is at that time.
-   pure function node_at_time(path, time) result(node)
-      type(row_path_t), intent(in) :: path
-      real(wp), intent(in) :: time
-      integer :: node
-
-      node = -1
-      if (.not. time > 0.0_wp) node = 0
-      if (.not. abs(time - path%time(path%steps)) > 0.0_wp) node = path%steps
-   end function node_at_time
-
-   !> A signal and its rate at a node.
-   pure function value_at_node(basis, path, signal, node) result(state)
-      type(row_basis_t), intent(in) :: basis
-      type(row_path_t), intent(in) :: path
-      type(row_signal_t), intent(in) :: signal
-      integer, intent(in) :: node
-      real(wp) :: state(2)
-
-      real(wp) :: values(0:2)
-
-      call evaluate_signal(basis, signal, path%rows(:, node), path%time(node), values)
-      state = values(:1)
-   end function value_at_node
 
 end module row_signals
