@@ -66,7 +66,7 @@ def statements(text):
 
 def names_after(mark, statement):
     """The list of names behind a mark; empty where it is not there."""
-    return [name.split("=>")[0].strip() for name in statement.split(mark)[1].split(",")] if mark in statement else []
+    return [name.split("=")[0].strip() for name in statement.split(mark)[1].split(",")] if mark in statement else []
 
 
 def read_file(folder, path, modules, broken):

@@ -8,8 +8,8 @@ module coupled_modes
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, &
       vectors_at_root
    use coupled_roots, only: find_coupled_roots
-   use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_amplitudes, coupled_modes_t, &
-      enlarge_terms, mirror_terms, pad_terms, sort_terms, terms_at
+   use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_modes_t, enlarge_terms, mirror_terms, &
+      pad_terms, sort_terms
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t, reduce_rows
    use failures, only: fail, failure_t, status_run_failed
@@ -17,6 +17,7 @@ module coupled_modes
    use point_forces, only: find_point_forces
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
+   use term_amplitudes, only: coupled_amplitudes, terms_at
    implicit none (type, external)
    private
    public :: coupled_modes_t, make_coupled_modes, compare_sides, mirror_terms, coupled_amplitudes, terms_at

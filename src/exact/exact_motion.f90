@@ -69,6 +69,9 @@ contains
          store => sets
       else
          allocate (own_sets)
+         ! the number of modes of the run is nearly always that of the last trial or of the last but one: memory of
+         ! earlier trials is used again
+         own_sets%max_others = 2
          store => own_sets
       end if
       base => own_modes

@@ -150,7 +150,7 @@ contains
       real(wp), intent(out) :: distance(:)
 
       type(bracket_t) :: bracket
-      real(wp) :: high, low, next, shifted(size(pole)), slope, value, width
+      real(wp) :: high, low, next, shifted(size(pole)), slope, slope_below, value
       integer :: origin
 
       origin = left
@@ -159,13 +159,12 @@ contains
          ! The root above all poles is at most this far beyond the last one
          high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
       else
-         width = pole(left + 1) - pole(left)
-         high = 0.5_wp*width
+         high = 0.5_wp*(pole(left + 1) - pole(left))
          ! the function increases from -infinity to +infinity; its sign in the middle shows which pole is nearer
-         call evaluate(pole - pole(left), 0.5_wp*width, value, slope)
+         call evaluate(pole - pole(left), high, value, slope, slope_below)
          if (value <= 0.0_wp) then
             origin = left + 1
-            low = -0.5_wp*width
+            low = -high
             high = 0.0_wp
          end if
       end if
@@ -173,48 +172,81 @@ contains
       bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
          step_tolerance=epsilon(1.0_wp), value_tolerance=-1.0_wp)
       do while (.not. bracket%is_found)
-         associate (x => bracket%point)
-            call evaluate(shifted, x, value, slope)
-            call enter_value(bracket, value)
-            ! Newton's method on x f(x), which has no pole at the origin
-            next = x - x*value/(value + x*slope)
-         end associate
-         associate (low => bracket%low, high => bracket%high)
-            if (.not. (next > low .and. next < high)) then
-               next = 0.5_wp*(low + high)
-               ! towards a pole, bisect the exponent instead of the interval
-               if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
-               if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
-            end if
-         end associate
+         call evaluate(shifted, bracket%point, value, slope, slope_below)
+         call enter_value(bracket, value)
+         next = bracket%point + step_between(shifted(left) - bracket%point, shifted(min(left + 1, size(pole))) &
+            - bracket%point, value, slope, slope_below)
+         if (abs(next - bracket%point) <= 1.0e-10_wp*abs(bracket%point)) exit
+         low = bracket%low
+         high = bracket%high
+         if (.not. (next > low .and. next < high)) then
+            next = 0.5_wp*(low + high)
+            ! towards a pole, bisect the exponent instead of the interval
+            if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
+            if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
+         end if
          call choose_point(bracket, next)
       end do
-      root = pole(origin) + bracket%point
-      distance = shifted - bracket%point
-
+      root = pole(origin) + next
+      distance = shifted - next
    contains
 
-      !> The function and its slope.
-      pure subroutine evaluate(shifted, x, value, slope)
+      !> The function, its slope, and the part of the slope from the poles up to `left`.
+      pure subroutine evaluate(shifted, x, value, slope, slope_below)
          !> Poles, relative to the origin of x
          real(wp), contiguous, intent(in) :: shifted(:)
          real(wp), intent(in) :: x
          real(wp), intent(out) :: value
          real(wp), intent(out) :: slope
+         real(wp), intent(out) :: slope_below
 
          real(wp) :: inverse, term
          integer :: k
 
          value = constant
          slope = 0.0_wp
-         !$omp simd private(inverse, term) reduction(+:value, slope)
+         slope_below = 0.0_wp
+         !$omp simd private(inverse, term) reduction(+:value, slope, slope_below)
          do k = 1, size(shifted)
             inverse = 1.0_wp/(shifted(k) - x)
             term = weight(k)*inverse
             value = value + term
             slope = slope + term*inverse
+            slope_below = slope_below + merge(term*inverse, 0.0_wp, k <= left)
          end do
       end subroutine evaluate
    end subroutine root_between
+
+   !> Step towards the root between two poles, or above the last. A constant and the pole below represent all poles
+   !> below, with their sum and slope, another constant and the pole above those above: the root of both together is the
+   !> next point (Li, LAPACK Working Note 89, 1994). The steps converge quadratically, so that a step of relative length
+   !> 1e-10 leads to the root to rounding.
+   pure function step_between(below, above, value, slope, slope_below) result(step)
+      !> Distance of the pole below, < 0
+      real(wp), intent(in) :: below
+      !> Distance of the pole above, > 0; < 0: there is none
+      real(wp), intent(in) :: above
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: slope
+      !> Part of the slope from the poles below
+      real(wp), intent(in) :: slope_below
+      real(wp) :: step
+
+      ! the step is a root of first x^2 - 2 half x + last = 0, with this root of the discriminant
+      real(wp) :: first, half, last, root
+
+      first = value - below*slope_below - above*(slope - slope_below)
+      half = 0.5_wp*((below + above)*value - below*above*slope)
+      last = below*above*value
+      root = sqrt(abs(half**2 - first*last))
+      step = 0.0_wp
+      if (above < 0.0_wp) then
+         step = below*value/(value - below*slope)
+      else if (half > 0.0_wp) then
+         step = last/(half + root)
+      else if (abs(first) > 0.0_wp) then
+         step = (half - root)/first
+      end if
+   end function step_between
 
 end module constrained_modes

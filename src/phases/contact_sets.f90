@@ -88,8 +88,6 @@ module contact_sets
    real(wp), parameter :: max_bytes = 1.0e8_wp
    !> Maximum size of the stored sets of each other beam, bytes.
    real(wp), parameter :: max_other_bytes = 2.5e7_wp
-   !> Maximum number of other beams whose sets are stored.
-   integer, parameter :: max_others = 8
 
    !> Element of an array of pointers to contact sets, with a number that depends on the closed contacts.
    type :: set_pointer_t
@@ -115,6 +113,8 @@ module contact_sets
       !> Sets of other beams, those used last first: trial runs, and runs of a sweep, take turns among a few numbers of
       !> modes
       type(beam_sets_t), allocatable :: others(:)
+      !> Maximum number of these other beams
+      integer, public :: max_others = 8
       !> Number of runs so far
       integer :: run = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
@@ -138,8 +138,8 @@ contains
       integer :: i
 
       if (store%run > 0 .and. .not. is_reusable(store, beam, is_rigid, spring)) then
-         if (.not. allocated(store%others)) allocate (store%others(max_others))
-         do i = 1, max_others
+         if (.not. allocated(store%others)) allocate (store%others(store%max_others))
+         do i = 1, store%max_others
             if (is_reusable(store%others(i), beam, is_rigid, spring)) exit
          end do
          call exchange(store, i)
@@ -257,7 +257,7 @@ contains
 
       key = 0_i8
       do i = 1, size(is_closed)
-         if (is_closed(i)) key = ieor(ishftc(key, 1), int(i, i8))
+         if (is_closed(i)) key = ieor(key, shiftl(1_i8, modulo(i, storage_size(key))))
       end do
       do i = 1, store%count
          if (store%sets(i)%key /= key) cycle
@@ -351,7 +351,7 @@ contains
 
       call drop_sets(store)
       if (.not. allocated(store%others)) return
-      do i = 1, max_others
+      do i = 1, size(store%others)
          call drop_sets(store%others(i))
       end do
    end subroutine drop_all
@@ -412,9 +412,8 @@ contains
          call make_constrained_set(store%beam, closed, set%constrained)
       end if
       set%constrained%users = set%constrained%users + 1
-      associate (n => set%constrained%count)
-         allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
-      end associate
+      allocate (set%state(set%constrained%count, 4), set%last%z(set%constrained%count), &
+         set%last%v(set%constrained%count))
       allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
       allocate (place(size(set%compliant)), sign(size(set%compliant)))
       do i = 1, store%count - 1
@@ -442,7 +441,8 @@ contains
          if (allocated(error)) return
          associate (constrained => set%constrained, coupled => set%coupled, n => set%coupled%count)
             allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
-            set%gap(:, :) = matmul(transpose(constrained%value), coupled%shape)
+            set%gap(:, :) = cmplx(matmul(transpose(constrained%value), real(coupled%shape, wp)), &
+               matmul(transpose(constrained%value), aimag(coupled%shape)), wp)
             do m = 1, n
                set%gap(set%compliant, m) = -coupled%indentation(:, m)
                set%gap(constrained%closed, m) = 0.0_wp

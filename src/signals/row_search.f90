@@ -22,12 +22,16 @@ module row_search
    !> Maximum number of evaluations, after which the signals are searched one by one.
    integer(i8), parameter :: max_evaluations = 4_i8*max_steps
 
-   !> Number of zeros of a signal in a step: none.
-   integer, parameter :: has_no_zero = 0
+   !> Number of zeros of a signal in a step: none. The integers of loops over signals are as long as the real numbers,
+   !> so that both fill SIMD vectors alike.
+   integer(i8), parameter :: has_no_zero = 0_i8
    !> Number of zeros of a signal in a step: unknown.
-   integer, parameter :: is_undecided = 1
+   integer(i8), parameter :: is_undecided = 1_i8
    !> Number of zeros of a signal in a step: exactly one.
-   integer, parameter :: has_one_zero = 2
+   integer(i8), parameter :: has_one_zero = 2_i8
+
+   !> Columns of the coefficients of the signals, as in `row_signal_t`.
+   integer, parameter :: offset = 1, slope = 2, factor = 3, rate_factor = 4
 
    !> A step of all signals.
    type :: step_t
@@ -39,8 +43,14 @@ module row_search
       integer :: next = 0
       !> Number of steps before this one
       integer :: count = 0
-      !> Value, slope and curvature of each signal at the start of the step, [0:2, signals]. The arrays are those of
-      !> `search_rows`, which allocates none because searches are many and short
+      !> Coefficients of each signal, [signals, 4]. The arrays are those of `search_rows`, which allocates none because
+      !> searches are many and short
+      real(wp), pointer, contiguous :: coefficient(:, :) => null()
+      !> Row of each signal, [signals]
+      integer(i8), pointer, contiguous :: row(:) => null()
+      !> Order of the first derivative of each signal that does not vanish at the start of the step, [signals]
+      integer(i8), pointer, contiguous :: order(:) => null()
+      !> Value, slope and curvature of each signal at the start of the step, [signals, 0:2]
       real(wp), pointer, contiguous :: at_start(:, :) => null()
       !> The same at the end of the step
       real(wp), pointer, contiguous :: at_end(:, :) => null()
@@ -50,8 +60,10 @@ module row_search
       real(wp), pointer, contiguous :: rounding(:) => null()
       !> Lower bound of each signal, [signals]
       real(wp), pointer, contiguous :: floor(:) => null()
+      !> Maximum Bernstein coefficient of each signal in the step, [signals]
+      real(wp), pointer, contiguous :: top(:) => null()
       !> `has_no_zero`, `is_undecided` or `has_one_zero`, [signals]
-      integer, pointer, contiguous :: answer(:) => null()
+      integer(i8), pointer, contiguous :: answer(:) => null()
    end type step_t
 
 contains
@@ -73,16 +85,24 @@ contains
 
       type(step_t) :: step
       ! arrays of the step
-      real(wp), target :: values(0:2, size(signals), 2), bounds(size(signals), 3)
-      integer, target :: answer(size(signals))
+      real(wp), target :: values(size(signals), 0:2, 2), bounds(size(signals), 4), coefficient(size(signals), 4)
+      integer(i8), target :: marks(size(signals), 3)
       integer :: node, n
 
-      step%at_start(0:, 1:) => values(:, :, 1)
-      step%at_end(0:, 1:) => values(:, :, 2)
+      step%at_start(1:, 0:) => values(:, :, 1)
+      step%at_end(1:, 0:) => values(:, :, 2)
       step%bound => bounds(:, 1)
       step%rounding => bounds(:, 2)
       step%floor => bounds(:, 3)
-      step%answer => answer
+      step%top => bounds(:, 4)
+      step%coefficient => coefficient
+      step%row => marks(:, 1)
+      step%order => marks(:, 2)
+      step%answer => marks(:, 3)
+      do n = 1, size(signals)
+         coefficient(n, :) = [signals(n)%offset, signals(n)%slope, signals(n)%factor, signals(n)%rate_factor]
+         step%row(n) = int(signals(n)%row, i8)
+      end do
       first_signal = 0
       node = 0
       if (present(first_node)) node = first_node
@@ -111,13 +131,6 @@ contains
          call take_step(basis, limit, signals, path, node, step)
          if (.not. any(signals%is_certified)) exit
          step%count = step%count + 1
-         do n = 1, size(signals)
-            if (.not. signals(n)%is_certified) cycle
-            signals(n)%start_order = 0
-            if (step%answer(n) == has_no_zero) signals(n)%max_value = max(signals(n)%max_value, step%at_end(0, n))
-            signals(n)%ceiling = max(signals(n)%ceiling, maxval(bernstein_coefficients(step%at_start(:, n), &
-               step%at_end(:, n), step%length)) + step%bound(n)*step%length**6*error_fraction(0) + step%rounding(n))
-         end do
          node = step%next
          step%from = path%time(node)
          if (any(signals%is_certified .and. step%answer == has_one_zero)) then
@@ -146,17 +159,48 @@ contains
       integer :: n
 
       call bound_rows(basis, path%z(:, :, node), path%bounds(:, node))
+      call evaluate_signals(size(signals), int(basis%rows, i8), step%row, step%coefficient, path%rows(:, node), &
+         step%from, step%at_start)
       do n = 1, size(signals)
-         call evaluate_signal(basis, signals(n), path%rows(:, node), step%from, step%at_start(:, n))
          call bound_signal(basis, signals(n), path%bounds(:, node), step%from, step%count, step%bound(n), &
             step%rounding(n), limit, step%floor(n))
          ! a signal that has decayed so far that its digits underflow has no zero
-         if (max(maxval(abs(step%at_start(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
+         if (max(maxval(abs(step%at_start(n, :))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
             huge(1.0_wp)
-         if (signals(n)%is_begun) cycle
-         call begin_signal(signals(n), step%at_start(:, n), step%rounding(n))
+         if (.not. signals(n)%is_begun) call begin_signal(signals(n), step%at_start(n, :), step%rounding(n))
+         step%order(n) = int(min(signals(n)%start_order, ubound(error_fraction, 1)), i8)
       end do
    end subroutine begin_step
+
+   !> Value, slope and curvature of all signals.
+   pure subroutine evaluate_signals(count, rows, row, coefficient, values, time, signals)
+      !> Number of signals
+      integer, intent(in) :: count
+      !> Number of rows
+      integer(i8), intent(in) :: rows
+      !> Row of each signal
+      integer(i8), intent(in) :: row(count)
+      !> Coefficients of each signal
+      real(wp), intent(in) :: coefficient(count, 4)
+      !> All rows and their time derivatives, from `evaluate_rows`
+      real(wp), contiguous, intent(in) :: values(:)
+      !> Time since the start of the phase
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: signals(count, 0:2)
+
+      real(wp) :: curvature, rate
+      integer :: n
+
+      !$omp simd private(curvature, rate)
+      do n = 1, count
+         rate = values(row(n) + rows)
+         curvature = values(row(n) + 2_i8*rows)
+         signals(n, 0) = coefficient(n, offset) + coefficient(n, slope)*time + coefficient(n, factor)*values(row(n)) &
+            + coefficient(n, rate_factor)*rate
+         signals(n, 1) = coefficient(n, slope) + coefficient(n, factor)*rate + coefficient(n, rate_factor)*curvature
+         signals(n, 2) = coefficient(n, factor)*curvature + coefficient(n, rate_factor)*values(row(n) + 3_i8*rows)
+      end do
+   end subroutine evaluate_signals
 
    !> Take a step so short that each signal that is `is_certified` certainly has no zero in it, or exactly one.
    subroutine take_step(basis, limit, signals, path, node, step)
@@ -169,7 +213,8 @@ contains
 
       integer :: n, power
 
-      power = min(minval(trial_exponents(step%at_start, step%bound), mask=signals%is_certified), basis%highest)
+      power = min(minval(trial_exponents(size(signals), step%at_start, step%bound), mask=signals%is_certified), &
+         basis%highest)
       step%answer = has_no_zero
       associate (from => step%from, next => step%next, length => step%length)
          do
@@ -184,13 +229,14 @@ contains
             end if
             call evaluate_rows(basis, path%z(:, :, next), path%rows(:, next))
             path%evaluations = path%evaluations + 1_i8
+            call evaluate_signals(size(signals), int(basis%rows, i8), step%row, step%coefficient, path%rows(:, next), &
+               path%time(next), step%at_end)
+            call examine_step(size(signals), step%at_start, step%at_end, length, step%order, step%bound, &
+               step%rounding, step%top, step%answer)
             do n = 1, size(signals)
-               if (.not. signals(n)%is_certified) cycle
-               call evaluate_signal(basis, signals(n), path%rows(:, next), path%time(next), step%at_end(:, n))
-               step%answer(n) = answer_of(step%at_start(:, n), step%at_end(:, n), length, signals(n)%start_order, &
-                  step%bound(n), step%rounding(n))
+               if (.not. signals(n)%is_certified) step%answer(n) = has_no_zero
             end do
-            if (.not. any(signals%is_certified .and. step%answer == is_undecided)) exit
+            if (.not. any(step%answer == is_undecided)) exit
             ! if rounding errors decide, a shorter step decides no better
             where (step%answer == is_undecided .and. (step%bound*length**6*error_fraction(0) < 0.1_wp*step%rounding &
                .or. power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_certified = .false.
@@ -201,7 +247,14 @@ contains
             end do
          end do
       end associate
-      where (.not. signals%is_certified) step%answer = has_no_zero
+      do n = 1, size(signals)
+         if (.not. signals(n)%is_certified) step%answer(n) = has_no_zero
+         if (.not. signals(n)%is_certified) cycle
+         signals(n)%start_order = 0
+         if (step%answer(n) == has_no_zero) signals(n)%max_value = max(signals(n)%max_value, step%at_end(n, 0))
+         signals(n)%ceiling = max(signals(n)%ceiling, step%top(n) + step%bound(n)*step%length**6*error_fraction(0) &
+            + step%rounding(n))
+      end do
    end subroutine take_step
 
    !> Begin a signal. A signal whose value at the start may be zero within rounding must be searched by itself.
@@ -227,55 +280,73 @@ contains
 
    !> Exponent of 2 of the step for which the error of the polynomial is a small fraction of the value of the signal or
    !> of its change.
-   pure function trial_exponents(at_start, bound) result(step)
-      !> Value, slope and curvature of each signal, [3, signals]
-      real(wp), intent(in) :: at_start(0:, :)
-      !> Bounds of the sixth derivatives, [signals]
-      real(wp), intent(in) :: bound(:)
-      integer :: step(size(bound))
+   pure function trial_exponents(count, at_start, bound) result(step)
+      !> Number of signals
+      integer, intent(in) :: count
+      !> Value, slope and curvature of each signal
+      real(wp), intent(in) :: at_start(count, 0:2)
+      !> Bounds of the sixth derivatives
+      real(wp), intent(in) :: bound(count)
+      integer :: step(count)
 
       ! B h^6 is a fraction of the derivative k times h^k at h^(6 - k); rounding does not matter in a trial
       real(wp), parameter :: root_order(0:2) = 1.0_wp/[6.0_wp, 5.0_wp, 4.0_wp]
       integer :: k, n, of_bound
 
-      do n = 1, size(bound)
+      do n = 1, count
          step(n) = lowest_step
          of_bound = exponent_of(max(error_fraction(0)/target_error_fraction*bound(n), tiny(1.0_wp)))
          do k = 0, 2
-            step(n) = max(step(n), floor(real(exponent_of(at_start(k, n)) - of_bound - 1, wp)*root_order(k)))
+            step(n) = max(step(n), floor(real(exponent_of(at_start(n, k)) - of_bound - 1, wp)*root_order(k)))
          end do
       end do
    end function trial_exponents
 
-   !> Does a signal have zeros in a step?
-   pure function answer_of(at_start, at_end, length, order, bound, rounding) result(answer)
+   !> Which signals have zeros in a step?
+   pure subroutine examine_step(count, at_start, at_end, length, order, bound, rounding, top, answer)
+      !> Number of signals
+      integer, intent(in) :: count
       !> Value, slope and curvature at the start of the step
-      real(wp), intent(in) :: at_start(0:2)
+      real(wp), intent(in) :: at_start(count, 0:2)
       !> The same at the end of the step
-      real(wp), intent(in) :: at_end(0:2)
+      real(wp), intent(in) :: at_end(count, 0:2)
       !> Length of the step
       real(wp), intent(in) :: length
       !> Order of the first derivative that does not vanish at the start
-      integer, intent(in) :: order
+      integer(i8), intent(in) :: order(count)
       !> Bound of the sixth derivative
-      real(wp), intent(in) :: bound
+      real(wp), intent(in) :: bound(count)
       !> Rounding error of the signal
-      real(wp), intent(in) :: rounding
-      integer :: answer
+      real(wp), intent(in) :: rounding(count)
+      !> Maximum Bernstein coefficient
+      real(wp), intent(out) :: top(count)
+      integer(i8), intent(out) :: answer(count)
 
-      real(wp) :: b(0:5), size_of_error
+      ! Bernstein coefficients, their minimum and the maximum change between neighbours, and B h^6
+      real(wp) :: b0, b1, b2, b3, b4, b5, change, lowest, size_of_error
+      integer :: n
 
-      ! The first `order` coefficients vanish with the first derivatives at the start
-      b = bernstein_coefficients(at_start, at_end, length)
-      size_of_error = bound*length**6
-      answer = is_undecided
-      if (minval(b(order:)) > size_of_error*error_fraction(order) + 2.0_wp*rounding) then
-         answer = has_no_zero
-      else if (order == 0 .and. at_end(0) < -2.0_wp*rounding) then
+      !$omp simd private(b0, b1, b2, b3, b4, b5, change, lowest, size_of_error)
+      do n = 1, count
+         b0 = at_start(n, 0)
+         b1 = b0 + 0.2_wp*length*at_start(n, 1)
+         b2 = b0 + 0.4_wp*length*at_start(n, 1) + 0.05_wp*length**2*at_start(n, 2)
+         b5 = at_end(n, 0)
+         b4 = b5 - 0.2_wp*length*at_end(n, 1)
+         b3 = b5 - 0.4_wp*length*at_end(n, 1) + 0.05_wp*length**2*at_end(n, 2)
+         top(n) = max(b0, b1, b2, b3, b4, b5)
+         change = max(b1 - b0, b2 - b1, b3 - b2, b4 - b3, b5 - b4)
+         ! the first `order` coefficients vanish with the first derivatives at the start
+         lowest = min(b3, b4, b5, merge(b2, b5, order(n) <= 2_i8), merge(b1, b5, order(n) <= 1_i8), &
+            merge(b0, b5, order(n) <= 0_i8))
+         size_of_error = bound(n)*length**6
          ! the slope is bounded by 5/h times the differences of the coefficients
-         if (maxval(b(1:) - b(:4)) < -0.2_wp*size_of_error*slope_error_fraction - 4.0_wp*rounding) answer = has_one_zero
-      end if
-   end function answer_of
+         answer(n) = merge(has_one_zero, is_undecided, order(n) == 0_i8 .and. b5 < -2.0_wp*rounding(n) .and. &
+            change < -0.2_wp*size_of_error*slope_error_fraction - 4.0_wp*rounding(n))
+         answer(n) = merge(has_no_zero, answer(n), &
+            lowest > size_of_error*error_fraction(order(n)) + 2.0_wp*rounding(n))
+      end do
+   end subroutine examine_step
 
    !> The earliest zero in a step in which some signals fall through zero, each exactly once.
    subroutine find_crossing(basis, signals, step, path, node, first_signal)
@@ -295,8 +366,8 @@ contains
 
       root = huge(1.0_wp)
       do n = 1, size(signals)
-         if (step%answer(n) == has_one_zero) root(n) = root_of(bernstein_coefficients(step%at_start(:, n), &
-            step%at_end(:, n), step%length))
+         if (step%answer(n) == has_one_zero) root(n) = root_of(bernstein_coefficients(step%at_start(n, :), &
+            step%at_end(n, :), step%length))
       end do
       best = huge(1.0_wp)
       first_signal = 0
