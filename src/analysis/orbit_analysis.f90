@@ -185,8 +185,8 @@ contains
             do i = 1, size(branch%point)
                associate (point => branch%point(i))
                   if (.not. any(point%mark == [mark_fold, mark_doubling, mark_torus, mark_grazing, mark_lost])) cycle
-                  write (unit, '(4x, a)') mark_names(point%mark)//' '//value_of(point)//'   multiplier ' &
-                     //multiplier_in_words(point%multiplier(1))
+                  write (unit, '(4x, a)') mark_names(point%mark)//' '//value_of(point)//'   ' &
+                     //crossing_in_words(point)
                end associate
             end do
          end associate
@@ -246,6 +246,26 @@ contains
       words = ''
       if (parent > 0) words = ', leaves branch '//to_text(parent)
    end function from_branch
+
+   !> The multiplier that crosses the unit circle at a bifurcation; at other points the largest.
+   pure function crossing_in_words(point) result(words)
+      type(orbit_point_t), intent(in) :: point
+      character(:), allocatable :: words
+
+      associate (multiplier => point%multiplier)
+         select case (point%mark)
+         case (mark_fold)
+            words = 'multiplier '//multiplier_in_words(multiplier(minloc(abs(multiplier - (1.0_wp, 0.0_wp)), dim=1)))
+         case (mark_doubling)
+            words = 'multiplier '//multiplier_in_words(multiplier(minloc(abs(multiplier + (1.0_wp, 0.0_wp)), dim=1)))
+         case (mark_torus)
+            words = 'multiplier '//multiplier_in_words(multiplier(max(1, minloc(abs(abs(multiplier) - 1.0_wp), dim=1, &
+               mask=abs(aimag(multiplier)) > 0.0_wp))))
+         case default
+            words = 'largest multiplier '//multiplier_in_words(multiplier(1))
+         end select
+      end associate
+   end function crossing_in_words
 
    !> A complex multiplier, or a conjugate pair, as text.
    pure function multiplier_in_words(multiplier) result(words)

@@ -12,7 +12,7 @@ module beam_section
    implicit none (type, external)
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
-   public :: shaped_section, outer_fibre
+   public :: shaped_section, outer_fibre, fibre_over_inertia
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
 
 
@@ -159,6 +159,27 @@ contains
             [.false., .false.])
       end if
    end function shaped_section
+
+   !> c/I of the stress M c/I, with c in hbar and I in Ibar; 0: c is unknown, or the section ends in a point, where the
+   !> stress is 0 because the moment vanishes faster than I/c. Where the section steps, the greater value of both sides.
+   pure function fibre_over_inertia(section, tip_distance) result(ratio)
+      type(section_t), intent(in) :: section
+      !> Distance to the tip in L, 0 to 1
+      real(wp), intent(in) :: tip_distance
+      real(wp) :: ratio
+
+      ! a position this close to a step, in L, is at the step
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      integer :: side
+
+      ratio = 0.0_wp
+      do side = -1, 1, 2
+         associate (at => tip_distance + merge(real(side, wp)*rounding, 0.0_wp, section%kind == kind_shape .and. &
+            section%profile == profile_stepped))
+            if (inertia(section, at) > 0.0_wp) ratio = max(ratio, outer_fibre(section, at)/inertia(section, at))
+         end associate
+      end do
+   end function fibre_over_inertia
 
    !> Distance c of the outer fibre from the neutral axis over hbar, for the stress M c/I; 0: unknown. The length hbar
    !> is sqrt(12 Ibar/Abar), for a rectangle the mean height.

@@ -147,9 +147,10 @@ contains
          max(relative_tolerance*max(abs(first), abs(second)), negligible)
    end function agree
 
-   !> Extrapolate estimates at steps that are halved each time to step zero. Of all entries of Richardson's table the
-   !> one with the smallest error is the limit. The error of an entry is twice its difference from its two neighbours,
-   !> and the error of the values over the step; two neighbours may agree by coincidence, three steps rarely do.
+   !> Extrapolate estimates at steps that are halved each time to step zero. The limit is the entry of Richardson's
+   !> table with the smallest error among those that the smaller steps do not contradict: neighbouring estimates at
+   !> large steps, which an event may disturb, can agree by coincidence. The error of an entry is twice its difference
+   !> from its two neighbours, and the error of the values over the step.
    pure subroutine extrapolate(estimates, h, power, rounding, limit, error)
       !> Estimates, the one with the largest step first; NaN: unknown
       real(wp), intent(in) :: estimates(:)
@@ -165,8 +166,12 @@ contains
       real(wp), intent(out) :: error
 
       ! the changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
-      integer, parameter :: extrapolations = 2, last_steps = 3
+      integer, parameter :: extrapolations = 2, last_steps = 2
+      ! two entries contradict each other if they differ by more than this multiple of their errors
+      real(wp), parameter :: contradiction = 3.0_wp
       real(wp) :: table(size(estimates), 0:size(estimates) - 1), change, error_of_values
+      ! errors of the entries of one step, [extrapolations]
+      real(wp) :: errors(size(estimates) - 1)
       integer :: j, k, n
 
       n = size(estimates)
@@ -181,21 +186,26 @@ contains
       error_of_values = rounding
       associate (last => min(extrapolations, n - 1))
          do k = max(last + 2, n - last_steps + 1), n
-            change = abs(table(k, last) - table(k - 1, last))*h(k)
+            change = 2.0_wp*abs(table(k, last) - table(k - 1, last))*h(k)
             if (ieee_is_finite(change)) error_of_values = max(error_of_values, change)
          end do
       end associate
       limit = ieee_value(1.0_wp, ieee_quiet_nan)
       error = huge(1.0_wp)
-      do j = 1, n - 1
-         do k = j + 1, n
-            if (.not. ieee_is_finite(table(k, j))) cycle
-            change = 2.0_wp*max(abs(table(k, j) - table(k, j - 1)), abs(table(k, j) - table(k - 1, j - 1))) + &
-               error_of_values/h(k)
-            if (change >= error) cycle
-            error = change
-            limit = table(k, j)
+      do k = n, 2, -1
+         errors = huge(1.0_wp)
+         do j = 1, k - 1
+            if (ieee_is_finite(table(k, j))) errors(j) = error_of_values/h(k) + &
+               2.0_wp*max(abs(table(k, j) - table(k, j - 1)), abs(table(k, j) - table(k - 1, j - 1)))
          end do
+         j = minloc(errors, dim=1)
+         if (errors(j) >= huge(1.0_wp)) cycle
+         if (error < huge(1.0_wp)) then
+            if (abs(table(k, j) - limit) > contradiction*(errors(j) + error)) exit
+         end if
+         if (errors(j) >= error) cycle
+         error = errors(j)
+         limit = table(k, j)
       end do
       if (ieee_is_nan(limit)) error = limit
    end subroutine extrapolate

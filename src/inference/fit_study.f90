@@ -12,7 +12,7 @@ module fit_study
    use fit_start, only: extras_of_fit, fit_from
    use fit_statistics, only: find_certainty, growth_rate, whiteness
    use inference_settings, only: observed_table
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use least_squares, only: final_tolerance, minimise
    use motion_run, only: set_store_t
    use number_text, only: to_text
@@ -32,6 +32,10 @@ module fit_study
    implicit none (type, external)
    private
    public :: run_fit, plan_starts, find_estimates
+
+   !> Added to the coordinates of the parameters, which are angles, for the last minimisations: the steps of lmdif's
+   !> differences are a fraction of a coordinate and would be rounding errors near 0, the middle of a range.
+   real(wp), parameter :: whole_turn = 2.0_wp*pi
 
 contains
 
@@ -121,7 +125,7 @@ contains
       call start_model(scene, plan, runner, sets, model)
       best = minloc(fit%sums, dim=1, mask=.not. ieee_is_nan(fit%sums))
       ! minimise once more from the end of the best fit, because its differences used steps that suited its start
-      x = coordinates_of(model, fit%ended(:, best))
+      x = whole_turn + coordinates_of(model, fit%ended(:, best))
       call minimise(model, size(scene%fit%value), final_tolerance, x, sum_of_squares, evaluations, &
          scene%fit%evaluations)
       allocate (fit%values, source=fit%ended(:, best))
@@ -188,7 +192,7 @@ contains
 
       allocate (residual(size(model%fit%value)))
       do i = 1, rounds
-         centre = coordinates_of(model, values)
+         centre = whole_turn + coordinates_of(model, values)
          call start_search(spread(0.5_wp, 1, size(values)), minimum, first_step, precision, max_points, i, state)
          do while (.not. state%is_over)
             call next_poll(state, points)

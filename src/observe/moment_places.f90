@@ -8,7 +8,7 @@ module moment_places
    use applied_loads, only: applied_loads_t, count_forces
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
    use beam_model, only: beam_model_t
-   use beam_section, only: inertia, outer_fibre
+   use beam_section, only: fibre_over_inertia, inertia, outer_fibre
    use kinds, only: lambda1_power4, wp
    use motion_intervals, only: interval_t, peak_t, output_row_t
    use response_types, only: moment_record_t, response_t
@@ -91,11 +91,10 @@ contains
          response%moments%position = x
          do p = 1, size(x)
             ! the section is described by the distance 1 - x to the tip; `outer_fibre` is 0 if it is unknown
-            associate (moment => response%moments(p), fibre => outer_fibre(model%section, 1.0_wp - x(p)), &
-               section_inertia => inertia(model%section, 1.0_wp - x(p)))
-               moment%has_stress = fibre > 0.0_wp .or. section_inertia <= 0.0_wp
-               ! at a pointed end the stress is 0, because the moment vanishes faster than the section modulus
-               if (section_inertia > 0.0_wp) moment%stress_per_moment = lambda1_power4*fibre/section_inertia
+            associate (moment => response%moments(p), tip_distance => 1.0_wp - x(p))
+               moment%has_stress = outer_fibre(model%section, tip_distance) > 0.0_wp .or. &
+                  inertia(model%section, tip_distance) <= 0.0_wp
+               moment%stress_per_moment = lambda1_power4*fibre_over_inertia(model%section, tip_distance)
                if (settings%stress%history) allocate (moment%moment(samples + 1), source=0.0_wp)
             end associate
          end do

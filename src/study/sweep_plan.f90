@@ -350,8 +350,7 @@ contains
       do k = 1, measure_count
          text = text//' '//trim(measure_table(k)%name)
       end do
-      text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%chunk_cases)//next
-      if (allocated(plan%remark)) text = text//plan%remark//next
+      text = text//next
       do i = 1, size(scene%echo)
          associate (entry => scene%echo(i))
             ! these groups do not change the results of the cases, nor does `estimate` of &mesh
@@ -366,6 +365,9 @@ contains
             text = text//next
          end associate
       end do
+      ! these lines follow from the settings, and a message shows the first line that differs
+      text = text//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%chunk_cases)//next
+      if (allocated(plan%remark)) text = text//plan%remark//next
    end subroutine plan_text
 
    !> Numbers as text; a long list is represented by its first and last number and its checksum.
