@@ -1,7 +1,7 @@
 !> Displacements and contact forces as sums of exponentials, for the integrals of these signals and of their squares
 !> over parts of a phase, the motion between two events (docs/theory.md, section 20).
 module phase_integrals
-   use driven_modes, only: driven_mode_t
+   use driven_modes, only: driven_mode_t, make_driven_mode
    use driven_signal, only: driven_terms_t
    use kinds, only: wp
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
@@ -20,7 +20,7 @@ contains
 
    !> Find the signals in this order: displacements s y at some contacts (s = 1 for a contact below the beam, -1 above),
    !> displacement of the tip, forces of some closed contacts, bending moments and displacements of bodies.
-   subroutine find_signals(self, length, places, closed, signals, moments)
+   subroutine find_signals(self, length, places, closed, signals, moments, order)
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
       real(wp), intent(in) :: length
@@ -31,9 +31,13 @@ contains
       type(signals_t), intent(out) :: signals
       !> Moments and displacements of bodies that are signals; absent: none
       type(moment_row_t), intent(in), optional :: moments(:)
+      !> Order of the derivative of the signals by time: 0 (default), or 2 for displacements alone
+      integer, intent(in), optional :: order
 
       type(moment_row_t), allocatable :: bending(:)
-      ! number of displacements at contacts
+      ! terms of uncoupled modes: one less than the first, and the last
+      integer :: modes(2)
+      ! number of displacements at contacts, and index of a term
       integer :: n
       ! number of all signals
       integer :: rows
@@ -51,11 +55,23 @@ contains
       signals%offset(n + 1) = self%set%constrained%static_tip
       if (size(self%set%compliant) > 0) then
          call add_terms(self, places, closed, bending, signals)
-         call add_mode_terms(self, length, self%set%coupled%inactive, places, closed, bending, signals)
+         modes(1) = size(signals%exponent)
+         call add_mode_terms(self, length, self%set%coupled%inactive, places, closed, bending, signals, order)
       else
-         call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, bending, signals)
+         modes(1) = 0
+         call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, bending, signals, &
+            order)
       end if
+      modes(2) = size(signals%exponent)
       if (self%loads%count > 0) call add_load_response(self, places, closed, bending, signals)
+      if (.not. present(order)) return
+      ! constants and slopes have no second derivative, and `add_mode_terms` has derived the terms of its modes
+      signals%offset = 0.0_wp
+      signals%slope = 0.0_wp
+      do n = 1, size(signals%exponent)
+         if (n > modes(1) .and. n <= modes(2)) cycle
+         signals%amplitude(:, n) = signals%exponent(n)**order*signals%amplitude(:, n)
+      end do
    end subroutine find_signals
 
    !> Add the exponential terms of the motion with compliant contacts; the arguments are those of `find_signals`.
@@ -99,7 +115,7 @@ contains
 
    !> Add the free vibrations of uncoupled modes, and the responses of these modes to loads that drive them from rest.
    !> The other arguments are those of `find_signals`.
-   subroutine add_mode_terms(self, length, modes, places, closed, bending, signals)
+   subroutine add_mode_terms(self, length, modes, places, closed, bending, signals, order)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
       !> Indices of the uncoupled modes
@@ -108,8 +124,12 @@ contains
       integer, intent(in) :: closed(:)
       type(moment_row_t), intent(in) :: bending(:)
       type(signals_t), intent(inout) :: signals
+      integer, intent(in), optional :: order
 
+      type(driven_mode_t), allocatable :: driven(:)
       type(mode_terms_t) :: terms(size(modes))
+      ! displacement and velocity of a mode at the start of the phase, or their second derivatives
+      real(wp) :: start(2)
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
       ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
       real(wp) :: weight_of_signal(size(signals%offset), 2)
@@ -128,8 +148,11 @@ contains
       signals%offset(forces + 1:) = signals%offset(forces + 1:) + bending%static
       if (size(modes) == 0) return
       do j = 1, size(modes)
-         call find_mode_terms(self%set%constrained%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
-            forced_motions_of(self, modes(j)), length, terms(j))
+         start = [self%z(modes(j)), self%v(modes(j))]
+         driven = forced_motions_of(self, modes(j))
+         if (present(order)) call derive_twice(make_driven_mode(self%set%constrained%oscillators, modes(j)), start, &
+            driven)
+         call find_mode_terms(self%set%constrained%oscillators, modes(j), start, driven, length, terms(j))
       end do
       last = size(signals%exponent)
       shared = 0
@@ -165,6 +188,30 @@ contains
       call move_alloc(exponent, signals%exponent)
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_mode_terms
+
+   !> Replace a mode by its acceleration. The acceleration obeys the equation of motion of the mode, with the second
+   !> derivatives of the loads. Derived terms of the motion would not do: in a short phase they are points of a circle
+   !> with a large radius, whose square would amplify rounding errors.
+   pure subroutine derive_twice(mode, start, driven)
+      !> The mode, with its coefficients
+      type(driven_mode_t), intent(in) :: mode
+      !> In: displacement and velocity at the start, without loads; out: their second derivatives, with loads
+      real(wp), intent(inout) :: start(2)
+      !> Motions driven from rest by loads
+      type(driven_mode_t), intent(inout) :: driven(:)
+
+      ! second derivatives of displacement and velocity
+      real(wp) :: acceleration, jerk
+
+      associate (force => driven%force, frequency => driven%frequency)
+         acceleration = sum(real(force, wp), mask=.not. driven%is_ramp) - mode%square*start(1) - mode%damping*start(2)
+         jerk = sum(merge(real(force, wp), -frequency*aimag(force), driven%is_ramp)) - mode%square*start(2) &
+            - mode%damping*acceleration
+         start = [acceleration, jerk]
+         ! the second derivatives of constants and ramps are zero
+         driven%force = -frequency**2*force
+      end associate
+   end subroutine derive_twice
 
    !> Responses of one mode to loads that drive it from rest.
    pure function forced_motions_of(self, mode) result(driven_motions)

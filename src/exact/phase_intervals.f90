@@ -16,7 +16,7 @@ module phase_intervals
    use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
    use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
-   use phase_sums, only: find_sums
+   use phase_sums, only: find_acceleration, find_sums, integrate_accelerations
    use response_types, only: settling_level
    use row_peaks, only: max_on_path, range_on_path, state_on_path
    use row_signals, only: row_signal_t
@@ -42,20 +42,8 @@ module phase_intervals
       !> Displacements and forces as signals for integrals; unallocated: not requested yet
       type(signals_t), allocatable :: signals
    contains
-      procedure :: contact
-      procedure :: evaluate
-      procedure :: gap_bound
-      procedure :: rounding
-      procedure :: exceeds
-      procedure :: seek_peak
-      procedure :: seek_turn
-      procedure :: range_of
-      procedure :: record_gap
-      procedure :: impulse
-      procedure :: integrate
-      procedure :: expand_in_exponentials
-      procedure :: energy
-      procedure :: dissipated
+      procedure :: contact, evaluate, gap_bound, rounding, exceeds, range_of, seek_peak, seek_turn, record_gap
+      procedure :: impulse, integrate, expand_in_exponentials, energy, dissipated
    end type phase_interval_t
 
 contains
@@ -197,11 +185,12 @@ contains
       class(transformable_signal_t), pointer :: signal
       ! maximum of the signal known from the search for the end of the phase
       real(wp) :: known_max, threshold
-      ! whether the factor is 1 and the offset 0, the maximum is certain, and `span` is the whole phase
+      ! whether the row itself is searched, with the factor 1 and the offset 0, whether the maximum is certain, and
+      ! whether `span` is the whole phase
       logical :: is_unscaled, is_certain, is_whole
 
       is_whole = .not. (span(1) > 0.0_wp .or. span(2) < self%length)
-      is_unscaled = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
+      is_unscaled = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp .or. row%order > 0)
       peak%still_rises = .false.
       if (is_on_path(self%now, self%length, row)) then
          peak%value = known
@@ -316,13 +305,14 @@ contains
    end subroutine record_gap
 
    !> Integrals of all output rows except bending moments, and of their squares.
-   subroutine integrate(self, span, integrals, square_integrals)
+   subroutine integrate(self, span, integrals, square_integrals, order)
       class(phase_interval_t), intent(inout) :: self
       !> Start and end of the integrals, since the start of the phase
       real(wp), intent(in) :: span(2)
       !> Integral of each output row, and of its square, [rows]
       real(wp), intent(out) :: integrals(:)
       real(wp), intent(out) :: square_integrals(:)
+      integer, intent(in), optional :: order
 
       ! displacements at contacts and tip, forces of closed contacts: as output rows, as signals, and their integrals
       type(output_row_t) :: rows(2*self%contacts + 1)
@@ -334,6 +324,10 @@ contains
       ! numbers of rows and of sums
       integer :: i, k, m, n
 
+      if (present(order)) then
+         call integrate_accelerations(self%now, self%moments, self%length, span, integrals, square_integrals)
+         return
+      end if
       associate (now => self%now, set => self%now%set)
          n = 0
          tip_place = 0
@@ -462,7 +456,9 @@ contains
       class(transformable_signal_t), pointer, intent(out) :: signal
 
       associate (k => row%number - self%tip_row())
-         if (k > self%contacts) then
+         if (row%order > 0) then
+            call find_acceleration(self%now, row%number, signal)
+         else if (k > self%contacts) then
             signal => self%moments%place(k - self%contacts)%signal
          else if (k > 0 .and. self%now%force_signal_at == k) then
             signal => self%now%force_signal

@@ -454,7 +454,7 @@ contains
       logical :: is
 
       associate (path => self%path, contacts => size(self%states))
-         is = path%is_complete .and. row%number <= 2*contacts + 1
+         is = path%is_complete .and. row%number <= 2*contacts + 1 .and. row%order == 0
          if (is) is = path%time(path%steps) >= length
          if (is .and. row%number /= contacts + 1) is = is_row(self, mod(row%number - 1, contacts + 1) + 1, &
             merge(end_force, observed_gap, row%number > contacts))

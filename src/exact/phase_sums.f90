@@ -1,25 +1,26 @@
 !> Rows of a phase of exact motion (the motion between two events) as explicit sums of exponentials (docs/theory.md,
 !> sections 20 and 24). Rows are linear functionals of the motion: displacements, contact forces, bending moments.
 module phase_sums
-   use exponential_sums, only: differentiate, exponential_sums_t, open_sums, value_of
+   use certified_search, only: transformable_signal_t
+   use exponential_sums, only: exponential_sums_t, open_sums, value_of
    use history_list, only: acceleration_stop, acceleration_tip
    use kinds, only: wp
    use moment_signals, only: find_row, moment_row_t, moments_t
    use phase_integrals, only: find_signals
-   use phase_state, only: phase_state_t
+   use phase_state, only: observed_gap, observed_tip, phase_state_t, signal_of
    use response_types, only: contact_record_t
    use run_recorder, only: sample_t
-   use signal_integrals, only: signals_t
+   use signal_integrals, only: integrate_signals, signals_t
    implicit none (type, external)
    private
-   public :: find_sums, sample_accelerations
+   public :: find_sums, find_acceleration, integrate_accelerations, sample_accelerations
 
 contains
 
    !> Find the sums of some rows of an interval. With n contacts, rows 1 to n are the displacements at the contacts, row
    !> n + 1 is the displacement of the tip, rows n + 2 to 2 n + 1 are contact forces, and the others are bending moments
    !> and then displacements of bodies.
-   subroutine find_sums(now, moments, length, rows, sums)
+   subroutine find_sums(now, moments, length, rows, sums, order)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
       !> Length of the phase, > 0
@@ -27,6 +28,8 @@ contains
       !> Numbers of the rows
       integer, intent(in) :: rows(:)
       type(exponential_sums_t), intent(out) :: sums
+      !> Order of the derivative of the rows by time, as in `find_signals`; default: 0
+      integer, intent(in), optional :: order
 
       type(signals_t) :: signals
       type(moment_row_t), allocatable :: bending(:)
@@ -42,7 +45,7 @@ contains
       do i = 1, size(wanted)
          call find_row(moments, wanted(i), now, bending(i))
       end do
-      call find_signals(now, length, places, closed, signals, bending)
+      call find_signals(now, length, places, closed, signals, bending, order)
       last = size(signals%exponent)
       call open_sums(size(rows), last + count(now%states%is_node), sums)
       sums%exponent(:last) = signals%exponent
@@ -64,7 +67,64 @@ contains
          sums%amplitude(i, :last) = signals%amplitude(place, :)
       end do
       call add_nodes(now, rows, last, sums)
+      if (.not. present(order)) return
+      ! `find_signals` has differentiated the terms of the modes
+      sums%power(:order - 1, :) = 0.0_wp
+      do i = last + 1, size(sums%exponent)
+         sums%amplitude(:, i) = sums%exponent(i)**order*sums%amplitude(:, i)
+      end do
    end subroutine find_sums
+
+   !> The acceleration at a contact, in the direction of its gap, or of the tip as a signal, valid until the next one.
+   subroutine find_acceleration(now, row, signal)
+      type(phase_state_t), target, intent(inout) :: now
+      !> Number of the row: a contact, or the number of contacts + 1 for the tip
+      integer, intent(in) :: row
+      class(transformable_signal_t), pointer, intent(out) :: signal
+
+      class(transformable_signal_t), allocatable :: acceleration, rate
+      real(wp) :: factor
+      ! index of the contact; at the tip, of a massless node that is the tip, or 0
+      integer :: k
+
+      k = row
+      factor = 1.0_wp
+      if (row > size(now%states)) then
+         k = findloc(now%states%is_node .and. abs(now%beam%tip_sign) > 0.0_wp, .true., dim=1)
+         ! a node on its stop does not move
+         if (k > 0) factor = merge(0.0_wp, now%beam%tip_sign(k), now%set%is_closed(k))
+      end if
+      call signal_of(now, k, merge(observed_tip, observed_gap, k == 0), signal)
+      call signal%transform(0.0_wp, factor, 0.0_wp, 1, rate)
+      call rate%transform(0.0_wp, 1.0_wp, 0.0_wp, 1, acceleration)
+      call move_alloc(acceleration, now%signal)
+      signal => now%signal
+   end subroutine find_acceleration
+
+   !> Integrals of accelerations and of their squares over a span of a phase.
+   subroutine integrate_accelerations(now, moments, length, span, integrals, square_integrals)
+      type(phase_state_t), intent(inout) :: now
+      type(moments_t), intent(in) :: moments
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      !> Beginning and end of the span, since the start of the phase
+      real(wp), intent(in) :: span(2)
+      !> Integrals of the accelerations at the contacts, in the direction of their gaps, and of the tip, [contacts + 1]
+      real(wp), intent(out) :: integrals(:)
+      !> Integrals of their squares, [contacts + 1]
+      real(wp), intent(out) :: square_integrals(:)
+
+      type(exponential_sums_t) :: sums
+      type(signals_t) :: signals
+      integer :: k
+
+      call find_sums(now, moments, length, [(k, k=1, size(integrals))], sums, order=2)
+      ! both are zero: second derivatives of sums have no other terms
+      allocate (signals%offset(size(integrals)), signals%slope(size(integrals)), source=0.0_wp)
+      call move_alloc(sums%exponent, signals%exponent)
+      call move_alloc(sums%amplitude, signals%amplitude)
+      call integrate_signals(signals, span(1), span(2), now%set%squares, integrals, square_integrals)
+   end subroutine integrate_accelerations
 
    !> Accelerations of the beam at the contacts and at the tip, positive upwards, without those of impulses.
    subroutine find_accelerations(now, moments, length, sums)
@@ -77,11 +137,8 @@ contains
 
       integer :: k
 
-      call find_sums(now, moments, length, [(k, k=1, size(now%states) + 1)], sums)
-      do k = 1, size(now%states) + 1
-         call differentiate(sums, k)
-         call differentiate(sums, k)
-         if (k > size(now%states)) cycle
+      call find_sums(now, moments, length, [(k, k=1, size(now%states) + 1)], sums, order=2)
+      do k = 1, size(now%states)
          if (now%states(k)%contact%sign > 0.0_wp) cycle
          sums%power(:, k) = -sums%power(:, k)
          sums%amplitude(k, :) = -sums%amplitude(k, :)

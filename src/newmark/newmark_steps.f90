@@ -414,6 +414,8 @@ contains
                interval%ends(:, k) = [row_value(contact%row, old%beam%displacement) - contact%contact%height, &
                   row_value(contact%row, new%beam%displacement) - contact%contact%height, &
                   row_value(contact%row, old%beam%velocity), row_value(contact%row, new%beam%velocity)]
+               interval%acceleration(:, k) = [row_value(contact%row, old%beam%acceleration), &
+                  row_value(contact%row, new%beam%acceleration)]
                interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
             ! energy dissipated since the last observed step, including that of an event at the start of this step
@@ -426,6 +428,7 @@ contains
          associate (tip => run%stepper%tip_dof)
             interval%ends(:, k) = [old%beam%displacement(tip), new%beam%displacement(tip), old%beam%velocity(tip), &
                new%beam%velocity(tip)]
+            interval%acceleration(:, k) = [old%beam%acceleration(tip), new%beam%acceleration(tip)]
          end associate
          if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
          do b = 1, interval%bodies

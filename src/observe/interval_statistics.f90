@@ -5,12 +5,9 @@
 !> `motion_intervals`).
 module interval_statistics
    use block_statistics, only: blocks_begun, add_contact, record_separation
-   use certified_search, only: transformable_signal_t
-   use exponential_signal, only: exponential_signal_t
-   use exponential_sums, only: differentiate, exponential_sums_t, square_integral, value_of
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, output_row_t
-   use signal_peaks, only: extreme_search_t, find_maximum
+   use signal_peaks, only: extreme_search_t
    use statistic_types, only: block_sums_t, minimum_displacement, minimum_force, minimum_tip, &
       sum_displacement, sum_work, sum_square_acceleration, sum_square_tip_acceleration, minimum_acceleration, &
       maximum_acceleration, minimum_tip_acceleration, maximum_tip_acceleration, &
@@ -159,70 +156,38 @@ contains
 
    !> Add the accelerations on a span, the second derivatives of the displacements at contacts and of the tip.
    subroutine add_accelerations(interval, span, block, blocks)
-      class(interval_t), intent(in) :: interval
+      class(interval_t), intent(inout) :: interval
       !> Beginning and end of the span, since the start of the interval
       real(wp), intent(in) :: span(2)
       integer, intent(in) :: block
       type(block_sums_t), intent(inout) :: blocks
 
       type(observed_contact_t) :: contact
-      type(exponential_sums_t) :: accelerations
+      real(wp), dimension(interval%tip_row()) :: integrals, square_integrals
       integer :: k
 
-      call interval%expand_in_exponentials([(k, k=1, interval%tip_row())], accelerations)
-      do k = 1, interval%tip_row()
-         call differentiate(accelerations, k)
-         call differentiate(accelerations, k)
-      end do
+      call interval%integrate(span, integrals, square_integrals, order=2)
       k = interval%tip_row()
       associate (sums => blocks%tip%sums(:, block))
-         call add(1.0_wp, sums(sum_square_tip_acceleration), sums(minimum_tip_acceleration:maximum_tip_acceleration), &
+         sums(sum_square_tip_acceleration) = sums(sum_square_tip_acceleration) + square_integrals(k)
+         call widen_range(interval, output_row_t(k, order=2), span, &
+            sums(minimum_tip_acceleration:maximum_tip_acceleration), &
             blocks%search_state(minimum_tip_acceleration:maximum_tip_acceleration))
       end associate
       do k = 1, interval%contacts
          contact = interval%contact(k)
          associate (sums => blocks%contact(contact%number)%sums(:, block))
-            call add(contact%sign, sums(sum_square_acceleration), sums(minimum_acceleration:maximum_acceleration), &
+            if (contact%has_zero_gap) then
+               sums(minimum_acceleration) = min(sums(minimum_acceleration), 0.0_wp)
+               sums(maximum_acceleration) = max(sums(maximum_acceleration), 0.0_wp)
+               cycle
+            end if
+            sums(sum_square_acceleration) = sums(sum_square_acceleration) + square_integrals(k)
+            call widen_range(interval, output_row_t(k, contact%sign, order=2), span, &
+               sums(minimum_acceleration:maximum_acceleration), &
                blocks%search_state(minimum_acceleration:maximum_acceleration))
          end associate
       end do
-
-   contains
-
-      !> Add the square of the signal of row k, and widen the range of the signal.
-      subroutine add(sign, square, range, search_state)
-         !> Factor, 1 or -1, that converts the signal to an acceleration upwards
-         real(wp), intent(in) :: sign
-         real(wp), intent(inout) :: square
-         real(wp), intent(inout) :: range(2)
-         type(extreme_search_t), intent(inout) :: search_state(2)
-
-         class(transformable_signal_t), allocatable :: part
-         type(exponential_signal_t) :: signal
-         real(wp) :: limit, time, value, values(interval%tip_row())
-         integer :: i
-         logical :: is_found, still_rises
-
-         square = square + square_integral(accelerations, k, span(1), span(2))
-         ! A signal without exponentials is linear in time, so that its extremes are at the ends of the span. A signal
-         ! with exponentials has no other term than a constant
-         do i = 1, 2
-            values = value_of(accelerations, span(i))
-            range = [min(range(1), sign*values(k)), max(range(2), sign*values(k))]
-         end do
-         if (size(accelerations%exponent) == 0) return
-         signal%offset = accelerations%power(0, k)
-         signal%exponent = accelerations%exponent
-         signal%amplitude = accelerations%amplitude(k, :)
-         do i = 1, 2
-            limit = merge(-range(1), range(2), i == 1)
-            call signal%transform(span(1), merge(-sign, sign, i == 1), 0.0_wp, 0, part)
-            call find_maximum(part, span(2) - span(1), limit, is_found, still_rises, value, time, &
-               maxval(abs(range)), search_state(i))
-            if (is_found .and. i == 1) range(1) = -value
-            if (is_found .and. i == 2) range(2) = value
-         end do
-      end subroutine add
    end subroutine add_accelerations
 
    !> Widen a range (minimum, maximum) by the values of a row on a span.
@@ -244,8 +209,8 @@ contains
       if (bounds(2) >= huge(1.0_wp) .or. range(1) > range(2)) call include_ends(interval, row, span, range)
       ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))
-      if (bounds(2) > range(2)) call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale), &
-         span, range(2), search_state(2))
+      if (bounds(2) > range(2)) call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale, &
+         order=row%order), span, range(2), search_state(2))
       if (present(lower_limit)) then
          range(1) = max(range(1), lower_limit)
          if (.not. range(1) > lower_limit) return
@@ -253,7 +218,7 @@ contains
       if (.not. bounds(1) < range(1)) return
       negated_minimum = -range(1)
       scale = maxval(abs(range))
-      call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale), span, &
+      call raise_maximum(interval, output_row_t(row%number, -row%factor, -row%offset, scale, order=row%order), span, &
          negated_minimum, search_state(1))
       range(1) = -negated_minimum
    end subroutine widen_range

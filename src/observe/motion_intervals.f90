@@ -53,6 +53,9 @@ module motion_intervals
       real(wp) :: scale = -1.0_wp
       !> Whether the instant of a peak is needed, not only its value
       logical :: needs_time = .false.
+      !> 0: the row itself; 2: its second derivative by time (an acceleration), of gaps and tip only, for `evaluate`,
+      !> `range_of` and `seek_peak`
+      integer :: order = 0
    end type output_row_t
 
    !> Maximum of a row on a span of an interval.
@@ -231,7 +234,7 @@ module motion_intervals
 
       !> Integrals of rows and of their squares over a span of the interval. The row of a gap is integrated as s times
       !> the displacement, gap + s d, whereas `evaluate` and the searches for extremes refer to the gap.
-      subroutine integrate_interface(self, span, integrals, square_integrals)
+      subroutine integrate_interface(self, span, integrals, square_integrals, order)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
@@ -241,6 +244,8 @@ module motion_intervals
          real(wp), intent(out) :: integrals(:)
          !> Integrals of the squares of these quantities, [2 contacts + 1]
          real(wp), intent(out) :: square_integrals(:)
+         !> 2: the quantities are accelerations at contacts and tip, [contacts + 1]; default: 0
+         integer, intent(in), optional :: order
       end subroutine integrate_interface
 
       !> Expand rows into cubic polynomials and exponentials over the whole interval, which is longer than zero. The row

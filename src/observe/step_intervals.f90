@@ -1,7 +1,7 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
 !> velocities at both ends, so that the peak of a rebound within a step is observed. An impact lies between two steps:
-!> the one ends with the velocity before the impact, the other starts with that after it. Forces, moments and energy are
-!> linear. All these except the energy are rows of the interval (module `motion_intervals`).
+!> the one ends with the velocity before it, the other starts with that after it. Forces, moments, energy and the
+!> accelerations of the scheme are linear. All these but the energy are rows of the interval (`motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use exponential_sums, only: exponential_sums_t, open_sums
@@ -24,8 +24,9 @@ module step_intervals
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
-      !> Displacement z from which the run counts the coordinate of each body, [bodies]; `ends` contains the sum of
-      !> both, z
+      !> Accelerations of the scheme at both ends: gaps, tip, [2, contacts + 1]; a short cubic has lost those digits
+      real(wp), allocatable :: acceleration(:, :)
+      !> Displacement z from which the run counts the coordinate of each body, [bodies]; `ends` contains z
       real(wp), allocatable :: origin(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
@@ -61,7 +62,7 @@ contains
       interval%may_gain = .true.
       allocate (interval%seen(contacts))
       allocate (interval%ends(4, contacts + 1 + size(origin)), interval%line(2, contacts + places), &
-         interval%lost(contacts), source=0.0_wp)
+         interval%acceleration(2, contacts + 1), interval%lost(contacts), source=0.0_wp)
    end subroutine open_step_interval
 
    !> Status of contact k.
@@ -74,16 +75,28 @@ contains
    end function contact
 
    !> Index in `ends` of a row that is a cubic; 0: the row is a straight line.
-   pure integer function cubic_index(self, number)
+   pure integer function cubic_index(self, row)
       class(step_interval_t), intent(in) :: self
-      !> Number of the row
-      integer, intent(in) :: number
+      type(output_row_t), intent(in) :: row
 
-      cubic_index = number
-      ! bodies are the rows after the straight lines
-      if (number > self%contacts + 1) cubic_index = number - size(self%line, 2)
-      if (number > self%contacts + 1 .and. cubic_index <= self%contacts + 1) cubic_index = 0
+      cubic_index = row%number
+      if (row%number > self%contacts + 1) then
+         ! bodies are the rows after the straight lines
+         cubic_index = row%number - size(self%line, 2)
+         if (cubic_index <= self%contacts + 1) cubic_index = 0
+      end if
+      if (row%order > 0) cubic_index = 0
    end function cubic_index
+
+   !> Values at both ends of the step of a row that is a straight line.
+   pure function line_of(self, row) result(values)
+      class(step_interval_t), intent(in) :: self
+      type(output_row_t), intent(in) :: row
+      real(wp) :: values(2)
+
+      if (row%order > 0) values = self%acceleration(:, row%number)
+      if (row%order == 0) values = self%line(:, row%number - self%contacts - 1)
+   end function line_of
 
    !> Value and rate of a row at a time since the start of the step.
    function evaluate(self, row, time) result(state)
@@ -96,8 +109,8 @@ contains
       real(wp) :: s
 
       ! at the start, which is evaluated most often, the stored values: the rate of the cubic would be rounded
-      if (.not. time > 0.0_wp .and. cubic_index(self, row%number) > 0) then
-         state = row%factor*self%ends([1, 3], cubic_index(self, row%number)) + [row%offset, 0.0_wp]
+      if (.not. time > 0.0_wp .and. cubic_index(self, row) > 0) then
+         state = row%factor*self%ends([1, 3], cubic_index(self, row)) + [row%offset, 0.0_wp]
          return
       end if
       s = min(max(time/self%length, 0.0_wp), 1.0_wp)
@@ -135,25 +148,22 @@ contains
 
       real(wp) :: bounds(2)
 
-      does = .false.
       bounds = self%range_of(row)
-      if (.not. bounds(2) > level) return
-      does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
+      does = bounds(2) > level
+      if (does) does = maximum_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
 
    !> Lower and upper bound of a row over the step, from the control points of its cubic; they spare most searches.
    function range_of(self, row) result(bounds)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
-      real(wp) :: bounds(2)
+      real(wp) :: bounds(2), ends(4)
 
-      real(wp) :: ends(4)
-
-      if (cubic_index(self, row%number) > 0) then
-         ends = self%ends(:, cubic_index(self, row%number))
+      if (cubic_index(self, row) > 0) then
+         ends = self%ends(:, cubic_index(self, row))
          ends(3:) = [ends(1) + self%length*ends(3)/3.0_wp, ends(2) - self%length*ends(4)/3.0_wp]
       else
-         ends = self%line([1, 2, 1, 2], row%number - self%contacts - 1)
+         ends = [line_of(self, row), line_of(self, row)]
       end if
       bounds = row%offset + [minval(row%factor*ends), maxval(row%factor*ends)]
    end function range_of
@@ -255,37 +265,32 @@ contains
    end function impulse
 
    !> Integrals of rows and of their squares, as cubics by the mass matrix of the Hermite shape functions.
-   subroutine integrate(self, span, integrals, square_integrals)
+   subroutine integrate(self, span, integrals, square_integrals, order)
       class(step_interval_t), intent(inout) :: self
       real(wp), intent(in) :: span(2)
       real(wp), intent(out) :: integrals(:)
       real(wp), intent(out) :: square_integrals(:)
+      integer, intent(in), optional :: order
 
       ! consistent mass matrix of a beam element of unit length and unit mass, for value and slope at both ends
       real(wp), parameter :: mass(4, 4) = reshape([156.0_wp, 22.0_wp, 54.0_wp, -13.0_wp, 22.0_wp, 4.0_wp, 13.0_wp, &
          -3.0_wp, 54.0_wp, 13.0_wp, 156.0_wp, -22.0_wp, -13.0_wp, -3.0_wp, -22.0_wp, 4.0_wp], [4, 4])/420.0_wp
+      type(output_row_t) :: row
       type(cubic_t) :: cubic
       real(wp) :: a(4), length
       integer :: k
 
       length = span(2) - span(1)
+      if (present(order)) row%order = order
       do k = 1, size(integrals)
-         cubic = cubic_of_row(self, output_row_t(k, 1.0_wp, offset_of(k)), span)
+         row%number = k
+         cubic = cubic_of_row(self, row, span)
+         ! s d converts the gap into s times the displacement from the undeformed beam
+         if (k <= self%contacts .and. row%order == 0) cubic%c(0) = cubic%c(0) + self%seen(k)%signed_height
          a = [cubic%c(0), cubic%c(1), sum(cubic%c), rate_at(cubic, 1.0_wp)]
          integrals(k) = length*(0.5_wp*(a(1) + a(3)) + (a(2) - a(4))/12.0_wp)
          square_integrals(k) = length*dot_product(a, matmul(mass, a))
       end do
-
-   contains
-
-      !> Constant s d that converts the gap into s times the displacement from the undeformed beam; 0 for other rows.
-      pure function offset_of(row) result(offset)
-         integer, intent(in) :: row
-         real(wp) :: offset
-
-         offset = 0.0_wp
-         if (row <= self%contacts) offset = self%seen(row)%signed_height
-      end function offset_of
    end subroutine integrate
 
    !> Expand rows into the cubics and straight lines of the step.
@@ -361,13 +366,13 @@ contains
       real(wp) :: s(2)
 
       s = span/self%length
-      if (cubic_index(self, row%number) == 0) then
-         associate (line => self%line(:, row%number - self%contacts - 1))
+      if (cubic_index(self, row) == 0) then
+         associate (line => line_of(self, row))
             cubic%c(0) = line(1) + s(1)*(line(2) - line(1))
             cubic%c(1) = (s(2) - s(1))*(line(2) - line(1))
          end associate
       else
-         associate (ends => self%ends(:, cubic_index(self, row%number)))
+         associate (ends => self%ends(:, cubic_index(self, row)))
             whole = cubic_of(ends(1:2), self%length*ends(3:4))
          end associate
          cubic = whole
