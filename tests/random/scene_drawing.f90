@@ -397,7 +397,8 @@ contains
 
    !> A beam under a harmonic load or without damping does not come to rest, nor does a body on a spring without a damper,
    !> and each period needs some hundred evaluations. The duration of a run is therefore limited to a number of periods of
-   !> the fastest load or body, or of omega1.
+   !> the fastest load or body, or of omega1. A search for the mesh takes the ratio of neighbouring elements as that of eight
+   !> elements; without damping in proportion to the stiffness, its shortest elements would vibrate for hours.
    subroutine bound_periods(draft)
       type(draft_t), intent(inout) :: draft
 
@@ -406,7 +407,11 @@ contains
       character(*), parameter :: dampings(3) = [character(11) :: 'zeta', 'zeta_mass', 'mode_ratios']
       real(wp) :: fastest, frequency, longest, share
       integer :: k
+      logical :: is_damped
 
+      is_damped = has_name(draft, 'damping', 'zeta')
+      if (is_damped) is_damped = number_of(draft, 'damping', 'zeta') > 0.0_wp
+      if (has_name(draft, 'mesh', 'tolerance') .and. .not. is_damped) call drop(draft, 'mesh', 'ratio')
       fastest = 1.0_wp
       do k = 1, size(dampings)
          if (.not. has_name(draft, 'damping', trim(dampings(k)))) cycle
