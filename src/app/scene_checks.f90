@@ -99,6 +99,8 @@ contains
          call complain_of_scene(scene, 'mesh', 'mass', subject//failure%message, error)
       else if (index(failure%message, 'contact_tolerance ') == 1) then
          call complain_of_scene(scene, 'response', 'contact_tolerance', subject//failure%message, error)
+      else if (index(failure%message, 'modes must be ') == 1) then
+         call complain_of_scene(scene, 'response', 'modes', subject//failure%message, error)
       else if (index(failure%message, 'the mode of the start ') == 1) then
          call complain_of_scene(scene, 'start', 'mode', subject//failure%message, error)
       else if (index(failure%message, 'displacements of ') == 1) then

@@ -6,7 +6,7 @@ module motion_run
    use contact_sets, only: set_store_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: fail, failure_t, status_bad_input
-   use few_modes, only: find_base_modes
+   use few_modes, only: find_base_modes, number_of_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_release
@@ -15,7 +15,7 @@ module motion_run
    use newmark_motion, only: check_newmark, newmark_response
    use number_text, only: to_text
    use response_types, only: mode_check_t, response_t
-   use run_settings, only: impulse_momentum, method_exact, method_newmark, moves_in_modes, run_settings_t
+   use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, run_settings_t
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
@@ -190,6 +190,12 @@ contains
             //"'consistent' or 'auto'")
          return
       end if
+      if (settings%stop%impulse == impulse_nodal .and. settings%response%mode_count > 0 .and. &
+         settings%response%mode_count < number_of_modes(model)) then
+         call fail(error, status_bad_input, 'modes must be all '//to_text(number_of_modes(model)) &
+            //" of the mesh, because impulse = 'nodal' in &stop changes the velocity of one node; give no number")
+         return
+      end if
       call check_mode_of_start(model, settings, error)
       if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
    end subroutine check_beam
@@ -205,7 +211,7 @@ contains
       integer :: modes
 
       if (.not. is_in_mode(settings%start)) return
-      modes = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
+      modes = number_of_modes(model)
       if (settings%response%mode_count > 0) modes = min(modes, settings%response%mode_count)
       if (settings%start%mode > modes) then
          call fail(error, status_bad_input, 'the mode of the start must be from 1 to '//to_text(modes) &

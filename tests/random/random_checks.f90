@@ -200,7 +200,7 @@ contains
          'contact_tolerance is too small', 'must be below half the clearance', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
          'cannot be pulled away from a stop', 'nothing carries ', 'rigid stops can be closed', &
-         'is for one stop below the beam alone', &
+         'is for one stop below the beam alone', 'changes the velocity of one node', &
          'the motion does not repeat itself', 'finds no motion that returns', &
          'the mode of the start ', 'displacements of the table ', 'velocities of the table ', &
          'is too near to that of another', 'the stops at ', 'the support at ']
