@@ -1067,6 +1067,10 @@ contains
          call drop(draft, 'mesh', 'estimate')
          call drop(draft, 'mesh', 'ratio')
          call drop(draft, 'root', 'translation_stiffness_ratio')
+         ! with the stiffness of a spring, too; a support without one is rigid
+         do i = 1, 4
+            call drop(draft, 'support_'//to_text(i), 'stiffness_ratio')
+         end do
          if (has_name(draft, 'mesh', 'elements')) call put(draft, 'mesh', 'elements', &
             to_text(nint(min(8.0_wp, number_of(draft, 'mesh', 'elements')))))
       end if
