@@ -161,7 +161,7 @@ contains
    end function shaped_section
 
    !> c/I of the stress M c/I, with c in hbar and I in Ibar; 0: c is unknown, or the section ends in a point, where the
-   !> stress is 0 because the moment vanishes faster than I/c. Where the section steps, the greater value of both sides.
+   !> stress is 0 if nothing acts on the point. Where the section steps, the greater value of both sides.
    pure function fibre_over_inertia(section, tip_distance) result(ratio)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1

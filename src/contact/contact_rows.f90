@@ -35,9 +35,9 @@ contains
       value = row%sign*(vector(row%dof) - vector(row%body))
    end function row_value
 
-   !> Remove the rounding error of w . vector, which must already be close to the given value. If the beam meets a body,
-   !> the entry of the body is set, and w . vector then has the value up to one rounding; else the entry of the beam is
-   !> set, and w . vector has the value exactly.
+   !> Set w . vector to a value from which it differs by rounding errors only. If the beam meets a body, the entry of
+   !> the body is set, because a closed stop at the same point may have set that of the beam; w . vector then has the
+   !> value up to one rounding. Otherwise the entry of the beam is set, and w . vector has the value exactly.
    pure subroutine set_row_value(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value

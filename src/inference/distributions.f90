@@ -39,8 +39,8 @@ contains
          slope = exp(-0.5_wp*x**2)/sqrt(2.0_wp*acos(-1.0_wp))
          previous = x
          x = x - (normal_probability(x) - lower_probability)/max(slope, tiny(slope))
-         if (.not. (x > low .and. x < high)) x = 0.5_wp*(low + high)
          if (abs(x - previous) <= 2.0_wp*epsilon(x)*abs(x)) exit
+         if (.not. (x > low .and. x < high)) x = 0.5_wp*(low + high)
       end do
       if (probability > 0.5_wp) x = -x
    end function normal_quantile

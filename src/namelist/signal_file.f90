@@ -72,7 +72,7 @@ contains
          last = first + index(text(first:), new_line('a')) - 2
          associate (row => text(first:last))
             ! neither empty nor a comment
-            if (len_trim(row) > 0 .and. verify(row, ' '//tab//';,') > 0 .and. scan(row(:1), '#!%') == 0) then
+            if (verify(row, ' '//tab//';,') > 0 .and. scan(row(:min(1, len(row))), '#!%') == 0) then
                if (.not. has_layout) call find_layout(row, columns, layout, has_layout)
                if (has_layout) then
                   call read_row(row, layout, columns, numbers(:, rows + 1), reason)
@@ -87,8 +87,7 @@ contains
                   end if
                else
                   call read_header(row, columns, signal)
-                  if (line > max_header) reason = 'no line before has numbers in columns ' &
-                     //to_text(columns(1))//' and '//to_text(columns(2))
+                  if (line > max_header) reason = 'no line before has numbers in columns '//list_of(columns)
                end if
             else if (.not. has_layout) then
                call read_header(row, columns, signal)
@@ -100,12 +99,23 @@ contains
          end if
          first = last + 2
       end do
-      if (rows == 0) problem = file//': no line has numbers in columns '//to_text(columns(1))//' and ' &
-         //to_text(columns(2))
+      if (rows == 0) problem = file//': no line has numbers in columns '//list_of(columns)
       allocate (signal%time, source=numbers(1, :rows))
       allocate (signal%value, source=numbers(2, :rows))
       if (size(columns) > 2) allocate (signal%noise, source=numbers(3, :rows))
    end subroutine read_signal
+
+   !> Numbers of two or three columns as text, such as '1, 2 and 3'.
+   pure function list_of(columns) result(text)
+      integer, intent(in) :: columns(:)
+      character(:), allocatable :: text
+
+      integer :: last
+
+      last = size(columns)
+      text = to_text(columns(last - 1))//' and '//to_text(columns(last))
+      if (last > 2) text = to_text(columns(1))//', '//text
+   end function list_of
 
    !> Find the layout with which a line has numbers in all columns, if there is one.
    pure subroutine find_layout(row, columns, layout, is_found)

@@ -256,9 +256,11 @@ contains
       n = size(result%derivative, 1)
       allocate (matrix(n, n), source=scaled_derivative(map, result))
       allocate (real_part(n), imaginary_part(n), work(8*n))
-      call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
-      ! a huge value marks multipliers that were not found
+      ! a huge value marks multipliers that were not found, so that the orbit counts as unstable
       allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
+      ! the derivative at grazing is not finite
+      if (.not. all(abs(matrix) < huge(1.0_wp))) return
+      call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
       if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
       do i = 2, n
          ! insertion sort

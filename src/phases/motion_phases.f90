@@ -190,6 +190,7 @@ contains
 
       ! maximum number of consecutive phases of length zero
       integer, parameter :: standstill_cap = 2000
+      ! without damping, a contact may open and close with the period of the fastest mode, that of the shortest element
       character(*), parameter :: remedy = '; damping or a more even mesh ends that'
 
       if (events > limit) then

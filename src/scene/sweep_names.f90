@@ -197,7 +197,8 @@ contains
             name = name_t(swept%parameter%name, swept%parameter%meaning, default=unswept, is_optional=.true.)
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
-            ! a condition on names refers to the group of the parameter; a parameter without condition needs its group
+            ! A condition on names refers to the group of the parameter. A parameter without condition needs its group
+            ! only if it has no value without the group; names of all other groups have default values
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then
                name%needs%group = table%groups(table%entries(places(k))%group)%name
                name%needs%occurrence = swept%parameter%occurrence
