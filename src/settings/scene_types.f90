@@ -15,7 +15,7 @@ module scene_types
       relay_settings_t, response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use spectrum_settings, only: spectrum_settings_t
-   use sweep_settings, only: best_settings_t, sweep_settings_t, swept_t
+   use sweep_settings, only: best_settings_t, is_swept, sweep_settings_t, swept_t
    use warning_list, only: warning_t
    implicit none (type, external)
    private
@@ -465,34 +465,31 @@ contains
       character(*), intent(in) :: group
       logical :: has
 
-      ! number of bodies
-      integer :: bodies
-      ! number of bodies with a floor or a ceiling
-      integer :: floors
-      ! number of stops
-      integer :: stops
-      ! the number in the name of the group
-      integer :: number
+      character(*), parameter :: floor_names(4) = [character(13) :: 'floor', 'floor_ratio', 'ceiling', 'ceiling_ratio']
+      ! whether each body has a floor or a ceiling, in some cases of a sweep at least
+      logical, allocatable :: has_floor(:)
+      ! number of stops, and the number in the name of the group
+      integer :: stops, number
+      integer :: k
 
       stops = size(all_stops(scene))
-      bodies = 0
-      floors = 0
-      if (scene%has_bodies) bodies = size(scene%bodies)
-      if (scene%has_bodies) floors = count(max(scene%bodies%floor, scene%bodies%ceiling) >= 0.0_wp)
-      has = stops + bodies + floors > 1
+      allocate (has_floor(0))
+      if (scene%has_bodies) has_floor = max(scene%bodies%floor, scene%bodies%ceiling) >= 0.0_wp
+      if (allocated(scene%sweep%swept)) then
+         do k = 1, size(scene%sweep%swept)
+            associate (swept => scene%sweep%swept(k), parameter => scene%sweep%swept(k)%parameter)
+               if (is_swept(swept) .and. parameter%group == 'body' .and. any(parameter%name_in_group == floor_names)) &
+                  has_floor(parameter%occurrence) = .true.
+            end associate
+         end do
+      end if
+      has = stops + size(has_floor) + count(has_floor) > 1
       if (.not. has) return
       associate (place => index(group, '_') + 1)
          number = iachar(group(place:place)) - iachar('0')
       end associate
-      select case (group(1:1))
-      case ('s')
-         has = number <= stops
-      case ('b')
-         has = number <= bodies
-      case default
-         has = number <= bodies
-         if (has) has = max(scene%bodies(number)%floor, scene%bodies(number)%ceiling) >= 0.0_wp
-      end select
+      has = number <= merge(stops, size(has_floor), group(1:1) == 's')
+      if (has .and. group(1:1) == 'f') has = has_floor(number)
    end function has_own_statistics
 
 end module scene_types

@@ -184,9 +184,11 @@ contains
          ! it knows no limit of events
          if (has_name(draft, 'mesh', 'elements')) call put(draft, 'mesh', 'elements', to_text(1 + int(16.0_wp*number())))
          call put(draft, 'precision', 'duration', to_text(1.0_wp + number()))
-         ! millions of steps take as long as all other scenes, and explicit ones are short on uneven meshes
+         ! millions of steps take as long as all other scenes, and explicit ones are short on uneven meshes and stiff springs
          call drop(draft, 'mesh', 'ratio')
          call drop(draft, 'mesh', 'nodes')
+         call drop(draft, 'root', 'rotation_stiffness_ratio')
+         call drop(draft, 'root', 'translation_stiffness_ratio')
          if (has_name(draft, 'precision', 'steps')) call put(draft, 'precision', 'steps', to_text(0.01_wp + 0.1_wp*number()))
          call put(draft, 'precision', 'repetitions', to_text(1 + int(2.0_wp*number())))
          call put(draft, 'precision', 'shortest_timing', '1e-4')
