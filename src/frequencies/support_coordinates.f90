@@ -124,7 +124,8 @@ contains
       !> Support that determines the amount; 0: there is none
       integer, intent(out) :: support
 
-      ! flexibility of a support against the rotation, of order 1 for a rigid support at the tip
+      ! estimate of the weights that a support would give the constrained shapes: their displacement under a unit force,
+      ! about 1 for the beam and 1/sqrt(k) for the spring, over that of the rotation; large weights lose digits
       real(wp) :: flexibility
       ! minimum of this flexibility
       real(wp) :: min_flexibility

@@ -21,8 +21,8 @@ module applied_loads
    !> table, exceeds this number of units of displacement: gaps computed relative to such a response would lose too many
    !> digits.
    real(wp), parameter :: max_units = 1.0e2_wp
-   !> The frequency below which modes are slow is at most this value over the length of the run: harmonic loads on slow
-   !> modes limit the length of phases, and the run would take too many phases.
+   !> The frequency below which modes are slow because of the size of the loads is at most this value over the length of
+   !> the run: harmonic loads on slow modes limit the length of phases, and the run would take too many phases.
    real(wp), parameter :: max_phases = 1.0e4_wp
 
    !> All loads of a run, the forces first and then the base motions.

@@ -48,8 +48,8 @@ module section_map
       integer, allocatable :: branch_contacts(:)
       !> Units of the unknowns and, last, of the parameter, [unknowns + 1]
       real(wp), allocatable :: unit(:)
-      !> Sets of closed contacts that the runs of the map share; a pointer to a variable of the caller, because a
-      !> compiler loses the other components of a type if one is finalized
+      !> Sets of closed contacts that the runs of the map share; a pointer to a variable of the caller, because gfortran
+      !> 12 deallocates the other components of this type if a component of it is finalized
       type(set_store_t), pointer :: sets => null()
    end type section_map_t
 
@@ -440,6 +440,7 @@ contains
       longest = maxloc(interval, dim=1)
       shift = modulo(instant(longest) + 0.5_wp*interval(longest), length)
       call run_map(map, value, shift, state, unused, error)
+      if (allocated(error)) return
       map%section_phase = modulo(map%section_phase + shift, 1.0_wp)
       is_shifted = .true.
    end subroutine shift_section

@@ -198,7 +198,8 @@ contains
             squares%power(:, 2), e(:, 1), modulus_change)
          e(:, 2) = squares%power(:, 2)
          do n = 1, k
-            ! Surrogate exponentials of slow modes (`surrogate_loads`) may grow, which `exponentials_less_one` excludes
+            ! The points of a circle around slow poles (`slow_exponents` of `mode_terms`) may have a positive real part,
+            ! for which `exponentials_less_one` is not made
             if (squares%decay(n) >= 0.0_wp) cycle
             power(1) = exp(s(n)*length)
             squares%power(n, :) = [real(power(1), wp), aimag(power(1))]
