@@ -478,8 +478,9 @@ contains
       if (allocated(scene%sweep%swept)) then
          do k = 1, size(scene%sweep%swept)
             associate (swept => scene%sweep%swept(k), parameter => scene%sweep%swept(k)%parameter)
-               if (is_swept(swept) .and. parameter%group == 'body' .and. any(parameter%name_in_group == floor_names)) &
+               if (is_swept(swept) .and. parameter%group == 'body' .and. any(parameter%name_in_group == floor_names)) then
                   has_floor(parameter%occurrence) = .true.
+               end if
             end associate
          end do
       end if
