@@ -10,6 +10,9 @@ module load_courses
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
+   !> Circular frequency below which a harmonic is followed by its tangents.
+   real(wp), parameter :: lowest_harmonic = 1e-10_wp
+
    !> A load segment: constant + slope t + Re(harmonic exp(i frequency t)), with the time t from the instant for which
    !> the segment was requested. The default is a segment without load.
    type :: load_segment_t
@@ -43,13 +46,13 @@ contains
       segment%until = last
       select case (course%kind)
       case (course_harmonic)
-         call set_harmonic(course%amplitude, course%frequency, course%frequency*tau + course%phase, segment)
+         call set_harmonic(course%amplitude, course%frequency, course%frequency*tau + course%phase, tau, segment)
       case (course_step)
          segment%constant = course%amplitude
       case (course_pulse)
          if (course%shape == pulse_half_sine) then
             associate (frequency => pi/course%duration)
-               call set_harmonic(course%amplitude, frequency, frequency*(tau - course%start), segment)
+               call set_harmonic(course%amplitude, frequency, frequency*(tau - course%start), tau, segment)
             end associate
          else
             segment%constant = course%amplitude
@@ -66,16 +69,26 @@ contains
       end select
    end function load_segment_at
 
-   !> Set the harmonic of a segment to amplitude sin(angle + frequency t).
-   pure subroutine set_harmonic(amplitude, frequency, angle, segment)
+   !> Set a segment to amplitude sin(angle + frequency t). Below `lowest_harmonic` the segment is the tangent of the
+   !> sine and so short that their difference, amplitude (frequency t)**2/2, is below rounding. The response to such a
+   !> harmonic would be the small part of a complex number, with the rounding error of the large part.
+   pure subroutine set_harmonic(amplitude, frequency, angle, tau, segment)
       real(wp), intent(in) :: amplitude
       real(wp), intent(in) :: frequency
       !> Phase angle at the start of the segment
       real(wp), intent(in) :: angle
+      !> Instant at which the segment starts
+      real(wp), intent(in) :: tau
       type(load_segment_t), intent(inout) :: segment
 
-      segment%frequency = frequency
-      segment%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
+      if (frequency < lowest_harmonic) then
+         segment%constant = amplitude*sin(angle)
+         segment%slope = amplitude*frequency*cos(angle)
+         segment%until = min(segment%until, tau + sqrt(epsilon(1.0_wp))/frequency)
+      else
+         segment%frequency = frequency
+         segment%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
+      end if
    end subroutine set_harmonic
 
    !> Has an instant been reached, to rounding?

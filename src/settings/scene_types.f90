@@ -478,9 +478,8 @@ contains
       if (allocated(scene%sweep%swept)) then
          do k = 1, size(scene%sweep%swept)
             associate (swept => scene%sweep%swept(k), parameter => scene%sweep%swept(k)%parameter)
-               if (is_swept(swept) .and. parameter%group == 'body' .and. any(parameter%name_in_group == floor_names)) then
-                  has_floor(parameter%occurrence) = .true.
-               end if
+               if (.not. is_swept(swept) .or. parameter%group /= 'body') cycle
+               if (any(parameter%name_in_group == floor_names)) has_floor(parameter%occurrence) = .true.
             end associate
          end do
       end if
