@@ -41,7 +41,7 @@ contains
       if (allocated(error)) message = error%message
    end function message_of
 
-   !> The scene of a file without problems; with some, its title is the message.
+   !> The scene of a file without problems. A refused file ends the suite: tests would go on with half a scene.
    subroutine scene_of(text, scene)
       !> The file, with bars for line ends
       character(*), intent(in) :: text
@@ -51,7 +51,7 @@ contains
       type(failure_t), allocatable :: error
 
       call parse_scene(lines(text), 's.nml', scene, error)
-      if (allocated(error)) scene%title = error%message
+      if (allocated(error)) error stop 'the scene of a test is refused: '//error%message
    end subroutine scene_of
 
    !> The parameter that &sweep calls by a name; without a name: there is none.
