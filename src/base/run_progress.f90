@@ -6,7 +6,8 @@ module run_progress
    private
    public :: enable_progress, disable_progress, report_progress, progress_address
 
-   !> Fraction of the run that is done, 0 to 1; the timer of the progress line reads this variable at any moment
+   !> Fraction of the run that is done, 0 to 1; volatile, because the timer signal of the progress line interrupts the
+   !> computation at any moment and reads this variable
    real(c_double), volatile, target :: progress = 0.0_c_double
    !> True during a single run in one thread; a sweep reports its finished cases instead
    logical :: is_enabled = .false.
@@ -19,7 +20,8 @@ contains
       is_enabled = .true.
    end subroutine enable_progress
 
-   !> Disable reports of progress.
+   !> Disable reports of progress, and set the progress to 0, so that a later progress line does not show that of the
+   !> finished run.
    subroutine disable_progress()
       is_enabled = .false.
       progress = 0.0_c_double
@@ -27,7 +29,9 @@ contains
 
    !> Report the progress of the run, if reports are enabled.
    subroutine report_progress(time, duration)
+      !> Simulated time reached, in any unit
       real(wp), intent(in) :: time
+      !> Length of the run, in the same unit
       real(wp), intent(in) :: duration
 
       if (is_enabled) progress = real(time/duration, c_double)

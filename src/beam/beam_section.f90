@@ -1,5 +1,7 @@
-!> The cross-section along the beam relative to the mean section: area A/Abar and second moment of area I/Ibar. A
-!> station is a position at which the section is given; hbar = sqrt(12 Ibar/Abar) is the mean height.
+!> The cross-section along the beam relative to the mean section: area A/Abar and second moment of area I/Ibar. The mean
+!> section has the mean height if the section is a taper or a table of heights, the means of A and of I if the section
+!> is a table of both, and the mean dimensions if the section is a shape. A station is a position at which the section
+!> is given; hbar = sqrt(12 Ibar/Abar) is the mean height.
 !>
 !> All values are functions of the distance to the tip in L instead of x, because 1 - x would lose digits near the tip,
 !> where the section of a wedge vanishes.
@@ -14,7 +16,6 @@ module beam_section
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
    public :: shaped_section, outer_fibre, fibre_over_inertia
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
-
 
    !> Kinds of variation along the beam
    integer, parameter :: kind_uniform = 0
@@ -55,9 +56,11 @@ module beam_section
       real(wp) :: mean_area = 1.0_wp
       !> Second moment of area of the mean dimensions, in that unit
       real(wp) :: mean_inertia = 1.0_wp
-      !> Distance of the outer fibre from the neutral axis over hbar, 1/2 for a rectangle; 0: unknown
+      !> Distance of the outer fibre of a uniform section from the neutral axis over hbar, 1/2 for a rectangle; 0:
+      !> unknown
       real(wp) :: fibre = 0.5_wp
-      !> Distances of the outer fibre over hbar at the stations; unallocated: `fibre` holds everywhere
+      !> Distances of the outer fibre over hbar at the stations; unallocated: those of a shape follow from its
+      !> dimensions
       real(wp), allocatable :: fibres(:)
    end type section_t
 
@@ -72,7 +75,7 @@ contains
 
    !> A section of constant width whose height varies linearly from root to tip.
    pure function tapered_section(height_root, height_tip) result(section)
-      !> Height at the clamp, any unit, > 0
+      !> Height at the root, any unit, > 0
       real(wp), intent(in) :: height_root
       !> Height at the tip, in the same unit, >= 0
       real(wp), intent(in) :: height_tip
@@ -119,7 +122,7 @@ contains
 
    !> A section of any shape, whose dimensions are uniform, linear between stations, stepped, or a cubic spline.
    pure function shaped_section(settings, length) result(section)
-      !> Complete settings of the shape
+      !> Settings of the shape, with `first` and `second` at each station
       type(section_settings_t), intent(in) :: settings
       !> Length L in the unit of the stations
       real(wp), intent(in) :: length
@@ -160,8 +163,9 @@ contains
       end if
    end function shaped_section
 
-   !> c/I of the stress M c/I, with c in hbar and I in Ibar; 0: c is unknown, or the section ends in a point, where the
-   !> stress is 0 if nothing acts on the point. Where the section steps, the greater value of both sides.
+   !> c/I, with which a moment M causes the stress M c/I; c in hbar, I in Ibar. At a step of the section the result is
+   !> the greater value of both sides. It is 0 if c is unknown, or if the section ends in a point, where the stress is 0
+   !> if nothing acts on the point.
    pure function fibre_over_inertia(section, tip_distance) result(ratio)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
@@ -173,6 +177,7 @@ contains
       integer :: side
 
       ratio = 0.0_wp
+      ! both sides are equal unless the profile is stepped
       do side = -1, 1, 2
          associate (at => tip_distance + merge(real(side, wp)*rounding, 0.0_wp, section%kind == kind_shape .and. &
             section%profile == profile_stepped))
@@ -196,13 +201,16 @@ contains
          fibre = 0.0_wp
       case (kind_shape)
          if (allocated(section%fibres)) then
+            ! linear between stations in a cubic profile too
             fibre = profile_value(section, section%fibres, tip_distance)
          else
+            ! the second derivatives are unallocated, and so absent, unless the profile is cubic
             fibre = outer_fibre_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
                section%first_curvature), profile_value(section, section%second, tip_distance, &
                section%second_curvature))*sqrt(section%mean_area/(12.0_wp*section%mean_inertia))
          end if
       case default
+         ! a rectangle of constant width: A/Abar = h/hbar
          fibre = 0.5_wp*area(section, tip_distance)
       end select
    end function outer_fibre
@@ -361,11 +369,12 @@ contains
       end associate
    end function interpolate
 
-   !> Index of the last station before a distance to the tip, seen from the clamp.
+   !> Index of the station at the root end of the interval between stations that contains a position. A position at a
+   !> station belongs to the interval on the side of the root, a position beyond the ends to the first or last interval.
    pure function station_before(tip_distances, tip_distance) result(low)
       !> Distances of the stations to the tip, descending
       real(wp), intent(in) :: tip_distances(:)
-      !> Distance to the tip at which to interpolate
+      !> Distance of the position to the tip
       real(wp), intent(in) :: tip_distance
       integer :: low
 

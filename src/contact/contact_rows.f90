@@ -1,7 +1,12 @@
-!> Contacts for Newmark's method. The row w of a contact is a linear functional of the degrees of freedom y: the gap is
-!> w . y - s d, with d the coordinate of the contact surface and s = 1 for a contact below the beam, s = -1 for one
-!> above it. The contact force f acts as the load vector f w. A row has one nonzero entry, s at a degree of freedom of
-!> the beam or of a body at its floor or ceiling, or two if the beam meets a body.
+!> Contacts for Newmark's method. The row w of a contact is a linear functional of the state vector y: the gap is
+!> w . y - s d, with s = 1 for a contact below the beam, s = -1 for a contact above the beam, and d the coordinate of
+!> the contact surface (between beam and body: the displacement of the beam relative to the body at which both touch).
+!> A row has one nonzero entry, s, at a point of the beam, or at a body that meets its floor or ceiling; or two entries,
+!> s and -s, if the beam meets a body.
+!>
+!> If the degrees of freedom are those of nodes, the contact force f acts as the load vector f w. If they are modes, the
+!> entries of w belong to the points that follow the modes in a state vector (module `modal_steps`), and the load vector
+!> is f times the row over the modes, `modal_row` of `newmark_stepper`.
 module contact_rows
    use kinds, only: wp
    implicit none (type, external)
@@ -11,24 +16,24 @@ module contact_rows
    !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
 
-   !> The row w: s at the degree of freedom `dof`, and -s at that of the body that the beam meets, if there is one.
+   !> The row w: s at the entry `dof` of a state vector, and -s at the entry `body` if the beam meets a body.
    type :: contact_row_t
-      !> Index of the degree of freedom of the beam; at floor and ceiling of a body, that of the body
+      !> Entry of the point of the beam; at floor and ceiling of a body, entry of the body
       integer :: dof = 0
       !> s
       real(wp) :: sign = 1.0_wp
-      !> Index of the degree of freedom of the body. If the beam meets something fixed, 0: entry 0 of a padded vector is
-      !> zero, so it adds nothing to the row's value
+      !> Entry of the body that the beam meets. 0: the beam, or the body at its floor or ceiling, meets a fixed surface;
+      !> entry 0 of a padded vector is zero
       integer :: body = 0
    end type contact_row_t
 
 contains
 
-   !> Value w . vector: the displacement, velocity or acceleration of the beam relative to what it meets, positive away
-   !> from the contact.
+   !> Value w . vector: the displacement, velocity or acceleration of the beam relative to the body or the surface that
+   !> the beam meets, positive away from the contact.
    pure function row_value(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
-      !> Displacements, velocities or accelerations, padded with zeros, [-2 : n + 3] with n degrees of freedom
+      !> Displacements, velocities or accelerations, padded with zeros, [-2 : n + 3] with n entries
       real(wp), intent(in) :: vector(1 - band:)
       real(wp) :: value
 

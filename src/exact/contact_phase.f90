@@ -89,7 +89,7 @@ contains
 
       call start_phase(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
       if (allocated(motion%error)) return
-      if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
+      if (is_new .and. any(self%now%states%is_closed)) motion%eigenproblems = motion%eigenproblems + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
       ! variations are converted at the instant at which a contact becomes undeformed, so that this ends a phase
       self%now%passes_undeformed = .not. allocated(motion%tangent)

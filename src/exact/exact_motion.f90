@@ -352,7 +352,7 @@ contains
          call advance(phase, settings%response, standstill, motion, response, is_last)
       end do
       response%ends_in_contact = any(phase%now%states%is_closed)
-      response%factorisations = motion%factorisations
+      response%factorisations = motion%eigenproblems
       if (allocated(motion%error)) then
          call move_alloc(motion%error, error)
          return

@@ -15,12 +15,14 @@ contains
       probability = 0.5_wp*erfc(-x/sqrt(2.0_wp))
    end function normal_probability
 
-   !> Quantile of the normal distribution with mean 0 and standard deviation 1, by bisection and Newton's method.
+   !> Quantile of the normal distribution with mean 0 and standard deviation 1, by Newton's method, with a bisection if
+   !> a step leaves the interval that contains the quantile.
    elemental function normal_quantile(probability) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability
       real(wp) :: x
 
+      ! the probability of a number below -38 is less than the smallest normalised real number
       real(wp), parameter :: max_deviations = 38.0_wp
       real(wp) :: previous, high, low, lower_probability, slope
       integer :: i
@@ -45,7 +47,8 @@ contains
       if (probability > 0.5_wp) x = -x
    end function normal_quantile
 
-   !> Quantile of a normal distribution that is truncated at two limits.
+   !> Quantile of a normal distribution that is truncated at two limits. The minimum must be at most a few standard
+   !> deviations above the mean: beyond, the difference of the probabilities of both limits has lost its digits.
    elemental function quantile_within(probability, mean, deviation, minimum, maximum) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability
@@ -55,11 +58,16 @@ contains
       real(wp), intent(in) :: maximum
       real(wp) :: x
 
-      real(wp) :: above, below
+      ! probabilities of a number below the minimum and below the maximum, without truncation
+      real(wp) :: below_minimum, below_maximum
+      ! probability of a number below the quantile, without truncation
+      real(wp) :: untruncated
 
-      below = normal_probability((minimum - mean)/deviation)
-      above = normal_probability((maximum - mean)/deviation)
-      x = mean + deviation*normal_quantile(min(max(below + probability*(above - below), tiny(x)), 1.0_wp - epsilon(x)))
+      below_minimum = normal_probability((minimum - mean)/deviation)
+      below_maximum = normal_probability((maximum - mean)/deviation)
+      untruncated = below_minimum + probability*(below_maximum - below_minimum)
+      ! the quantiles of 0 and 1 are infinite
+      x = mean + deviation*normal_quantile(min(max(untruncated, tiny(x)), 1.0_wp - epsilon(x)))
       x = min(max(x, minimum), maximum)
    end function quantile_within
 

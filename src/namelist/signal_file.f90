@@ -14,7 +14,7 @@ module signal_file
 
    integer, parameter :: max_unit_length = 32
    character, parameter :: tab = achar(9)
-   !> Maximum number of lines before the first line of numbers.
+   !> Maximum number of a line of the header that is not a comment.
    integer, parameter :: max_header = 200
 
    !> Two or three columns of a file.
@@ -33,7 +33,7 @@ module signal_file
 
    !> Layout of the lines of a file.
    type :: layout_t
-      !> Delimiter of columns; a blank: any number of blanks
+      !> Delimiter of columns; a blank: any number of blanks and tabs
       character :: delimiter = ' '
       logical :: has_decimal_comma = .false.
    end type layout_t
@@ -52,7 +52,13 @@ contains
       character(:), allocatable :: raw, text, reason
       real(wp), allocatable :: numbers(:, :)
       type(layout_t) :: layout
-      integer :: first, last, line, rows
+      ! first and last position of a line in the text
+      integer :: first, last
+      ! number of this line
+      integer :: line
+      ! number of lines of numbers so far
+      integer :: rows
+      integer :: i
       ! whether the layout is known, i.e. the first line of numbers has been found
       logical :: has_layout
 
@@ -62,16 +68,17 @@ contains
          return
       end if
       call normalise_lines(raw, text)
-      allocate (numbers(size(columns), 1 + count([(text(first:first) == new_line('a'), first=1, len(text))])))
+      allocate (numbers(size(columns), 1 + count([(text(i:i) == new_line('a'), i=1, len(text))])))
       first = 1
       line = 0
       rows = 0
       has_layout = .false.
       do while (first <= len(text))
          line = line + 1
+         ! each line ends with a new line (`normalise_lines`)
          last = first + index(text(first:), new_line('a')) - 2
          associate (row => text(first:last))
-            ! neither empty nor a comment
+            ! neither empty nor a comment, which has its mark in the first column
             if (verify(row, ' '//tab//';,') > 0 .and. scan(row(:min(1, len(row))), '#!%') == 0) then
                if (.not. has_layout) call find_layout(row, columns, layout, has_layout)
                if (has_layout) then
@@ -170,7 +177,7 @@ contains
          shown = excerpt(cell)
          if (layout%has_decimal_comma) then
             i = index(cell, ',')
-            ! a comma at the end separates columns
+            ! a comma at the end separates columns, so the number is illegal with decimal commas
             if (i > 0 .and. i < len(cell)) cell(i:i) = '.'
          end if
          call read_real(cell, numbers(k), is_legal, reason)
@@ -211,9 +218,9 @@ contains
       if (scan(cell(1:1), '"''') > 0 .and. cell(len(cell):) == cell(1:1)) cell = trim(adjustl(cell(2:len(cell) - 1)))
    end function cell_of
 
-   !> Read the units of a line of the header. They stand in brackets or after ' / ' following the names of the columns,
-   !> or in a line of their own; if one column of a line has such a unit, the text of the other column is a unit too,
-   !> even if it is not known.
+   !> Read the units of a line of the header; a later line replaces units of an earlier line. Units stand in brackets or
+   !> after ' / ' following the names of the columns, or in a line of their own. If one column of a line has a known
+   !> unit without brackets, the text of the other column is a unit too, even if it is not known.
    pure subroutine read_header(row, columns, signal)
       character(*), intent(in) :: row
       !> Columns of the time and of the value
@@ -231,7 +238,8 @@ contains
       if (index(line, tab) > 0) delimiter = tab
       if (index(line, ';') > 0) delimiter = ';'
       if (delimiter == ' ' .and. scan(line, '([') > 0) then
-         ! names of columns may have blanks too
+         ! names of columns may have blanks too, so the unit of a column is found by the number of its brackets: each
+         ! column before it must have a unit in brackets
          time_cell = bracketed(line, columns(1))
          value_cell = bracketed(line, columns(2))
       else
@@ -240,9 +248,9 @@ contains
       end if
       call take_unit(time_cell, signal%time_unit, time_is_bare)
       call take_unit(value_cell, signal%value_unit, value_is_bare)
-      if (time_is_bare .and. .not. (value_is_bare .or. is_bracketed(value_cell))) call take_word(value_cell, &
+      if (time_is_bare .and. .not. (value_is_bare .or. is_bracketed(value_cell))) call take_bare_unit(value_cell, &
          signal%value_unit)
-      if (value_is_bare .and. .not. (time_is_bare .or. is_bracketed(time_cell))) call take_word(time_cell, &
+      if (value_is_bare .and. .not. (time_is_bare .or. is_bracketed(time_cell))) call take_bare_unit(time_cell, &
          signal%time_unit)
    end subroutine read_header
 
@@ -282,17 +290,17 @@ contains
          unit = trim(adjustl(cell(scan(cell, '([', back=.true.) + 1:scan(cell, ')]', back=.true.) - 1)))
          return
       end if
-      call split_unit(last_word(cell), base, factor, is_bare)
-      if (is_bare) unit = last_word(cell)
+      call split_unit(bare_unit(cell), base, factor, is_bare)
+      if (is_bare) unit = bare_unit(cell)
    end subroutine take_unit
 
-   !> Take the word of a cell as its unit, unless the cell is empty.
-   pure subroutine take_word(cell, unit)
+   !> Take the text of a cell without brackets as a unit, unless the cell is empty.
+   pure subroutine take_bare_unit(cell, unit)
       character(*), intent(in) :: cell
       character(max_unit_length), intent(inout) :: unit
 
-      if (cell /= '') unit = last_word(cell)
-   end subroutine take_word
+      if (cell /= '') unit = bare_unit(cell)
+   end subroutine take_bare_unit
 
    !> Whether a cell has a text in brackets.
    pure logical function is_bracketed(cell)
@@ -301,18 +309,18 @@ contains
       is_bracketed = scan(cell, '([') > 0 .and. scan(cell, ')]', back=.true.) > scan(cell, '([', back=.true.) + 1
    end function is_bracketed
 
-   !> Text after ' / ' in a cell, or the whole text.
-   pure function last_word(cell) result(word)
+   !> Text after the last ' / ' in a cell, or the whole text if it has no ' / '.
+   pure function bare_unit(cell) result(unit)
       character(*), intent(in) :: cell
-      character(:), allocatable :: word
+      character(:), allocatable :: unit
 
       character(*), parameter :: divided_by = ' / '
       integer :: place
 
       place = index(cell, divided_by, back=.true.)
       if (place > 0) place = place + len(divided_by) - 1
-      word = trim(adjustl(cell(place + 1:)))
-   end function last_word
+      unit = trim(adjustl(cell(place + 1:)))
+   end function bare_unit
 
    !> Find the factor that converts numbers from one unit to another.
    pure subroutine unit_ratio(unit, wanted, ratio, problem)
@@ -379,7 +387,7 @@ contains
       if (base == 'm/s/s') base = 'm/s^2'
    end subroutine split_unit
 
-   !> A unit with its square as '^2', which files may also have as '2', '**2' or a raised 2 (in UTF-8 or Latin-1).
+   !> A unit with its square as '^2', which files may also have as '2', '**2' or a superscript 2 (in UTF-8 or Latin-1).
    pure function with_caret(unit) result(part)
       character(*), intent(in) :: unit
       character(:), allocatable :: part
@@ -405,6 +413,7 @@ contains
       logical, intent(out) :: is_known
 
       character(*), parameter :: bases(4) = [character(4) :: 'm', 's', 'N', 's^2']
+      ! other names of the second, which have no prefix
       character(*), parameter :: seconds(3) = [character(7) :: 'sec', 'second', 'seconds']
       ! micro: u, the micro of UTF-8 as a sign and as a Greek letter, and of Latin-1
       character(*), parameter :: prefixes(10) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &

@@ -14,7 +14,7 @@ module newmark_modes
    use skyline_matrix, only: make_skyline
    implicit none (type, external)
    private
-   public :: make_modal_model, find_rest_in_modes, in_nodes
+   public :: make_modal_model, find_rest_in_modes, nodal_state
 
 contains
 
@@ -23,18 +23,20 @@ contains
       type(beam_model_t), intent(in) :: model
       !> The modes, of unit modal mass
       type(free_modes_t), intent(in) :: modes
-      !> K and M of the modes; `stop_dof`, `stop_dofs` and `tip_dof` are the entries of these points in a state vector
-      !> (module `modal_steps`). Supports are part of the modes
+      !> K = lambda1^4 W^2 and M = 1 of the modes, in E Ibar/L^3 and rho Abar L as those of any model; `stop_dof`,
+      !> `stop_dofs` and `tip_dof` are the entries of these points in a state vector (module `modal_steps`). Root and
+      !> supports are part of the modes
       type(beam_model_t), intent(out) :: modal
-      !> Displacement of each point per unit of each mode, bodies last, [modes, points]
+      !> Displacement of each point of the beam and then of each body per unit of each mode, [modes, points]
       real(wp), allocatable, intent(out) :: point_shape(:, :)
 
       ! degrees of freedom of the points in the model, with repetitions
-      integer, allocatable :: named(:)
+      integer, allocatable :: repeated_dofs(:)
       ! degrees of freedom of the points in the model, without repetitions
       integer, allocatable :: dofs(:)
       integer :: body, i
 
+      ! components that are not set below describe the beam, which is the same
       modal = model
       associate (order => size(modes%square))
          call make_skyline(modal%stiffness, [(i, i=1, order)])
@@ -43,8 +45,8 @@ contains
          modal%mass%values = 1.0_wp
          modal%supports = modal%supports(:0)
          modal%root_dofs = 0
-         named = [model%tip_dof, model%stop_dof, model%stop_dofs]
-         dofs = pack(named, [(findloc(named, named(i), dim=1) == i, i=1, size(named))])
+         repeated_dofs = [model%tip_dof, model%stop_dof, model%stop_dofs]
+         dofs = pack(repeated_dofs, [(findloc(repeated_dofs, repeated_dofs(i), dim=1) == i, i=1, size(repeated_dofs))])
          point_shape = transpose(modes%mode([dofs, [(body, body=model%mass%order + 1, size(modes%mode, 1))]], :))
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
@@ -52,16 +54,20 @@ contains
       end associate
    end subroutine make_modal_model
 
-   !> Static equilibrium on the active contacts without loads, in the modes of the run.
+   !> Static equilibrium on the active contacts without loads, in the modes of the run. Neither the beam nor a body may
+   !> have a motion without strain (W = 0).
    pure subroutine find_rest_in_modes(run, forces, energy)
       !> The run, with its contacts
       type(newmark_run_t), intent(in) :: run
-      !> Force P of each contact
+      !> Force P of each contact; 0 if the contact is not active
       real(wp), intent(out) :: forces(:)
-      !> Strain energy of the beam and of all springs
+      !> Strain energy of the beam, of its supports and of the springs of the active contacts
       real(wp), intent(out) :: energy
 
-      real(wp), allocatable :: active_forces(:), compliance(:, :), value(:, :)
+      real(wp), allocatable :: active_forces(:), value(:, :)
+      ! displacements D at the active contacts per unit of each force, rho Abar L omega1^2 D; `find_static_forces` adds
+      ! the springs of the contacts, [active, active]
+      real(wp), allocatable :: compliance(:, :)
       ! indices of the active contacts
       integer, allocatable :: place(:)
       integer :: k
@@ -81,8 +87,8 @@ contains
       forces(place) = active_forces
    end subroutine find_rest_in_modes
 
-   !> Displacements and velocities of the nodes that belong to a state of the modes.
-   pure function in_nodes(modes, state) result(nodes)
+   !> Convert a state from modes to the degrees of freedom of nodes and bodies.
+   pure function nodal_state(modes, state) result(nodes)
       type(free_modes_t), intent(in) :: modes
       !> Displacement and velocity of the modes
       type(newmark_state_t), intent(in) :: state
@@ -93,6 +99,6 @@ contains
          nodes%displacement(1:dofs) = matmul(modes%mode, state%displacement(1:count))
          nodes%velocity(1:dofs) = matmul(modes%mode, state%velocity(1:count))
       end associate
-   end function in_nodes
+   end function nodal_state
 
 end module newmark_modes

@@ -6,7 +6,7 @@ module newmark_samples
    use kinds, only: wp
    use newmark_bodies, only: record_bodies
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_modes, only: in_nodes
+   use newmark_modes, only: nodal_state
    use newmark_moments, only: moments_now
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
@@ -88,7 +88,7 @@ contains
       if (response%shape_tau(run%next_shape) > instant_of(run)) return
       associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam)
          if (allocated(run%modes)) then
-            call interpolate_shapes(run%root_dofs, in_nodes(run%modes, old), in_nodes(run%modes, new), &
+            call interpolate_shapes(run%root_dofs, nodal_state(run%modes, old), nodal_state(run%modes, new), &
                instant_of(run), step, run%height, run%next_shape, response)
          else
             call interpolate_shapes(run%root_dofs, old, new, instant_of(run), step, run%height, run%next_shape, &

@@ -7,8 +7,8 @@ module orbit_branches
    use branch_closures, only: halves_swap, rejoins_at, check_closure, has_half_period, has_pair_on_circle
    use failures, only: failure_t
    use kinds, only: wp
-   use orbit_newton, only: solve_orbit, doubling_direction, distance_of, find_direction, predictor, initial_state_t, &
-      solution_t
+   use orbit_newton, only: solve_orbit, doubling_direction, distance_of, find_branch_tangent, predictor, &
+      initial_state_t, solution_t
    use orbit_settings, only: orbit_settings_t
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_none, mark_torus, &
       orbit_branch_t, orbit_point_t
@@ -134,7 +134,7 @@ contains
       associate (point => branch(parent)%point)
          trace%parent_doublings = pack(point, point%mark == mark_doubling)
       end associate
-      call find_direction(map, branched%map, direction, trace%direction)
+      call find_branch_tangent(map, branched%map, direction, trace%direction)
       if (.not. allocated(trace%direction)) return
       call continue_trace(map, options, trace)
       new_branch%parent = parent
@@ -182,7 +182,7 @@ contains
       type(trace_t), intent(out) :: trace
 
       call open_trace(map, options, orbit, trace)
-      call find_direction(map, orbit%map, [spread(0.0_wp, 1, size(map%unit) - 1), side], trace%direction)
+      call find_branch_tangent(map, orbit%map, [spread(0.0_wp, 1, size(map%unit) - 1), side], trace%direction)
       if (allocated(trace%direction)) call continue_trace(map, options, trace)
    end subroutine trace_from
 
@@ -221,7 +221,7 @@ contains
             max_corrections, next, trace%direction)
          is_acceptable = .false.
          if (next%converged) then
-            call find_direction(map, next%map, trace%direction, direction)
+            call find_branch_tangent(map, next%map, trace%direction, direction)
             ! the tangent turns by less than 45 degrees, and the orbit is not much farther away than the step
             if (allocated(direction)) is_acceptable = sum(direction*trace%direction) > 0.7_wp .and. &
                distance_of(map, next%initial, trace%last%initial) < 2.0_wp*trace%step
@@ -290,7 +290,7 @@ contains
       trace%is_over = .not. end%converged
       if (trace%is_over) return
       trace%last = end
-      call find_direction(map, end%map, [spread(0.0_wp, 1, n - 1), sign(1.0_wp, direction(n))], trace%direction)
+      call find_branch_tangent(map, end%map, [spread(0.0_wp, 1, n - 1), sign(1.0_wp, direction(n))], trace%direction)
       trace%is_over = .not. allocated(trace%direction)
    end subroutine add_step
 
@@ -425,7 +425,7 @@ contains
          call solve_orbit(map, predictor(map, trace%last%initial, trace%direction, bracket%point), options%tolerance, &
             max_corrections, bifurcation, trace%direction)
          if (.not. bifurcation%converged) return
-         call find_direction(map, bifurcation%map, trace%direction, direction)
+         call find_branch_tangent(map, bifurcation%map, trace%direction, direction)
          if (.not. allocated(direction)) return
          call enter_value(bracket, test_function(kind, bifurcation%point, direction))
          call choose_point(bracket, chord(bracket))
@@ -481,7 +481,7 @@ contains
          if (.not. low > 0.0_wp) exit
          ! the end is about high - low beyond the best orbit; twice as much, because the tangent changes
          high = 2.0_wp*(high - low)
-         call find_direction(map, best%map, trace%direction, direction)
+         call find_branch_tangent(map, best%map, trace%direction, direction)
          if (.not. allocated(direction)) exit
          trace%direction = direction
       end do

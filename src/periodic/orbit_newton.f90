@@ -10,7 +10,7 @@ module orbit_newton
    use section_types, only: section_state_t
    implicit none (type, external)
    private
-   public :: initial_state_t, solution_t, solve_orbit, find_direction, doubling_direction, predictor, distance_of
+   public :: initial_state_t, solution_t, solve_orbit, find_branch_tangent, doubling_direction, predictor, distance_of
 
    !> Initial state of an orbit, and the value of the parameter.
    type :: initial_state_t
@@ -28,15 +28,17 @@ module orbit_newton
       type(map_result_t) :: map
       !> Minimum normal speed of an impact with restitution in all trial motions
       real(wp) :: min_speed = huge(1.0_wp)
-      !> Whether the residual is within the tolerance, and the same contacts are closed at both ends
+      !> Whether the residual is within the tolerance, and at both ends of the motion the same contacts are closed, or
+      !> open with a surface that moves with the beam
       logical :: converged = .false.
    end type solution_t
 
 contains
 
    !> Solve for a periodic orbit from an initial guess. If a direction is given, the parameter is unknown, too, and
-   !> corrections are orthogonal to the direction, so that the orbit keeps the arclength of the guess. A Newton step is
-   !> halved until the residual decreases.
+   !> corrections are orthogonal to the direction, so that the orbit keeps the component of the guess along the
+   !> direction (pseudo-arclength). A Newton step is halved until its state penetrates no contact, the run from this
+   !> state succeeds, and the residual decreases.
    subroutine solve_orbit(map, guess, tolerance, max_steps, solution, direction)
       type(section_map_t), target, intent(inout) :: map
       type(initial_state_t), intent(in) :: guess
@@ -63,9 +65,11 @@ contains
 
       map%section_phase = guess%section_phase
       solution%initial = guess
+      ! sets the indentations that follow from the unknowns, and checks that no contact is penetrated
       call set_unknowns(map, unknowns_of(map, guess%state), solution%initial%state, is_admissible)
       if (.not. is_admissible) return
       call evaluate_map(map, solution%initial%value, solution%initial%state, solution%map)
+      ! unallocated: the run failed
       if (.not. allocated(solution%map%unknowns)) return
       solution%min_speed = solution%map%min_speed
       do step = 0, max_steps
@@ -77,29 +81,30 @@ contains
          if (step == max_steps) return
          call find_correction(map, solution%map, residual, correction, direction)
          if (.not. allocated(correction)) return
-         step_fraction = 1.0_wp
+         step_fraction = 2.0_wp
          do halving = 0, max_halvings
             if (halving == max_halvings) return
+            step_fraction = 0.5_wp*step_fraction
             trial = solution%initial
             associate (n => size(residual))
                call set_unknowns(map, unknowns_of(map, trial%state) + step_fraction*map%unit(:n)*correction(:n), &
                   trial%state, is_admissible)
                trial%value = trial%value + step_fraction*map%unit(n + 1)*correction(n + 1)
             end associate
-            ! the parameter, if there is one (`no_parameter` is 0), must neither vanish nor change its sign
+            ! the parameter, if the map has one (`no_parameter` is 0), must keep its sign and more than a tenth of its
+            ! value in the guess
             if (map%parameter > 0) is_admissible = is_admissible .and. trial%value/guess%value > 0.1_wp
-            step_fraction = 0.5_wp*step_fraction
             if (.not. is_admissible) cycle
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
             solution%min_speed = min(solution%min_speed, result%min_speed)
-            ! a sufficient decrease; `step_fraction` has been halved already
-            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_fraction)*size_of_residual) exit
+            ! sufficient decrease: at least 5e-4 of that of the linearised residual
+            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 5.0e-4_wp*step_fraction)*size_of_residual) exit
          end do
          solution%initial = trial
          solution%map = result
       end do
-      ! the motion returns, but the contacts that are closed at its end differ from those at its start: no orbit
+      ! the unknowns return, but other contacts are closed or move with the beam at the end than at the start: no orbit
       if (solution%map%failed) return
       solution%converged = .true.
       call fill_point(map, solution)
@@ -207,12 +212,12 @@ contains
       if (all(abs(rhs) < huge(1.0_wp))) allocate (solution, source=rhs(:, 1))
    end subroutine solve_linear
 
-   !> Unit tangent of a branch at a periodic orbit in units of the map, with a positive component along another
+   !> Unit tangent of a branch at a periodic orbit in units of the map, with a positive component along a given
    !> direction.
-   subroutine find_direction(map, result, along, direction)
+   subroutine find_branch_tangent(map, result, along, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> The other direction, in units of the map, the parameter last, [unknowns + 1]
+      !> The given direction, in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in) :: along(:)
       !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: direction(:)
@@ -224,9 +229,9 @@ contains
       rhs(size(along), 1) = 1.0_wp
       call solve_linear(matrix, rhs, direction)
       if (allocated(direction)) direction = direction/norm2(direction)
-   end subroutine find_direction
+   end subroutine find_branch_tangent
 
-   !> Fill the branch point with multipliers, section values and impacts.
+   !> Fill the branch point with multipliers, displacement and velocity of the tip at the sections, and impacts.
    subroutine fill_point(map, solution)
       type(section_map_t), intent(in) :: map
       type(solution_t), intent(inout) :: solution
@@ -262,8 +267,8 @@ contains
       if (.not. all(abs(matrix) < huge(1.0_wp))) return
       call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
       if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
+      ! insertion sort
       do i = 2, n
-         ! insertion sort
          other = multiplier(i)
          j = i - 1
          do while (j > 0)

@@ -1,6 +1,7 @@
 !> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the linear equations
 !> of motion are solved in closed form, without time steps. A phase ends at the end of a load segment (a time span in
-!> which all loads are constants, slopes and harmonics), or at the first zero of a gap or of a contact force.
+!> which each load is the sum of a constant, a linear function of time and harmonics), or at the first zero of a gap or
+!> of a contact force.
 module motion_phases
    use certified_search, only: found_exhausted, found_none, search_t
    use failures, only: fail, failure_t, status_run_failed
@@ -10,15 +11,14 @@ module motion_phases
    use run_observers, only: observers_t
    use run_progress, only: report_progress
    use run_recorder, only: requested_t, record_sample, record_shape, next_sample_time, recorder_t, sample_t, &
-      samples_before, &
-      shape_due
+      samples_before, shape_due
    use run_settings, only: response_settings_t
    use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
    public :: motion_t, phase_t, advance, found_cancelled, found_segment_end
 
-   ! The outcomes of a search end at `found_exhausted`.
+   ! `found_exhausted` is the last outcome of a search; the following two are further outcomes of a phase.
    !> Outcome: the phase is a flight (motion above an open contact) below the hop tolerance. The flight is cancelled:
    !> the phase has length zero, and the motion stays at its start.
    integer, parameter :: found_cancelled = found_exhausted + 1
@@ -27,6 +27,7 @@ module motion_phases
 
    !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
+      !> Instant, omega1 t
       real(wp) :: tau = 0.0_wp
       !> Displacements of the free modes, [modes]
       real(wp), allocatable :: q(:)
@@ -36,8 +37,9 @@ module motion_phases
       type(recorder_t) :: recorder
       !> Observers of the run
       type(observers_t) :: observers
-      !> Number of eigenvalue problems solved so far; the results count them as factorisations, as in Newmark's method
-      integer :: factorisations = 0
+      !> Number of eigenvalue problems solved so far: one for each set of closed contacts that the run uses for the
+      !> first time
+      integer :: eigenproblems = 0
       !> Variations of the motion (derivatives with respect to its initial state or a load parameter); unallocated: not
       !> requested
       type(tangent_t), allocatable :: tangent
@@ -47,7 +49,8 @@ module motion_phases
 
    !> A phase of the motion: the part between two changes of the set of closed contacts or of the loads.
    type, abstract :: phase_t
-      !> End of the phase: its outcome is that of a search, `found_cancelled` or `found_segment_end`
+      !> Instant and outcome of the end of the phase. Outcomes: those of a search (`found_none`: the phase reaches the
+      !> end of the run), and `found_cancelled` and `found_segment_end`
       type(search_t) :: search
    contains
       procedure(begin_interface), deferred :: begin
@@ -88,7 +91,8 @@ module motion_phases
          real(wp), intent(out) :: q(:)
          !> Modal velocities, [modes]
          real(wp), intent(out) :: v(:)
-         !> Displacement and velocity of a massless node at the stop, relative to the motion that the modes give it
+         !> Displacement and velocity of a massless node at the stop, in addition to those that the modes give the node;
+         !> 0 if no node is massless
          real(wp), optional, intent(out) :: node(2)
       end subroutine state_interface
 
@@ -117,8 +121,8 @@ module motion_phases
          type(motion_t), intent(inout) :: motion
       end subroutine finish_interface
 
-      !> Let the observers measure the phase. In the last phase, which is not finished, the procedure itself advances
-      !> what the observers read.
+      !> Let the observers measure the phase. Because the last phase has no `finish`, this procedure then itself
+      !> computes the state, the variations and the energies at the end of the phase that the observers read.
       subroutine measure_interface(self, is_last, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
@@ -147,7 +151,7 @@ contains
       class(phase_t), target, intent(inout) :: phase
       !> Length of the run, maximum number of events
       type(response_settings_t), intent(in) :: settings
-      !> Number of consecutive phases of length zero
+      !> Number of consecutive phases that did not change tau, because their length is zero or below its rounding error
       integer, intent(inout) :: standstill
       !> Component `error` is set if the run cannot continue
       type(motion_t), intent(inout) :: motion
@@ -182,13 +186,14 @@ contains
       integer, intent(in) :: events
       !> Maximum number of events
       integer, intent(in) :: limit
-      !> Number of consecutive phases of length zero
+      !> Number of consecutive phases that did not change tau
       integer, intent(in) :: standstill
       real(wp), intent(in) :: tau
       !> Set if the run cannot continue
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! maximum number of consecutive phases of length zero
+      ! maximum number of consecutive phases that do not change tau; far above the number of contacts, each of which may
+      ! close, open or be captured at one instant
       integer, parameter :: standstill_cap = 2000
       ! without damping, a contact may open and close with the period of the fastest mode, that of the shortest element
       character(*), parameter :: remedy = '; damping or a more even mesh ends that'

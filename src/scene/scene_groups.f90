@@ -23,7 +23,7 @@ module scene_groups
    use scene_stops, only: list_stops, list_supports
    use scene_types, only: integrator_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
-   use sweep_names, only: list_parameters, list_sweep, parameter_names, parameter_of, sweep_of
+   use sweep_names, only: find_parameters, list_sweep, parameter_names, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, goal_names, swept_t
    use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
    use warning_list, only: warning_names
@@ -425,7 +425,7 @@ contains
 
       call table%open(group_t('cases', stands_alone=.true.), is_wanted)
       if (.not. table%lists_names) return
-      call list_parameters(table, places)
+      call find_parameters(table, places)
       places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
       allocate (names, source=parameter_names(table, places))
       chosen = 0

@@ -17,7 +17,7 @@ module scene_inference
    use scene_sweep, only: entry_of_parameter, refuse_lost_units
    use scene_types, only: has_rigid_stops, scene_t
    use signal_file, only: read_signal, signal_t, unit_ratio
-   use sweep_names, only: list_parameters, parameter_names, parameter_of
+   use sweep_names, only: find_parameters, parameter_names, parameter_of
    use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
    use value_rules, only: range_t
    implicit none (type, external)
@@ -126,7 +126,7 @@ contains
       character(name_length), allocatable :: names(:)
       integer :: k
 
-      call list_parameters(table, places)
+      call find_parameters(table, places)
       allocate (names, source=parameter_names(table, places))
       if (allocated(parameters)) then
          allocate (chosen(size(parameters)))

@@ -10,7 +10,7 @@ module scene_reference
    use program_identity, only: program_any
    use scene_groups, only: list_scene
    use scene_types, only: echo_t, scene_t
-   use sweep_names, only: list_parameters, parameter_of, unswept
+   use sweep_names, only: find_parameters, parameter_of, unswept
    use sweep_settings, only: parameter_t
    use value_rules, only: one_of, range_text
    implicit none (type, external)
@@ -138,7 +138,7 @@ contains
       reader = program_any
       if (present(program)) reader = program
       call list_scene(table, scene)
-      call list_parameters(table, places)
+      call find_parameters(table, places)
       allocate (names(table%entry_count))
       count = 0
       do i = 1, table%entry_count

@@ -11,11 +11,11 @@ module sweep_names
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, parameter_names, chosen_parameter, quantity_of, sweep_of, list_sweep, &
+   public :: find_parameters, parameter_of, parameter_names, chosen_parameter, quantity_of, sweep_of, list_sweep, &
       max_cases, unswept
 
-   !> Offset between the numbers of a parameter in successive groups of one name; larger than the number of any
-   !> parameter in a group.
+   !> Offset between the numbers of a parameter in successive groups of one name; larger than the `order` of any name in
+   !> its `sweep_t`, so that no two parameters have the same number.
    integer, parameter :: group_offset = 100
 
    !> Maximum number of cases of a sweep
@@ -28,9 +28,9 @@ module sweep_names
 
 contains
 
-   !> Indices of the entries that a sweep may vary, in the order of the axes of a grid: parameters that change the beam
-   !> come first, so that each beam is computed once.
-   pure subroutine list_parameters(table, places)
+   !> Find the entries that a sweep may vary, in the order of the axes of a grid: parameters that change the beam come
+   !> first, so that each beam is computed once.
+   pure subroutine find_parameters(table, places)
       class(table_t), intent(in) :: table
       !> Indices of these entries
       integer, allocatable, intent(out) :: places(:)
@@ -40,19 +40,20 @@ contains
 
       sweeps = [(sweep_of(table, i), i=1, table%entry_count)]
       places = pack([(i, i=1, table%entry_count)], sweeps%order > 0)
+      ! the order, with parameters that do not change the beam after all others
       places = places(ascending_order(real(sweeps(places)%order, wp) + merge(0.0_wp, real(huge(1), wp), &
          sweeps(places)%changes_beam)))
-   end subroutine list_parameters
+   end subroutine find_parameters
 
-   !> Use of an entry as a parameter; an entry in units is used in the same way as its ratio.
+   !> Use of an entry as a parameter; an entry in units is used in the same way as the ratio that it replaces.
    pure function sweep_of(table, place) result(sweep)
       class(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
       type(sweep_t) :: sweep
 
-      ! parameters in units have other numbers, and so other sequences of random numbers, than their ratios; a second
-      ! quantity in units for the same ratio has twice this offset
+      ! offset between the number of a ratio and that of the same parameter in units, so that each has its own sequence
+      ! of random numbers; the second entry in units for one ratio has twice this offset
       integer, parameter :: units_offset = 1000000
       integer :: i
 
@@ -62,6 +63,7 @@ contains
          i = table%find(entry%group, name%instead_of)
          sweep = table%entries(i)%name%sweep
          sweep%name = name%sweep%name
+         ! the meaning of the ratio may name the scale of the ratio; the entry in units has its own meaning
          sweep%meaning = ''
          if (sweep%order == 0) return
          do i = table%groups(entry%group)%first_entry, place
@@ -147,12 +149,13 @@ contains
 
    end function quantity_of
 
-   !> Index of the entry of the parameter that is chosen by a word, the value of another entry; 0: none is chosen.
+   !> Index of the parameter whose name is the value of an entry, such as `parameter` of &cases; 0: the entry has no
+   !> value.
    pure function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
-      !> Index of the group of the entry that chooses
+      !> Index of the group of this entry
       integer, intent(in) :: group
-      !> Name of the entry that chooses
+      !> Name of this entry
       character(*), intent(in) :: name
       integer :: place
 
@@ -163,7 +166,7 @@ contains
       place = 0
       associate (entry => table%entries(table%find(group, name)))
          if (nint(entry%value) == 0) return
-         call list_parameters(table, places)
+         call find_parameters(table, places)
          do i = 1, size(places)
             candidate = parameter_of(table, places(i))
             if (candidate%name == entry%words(nint(entry%value))) place = places(i)
@@ -171,8 +174,8 @@ contains
       end associate
    end function chosen_parameter
 
-   !> List the names of &sweep: for each parameter a list of values, and for each real parameter also the names of its
-   !> ranges.
+   !> List the names of &sweep in the table, and bind them to the components of the scene: for each parameter a list of
+   !> values, and for each real parameter also the names of its ranges.
    subroutine list_sweep(table, sweep)
       class(table_t), intent(inout) :: table
       type(sweep_settings_t), intent(inout) :: sweep
@@ -188,8 +191,9 @@ contains
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
       call table%bind(sweep%chunk_cases, name_t('part_cases', 'number of cases stored together', &
          range_t(1, 1000000), default='a 400th, 10 to 16384'))
-      call list_parameters(table, places)
+      call find_parameters(table, places)
       call list_carry(table, places, sweep)
+      ! allocated already: the scene has been read before, and keeps its values
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
       do k = 1, size(places)
          associate (swept => sweep%swept(k))
@@ -198,7 +202,8 @@ contains
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
             ! A condition on names refers to the group of the parameter. A parameter without condition needs its group
-            ! only if it has no value without the group; names of all other groups have default values
+            ! if it has no value without the group: in groups that repeat, and in &root, &section and &stress. In all
+            ! other groups a name has its default value without the group
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then
                name%needs%group = table%groups(table%entries(places(k))%group)%name
                name%needs%occurrence = swept%parameter%occurrence
@@ -223,7 +228,8 @@ contains
       end do
    end subroutine list_sweep
 
-   !> List the names of &sweep for chains, in which a case starts from the final state of the preceding case.
+   !> List the names of &sweep in the table for parameters that vary together, and for chains, in which a case starts
+   !> from the final state of the preceding case.
    subroutine list_carry(table, places, sweep)
       class(table_t), intent(inout) :: table
       !> Indices of the entries that are parameters

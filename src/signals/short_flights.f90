@@ -1,5 +1,6 @@
-!> Flights (motions with the contact open) so short that the modes hardly oscillate in them: the end of a flight is the
-!> zero of the Taylor series of s(t)/t about the start, with s the gap, which is zero at the start.
+!> Flights (motions with the contact open) so short that no mode oscillates or decays by more than a few radians in
+!> them: the end of a flight is the zero of the Taylor series of s(t)/t about the start, with s the gap, which is zero
+!> at the start.
 module short_flights
    use certified_search, only: found_none, found_zero, search_t, step_without_zero
    use damped_oscillators, only: lanes, oscillators_t
@@ -8,26 +9,28 @@ module short_flights
    private
    public :: find_short_flight, zero_of_series
 
-   !> Maximum number of terms of the series.
+   !> Maximum number of terms of the series; up to `max_angle` of `find_short_flight`, 35 terms suffice.
    integer, parameter :: max_terms = 40
    !> Maximum number of derivatives at the start: one more than terms, because one more derivative bounds the remainder.
    integer, parameter :: max_derivatives = max_terms + 1
-   ! index of the array constructors of the constants
-   integer :: place
+   ! implied-do variable of the following constants
+   integer :: n
    !> 1/k! for k from 1 on.
-   real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
-      max_derivatives)]
-   !> k terms suffice if the length of the interval times the fastest modal rate does not exceed max_angles(k).
-   real(wp), parameter :: max_angles(3:max_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
-      **(1.0_wp/real(place, wp)), place=3, max_terms)]
+   real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(n + 1, wp)), n=1, max_derivatives)]
+   !> k terms are expected to suffice if the length of the interval times the fastest modal rate does not exceed
+   !> max_angles(k): if all modes have this rate, the remainder of the series is about 0.2 epsilon/(k + 1) of s'(0).
+   !> `find_short_flight` checks the remainder.
+   real(wp), parameter :: max_angles(3:max_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(n + 1, wp))) &
+      **(1.0_wp/real(n, wp)), n=3, max_terms)]
 
 contains
 
-   !> The end of a short flight. The end is certain, because the first derivative that the series omits is bounded by
-   !> its amplitude, and so is the remainder of the series.
+   !> The end of a short flight, in which the signal is zero at the start and rises. The end is certain: the first
+   !> derivative that the series omits has a bound for all later times, because each derivative of a modal displacement
+   !> satisfies the equation of the mode, whose energy decays; this bounds the remainder of the series.
    subroutine find_short_flight(oscillators, weight, z, v, limit, search, slope, harmonics, frequency)
       type(oscillators_t), intent(in) :: oscillators
-      !> Weights of the modes in the signal, which rises from zero, [padded]
+      !> Weights of the modes in the signal, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
       !> Displacements of the modes at the start, [count]
       real(wp), intent(in) :: z(:)
@@ -35,18 +38,18 @@ contains
       real(wp), intent(in) :: v(:)
       !> End of the search
       real(wp), intent(in) :: limit
-      !> The first zero and the maximum before it, if they are certain; else the outcome is `found_none`
+      !> The zero, the value in the middle, an upper bound of the signal; `found_none`: the zero is not certain
       type(search_t), intent(inout) :: search
-      !> Slope of a further term of the signal; `slope`, `harmonics` and `frequency` are given together or not at all
+      !> Slope of a further linear term; `slope`, `harmonics` and `frequency` are given together or not at all
       real(wp), intent(in), optional :: slope
       !> Amplitudes h of further terms Re h exp(i W t), [harmonics]; changed, without use for the caller
       complex(wp), intent(inout), optional :: harmonics(:)
       !> Frequencies W of these terms, [harmonics]
       real(wp), intent(in), optional :: frequency(:)
 
-      ! the series is used up to this multiple of the zero estimated from its first terms
+      ! the series is used up to this multiple of the estimated zero, because the zero may lie later
       real(wp), parameter :: margin = 1.25_wp
-      ! maximum of that time multiplied by the fastest modal rate
+      ! maximum of `length*rate`, in radians; longer flights are left to the general search
       real(wp), parameter :: max_angle = 4.5_wp
       ! derivatives of faster modes may overflow
       real(wp), parameter :: max_rate = 1.0e5_wp
@@ -91,7 +94,7 @@ contains
          terms = min(3 + count(max_angles < length*rate), max_terms)
          call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
          call find_coefficients(total, 4, terms + 1, coefficient, slope, harmonics, frequency)
-         ! the bound of `bound_terms`; squares of the derivatives alone could overflow
+         ! energy bound of the omitted derivative of order terms + 1; the squares of derivatives alone could overflow
          factor = inverse_factorial(terms + 1)*length**terms
          remainder = sum(abs(weight)*sqrt((factor*low)**2 + (factor*high)**2*oscillators%inverse_square))
          if (present(harmonics)) remainder = remainder + factor*sum(abs(real(harmonics, wp)) + abs(aimag(harmonics)))
@@ -153,7 +156,7 @@ contains
 
       ! maximum ratio of the estimate to the zero of the first two terms
       real(wp), parameter :: max_ratio = 3.0_wp
-      ! the estimate if there is no zero
+      ! the estimate if c_2 is too small to be squared
       real(wp), parameter :: never = 1.0e290_wp
       ! c_2^2
       real(wp) :: square
@@ -165,15 +168,15 @@ contains
       end if
    end function estimated_zero
 
-   !> The maximum of c_1 t + c_2 t^2 + c_3 t^3 + ... before its zero.
+   !> Value in the middle, and an upper bound, of c_1 t + c_2 t^2 + c_3 t^3 + ... before its zero.
    pure subroutine maximum_of_series(coefficient, zero, mid_value, ceiling)
       !> Coefficients c
       real(wp), intent(in) :: coefficient(:)
       !> The zero
       real(wp), intent(in) :: zero
-      !> Value in the middle, near which the maximum is
+      !> Value at half of the zero, near which the maximum is
       real(wp), intent(out) :: mid_value
-      !> Upper bound of the series
+      !> Upper bound of the maximum
       real(wp), intent(out) :: ceiling
 
       real(wp) :: curvature, half, slope
@@ -183,7 +186,8 @@ contains
       call evaluate_series(coefficient, half, mid_value, slope)
       slope = mid_value + half*slope
       mid_value = half*mid_value
-      ! upper bound of the second derivative
+      ! upper bound of the second derivative up to the zero: its term from c_2 is constant, each other term is at most
+      ! its value at the zero or 0
       curvature = 0.0_wp
       do k = size(coefficient), 2, -1
          curvature = curvature*zero + real(k*(k - 1), wp)*merge(coefficient(2), max(coefficient(k), 0.0_wp), k == 2)
@@ -245,18 +249,21 @@ contains
       real(wp), intent(in) :: coefficient(:)
       !> End of the interval
       real(wp), intent(in) :: length
-      !> Whether the interval has a zero
+      !> Whether a zero is found; false: the interval has no zero, or the search needs more steps than permitted
       logical, intent(out) :: is_found
-      !> The zero
+      !> The zero; undefined if none is found
       real(wp), intent(out) :: t
 
-      integer, parameter :: step_cap = 24, iteration_cap = 12
+      ! maximum number of steps without a zero
+      integer, parameter :: step_cap = 24
+      ! maximum number of Newton steps
+      integer, parameter :: iteration_cap = 12
       ! coefficients of the series in t over the length of the interval
       real(wp) :: scaled(size(coefficient))
-      ! bound on the second derivative from above
-      real(wp) :: above
-      ! bound on minus the second derivative from above
-      real(wp) :: below
+      ! upper bound of the second derivative, >= 0
+      real(wp) :: upward_curvature
+      ! upper bound of minus the second derivative, >= 0
+      real(wp) :: downward_curvature
       ! bound on the rounding error of the series
       real(wp) :: rounding
       ! instants between which the zero lies
@@ -269,14 +276,14 @@ contains
          scaled(k) = coefficient(k)*power
          power = power*length
       end do
-      above = 0.0_wp
-      below = 0.0_wp
+      upward_curvature = 0.0_wp
+      downward_curvature = 0.0_wp
       rounding = 0.0_wp
-      !$omp simd reduction(+:above, below, rounding) private(term)
+      !$omp simd reduction(+:upward_curvature, downward_curvature, rounding) private(term)
       do k = 1, size(coefficient)
          term = real((k - 1)*(k - 2), wp)*scaled(k)
-         above = above + max(term, 0.0_wp)
-         below = below - min(term, 0.0_wp)
+         upward_curvature = upward_curvature + max(term, 0.0_wp)
+         downward_curvature = downward_curvature - min(term, 0.0_wp)
          rounding = rounding + abs(scaled(k))
       end do
       rounding = epsilon(1.0_wp)*rounding
@@ -285,12 +292,13 @@ contains
       value = scaled(1)
       slope = scaled(2)
       do i = 1, step_cap
-         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*above*value) exit
-         first = first + step_without_zero(value, slope, below)
+         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*upward_curvature*value) exit
+         first = first + step_without_zero(value, slope, downward_curvature)
          if (first > 1.0_wp .or. i == step_cap) return
          call evaluate_series(scaled, first, value, slope)
       end do
-      ! from `first` on the series falls until it is zero
+      ! from `first` to `last` the slope is less than half of its value at `first`, so the series falls to zero before
+      ! `last`
       last = min(1.0_wp, first - 2.0_wp*value/slope)
       t = estimated_zero(scaled(:3))
       if (.not. (t > first .and. t < last)) t = first

@@ -1,7 +1,7 @@
 !> Scenes as short texts, for the tests.
 module scene_texts
    use failures, only: failure_t
-   use sweep_names, only: list_parameters, parameter_of
+   use sweep_names, only: find_parameters, parameter_of
    use name_table, only: table_t
    use scene_groups, only: list_scene
    use scene_reader, only: parse_scene
@@ -68,7 +68,7 @@ contains
 
       if (present(of)) scene = of
       call list_scene(table, scene)
-      call list_parameters(table, places)
+      call find_parameters(table, places)
       do i = 1, size(places)
          parameter = parameter_of(table, places(i))
          if (parameter%name == name) return
