@@ -256,10 +256,10 @@ def put_legend_above(axes, handles):
                 columnspacing=1.6, handletextpad=0.6, borderaxespad=0.0, borderpad=0.3)
 
 
-def put_small_legend_above(axes):
-    """The legend of a lower panel, in a row above its frame at the right."""
-    axes.legend(fontsize=7.5, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=1.0, handlelength=2.0,
-                borderaxespad=0.0, borderpad=0.2)
+def put_small_legend_above(axes, handles=None):
+    """The legend of a lower panel, in a row above its frame at the right; by default of all labelled curves."""
+    axes.legend(handles=handles, fontsize=7.5, loc="lower right", bbox_to_anchor=(1.0, 1.01), ncol=6, columnspacing=1.0,
+                handlelength=2.0, borderaxespad=0.0, borderpad=0.2)
 
 
 def draw_displacement(axes, response):
@@ -347,8 +347,7 @@ def draw_body(axes, body, response):
     axes.set_ylabel(plots.with_unit("displacement", response.units.get("displacement", "")) + f"\n($x/L$ = {body.position:g})",
                     fontsize=9)
     set_ticks(axes.yaxis, 5)
-    axes.legend(handles=handles, fontsize=7.5, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=1.0,
-                handlelength=2.0, borderaxespad=0.0, borderpad=0.2)
+    put_small_legend_above(axes, handles)
 
 
 def draw_sides(axes, response, panel, shown):

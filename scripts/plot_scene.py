@@ -487,7 +487,7 @@ def animate(scene, path):
     below.set(xlim=(scene.time_factor * scene.shape_tau[0], scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
               ylabel=plots.with_unit(["$y$", "$y$ at the stop", "$y$ at the stops"][min(len(points), 2)], scene.unit_text))
     if len(points) > 1 or scene.bodies:
-        below.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=6, columnspacing=0.8,
+        below.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 1.01), ncol=6, columnspacing=0.8,
                      handlelength=1.2, borderaxespad=0.0, borderpad=0.2)
     figure.align_ylabels((axes, below))
 
