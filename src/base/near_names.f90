@@ -6,8 +6,9 @@ module near_names
 
 contains
 
-   !> Index of the candidate nearest to `name`; 0 if no candidate is near enough to be a typing error (one edit for
-   !> every three letters, at least one). The comparison is sensitive to case; trailing blanks do not count.
+   !> Index of the candidate nearest to `name`, the first of equally near ones; 0 if no candidate is near enough to be a
+   !> typing error (one edit for every three letters, at least one). The comparison is sensitive to case; trailing
+   !> blanks do not count.
    pure function nearest_name(name, candidates) result(position)
       !> Name that the user wrote
       character(*), intent(in) :: name
@@ -31,8 +32,8 @@ contains
       end do
    end function nearest_name
 
-   !> Minimum number of insertions, deletions, replacements and swaps of neighbours that turn one text into the other if
-   !> no part is edited twice (the restricted Damerau-Levenshtein distance).
+   !> Minimum number of insertions, deletions, replacements and swaps of adjacent letters that turn one text into the
+   !> other if no part is edited twice (the restricted Damerau-Levenshtein distance).
    pure function edit_distance(from, to) result(distance)
       character(*), intent(in) :: from
       character(*), intent(in) :: to
@@ -54,7 +55,7 @@ contains
       distance = table(len(from), len(to))
    end function edit_distance
 
-   !> Do two texts end with the same two letters in swapped order?
+   !> Whether two texts end with the same two letters in swapped order.
    pure function is_swap(from, to) result(is)
       character(*), intent(in) :: from
       character(*), intent(in) :: to

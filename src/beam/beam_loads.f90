@@ -1,7 +1,7 @@
 !> Consistent load vectors of external loads and of base motion, and the bending moment at any point of the beam as a
 !> linear functional of nodal displacements, nodal accelerations and loads (docs/theory.md, section 3). Units: E Ibar =
-!> rho Abar = L = 1; forces and displacements are positive upwards, the moment E I d^2y/dx^2 is positive if it bends the
-!> beam upwards.
+!> rho Abar = L = 1; forces and displacements are positive upwards, the moment E I d^2y/dx^2 is positive if it makes the
+!> beam concave upwards.
 !>
 !> Loads are consistent: a force at x is multiplied by the shape functions at x, so that no node is needed there. The
 !> moment follows from equilibrium instead of the curvature of the shape functions: the force and the moment at the left
@@ -34,7 +34,7 @@ module beam_loads
       real(wp), allocatable :: slope(:)
    end type piecewise_cubic_t
 
-   !> The linear functional that gives the moment at x: stiffness.(u + gamma v) + mass.(a + alpha v) + base a_b + the
+   !> The linear functional that gives the moment at x: stiffness.(u + gamma v) + mass.(a + alpha v) + base*a_b + the
    !> contributions of the loads, with displacements u, velocities v and accelerations a over the degrees of freedom,
    !> the coefficients gamma and alpha of Rayleigh damping gamma K + alpha M, and the acceleration a_b of the base.
    type :: moment_weights_t
@@ -46,7 +46,7 @@ module beam_loads
       real(wp) :: base = 0.0_wp
    end type moment_weights_t
 
-   !> Number of Gauss points that integrates the shape functions exactly.
+   !> Number of Gauss points that integrates the shape functions, which are cubic, exactly.
    integer, parameter :: load_gauss_points = 2
 
 contains
@@ -73,8 +73,9 @@ contains
       allocate (vector, source=inertia_of_motion(model, model%mesh%position))
    end function base_rotation_vector
 
-   !> The mass matrix, which here also has the columns of the root, times a motion that is linear between nodes. A
-   !> rotary inertia at a node has the mean slope of both neighbouring elements.
+   !> The mass matrix, which here also has the columns of the root, times a motion that is linear between nodes (rigid
+   !> if the inertia of a node is redistributed). A rotary inertia at a node has the mean slope of both neighbouring
+   !> elements.
    pure function inertia_of_motion(model, motion) result(vector)
       type(beam_model_t), intent(in) :: model
       !> Displacements y of the nodes, [0:n]
@@ -106,9 +107,9 @@ contains
       end do
    end function inertia_of_motion
 
-   !> Integrals of mass per length times a curve times the shape functions, plus the values and slopes of the curve at
-   !> point masses times their inertia. This is the right side of the least-squares approximation of the curve, weighted
-   !> by the mass.
+   !> Integrals of mass per length times a curve times the shape functions, plus mass times value and rotary inertia
+   !> times slope of the curve at point masses. This is the right side of the least-squares approximation of the curve,
+   !> weighted by the mass.
    pure function inertia_of_curve(model, curve) result(vector)
       type(beam_model_t), intent(in) :: model
       type(piecewise_cubic_t), intent(in) :: curve
@@ -264,7 +265,7 @@ contains
    end function line_load
 
    !> Weights of the bending moment at x, from the element that contains x; at a node from the element on the side of
-   !> the clamp, at the root from the first element.
+   !> the root, at the root from the first element.
    pure function moment_weights(model, x) result(weights)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
@@ -313,8 +314,9 @@ contains
       real(wp), intent(in) :: at
       real(wp) :: moment
 
-      ! consistent load vector of the element
+      ! consistent load vector of the element under the unit force
       real(wp) :: load(4)
+      ! distance of x from the left end of the element
       real(wp) :: s
       integer :: element
 
@@ -326,7 +328,8 @@ contains
       associate (length => model%mesh%length(element))
          load = hermite_shape(offset_in(model, element, at)/length, length)
       end associate
-      ! the end force and moment contain minus the load vector, see `end_moment`; then the lever arm of the unit force
+      ! force and moment on the left end of the element are those of stiffness and inertia minus the load vector, which
+      ! contributes like F = -load(1), M = -load(2) in `end_moment`; the last term is the lever arm of the unit force
       moment = load(2) - s*load(1) + max(x - at, 0.0_wp)
    end function moment_of_point_load
 
@@ -341,7 +344,7 @@ contains
       real(wp), intent(in) :: to
       real(wp) :: moment
 
-      ! consistent load vector of the element
+      ! consistent load vector of the element under the unit force per length
       real(wp) :: load(4)
       ! start x/L of the loaded interval between the left node and x
       real(wp) :: left
@@ -354,7 +357,7 @@ contains
          load = load_on_element(model, element, from, to)
          left = max(from, start)
          right = max(min(to, x), left)
-         ! as of a point load; then the force between the left node and x, times its lever arm
+         ! as in `moment_of_point_load`; the last term is the force between the left node and x times its lever arm
          moment = load(2) - (x - start)*load(1) + (right - left)*(x - 0.5_wp*(left + right))
       end associate
    end function moment_of_line_load
@@ -400,7 +403,7 @@ contains
       end associate
    end function load_on_element
 
-   !> Element that contains x; at a node the element on the side of the clamp.
+   !> Element that contains x; at a node the element on the side of the root.
    pure function element_at(model, x) result(element)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
@@ -410,7 +413,8 @@ contains
       element = max(1, min(model%mesh%elements, count(model%mesh%position < x)))
    end function element_at
 
-   !> Distance of x from the left end of an element, in L.
+   !> Distance of x from the left end of an element, in L, at most the length of the element (a sum of lengths may
+   !> exceed it by rounding); negative if x is left of the element.
    pure function offset_in(model, element, x) result(s)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element

@@ -1,6 +1,8 @@
 !> The beam in its element curvatures with any root and supports (docs/theory.md, section 5).
 !>
-!> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2. The curvature coordinates of
+!> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2; N q are the displacements and
+!> rotations of the degrees of freedom. `bend` and `bend_transposed` multiply by B and B^T, `displace` and
+!> `displace_transposed` by N and N^T; `deflect` multiplies by the B of the beam without supports. The coordinates of
 !> `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root, whose amount follows from a
 !> support or, without supports, from orthogonality in the mass product; coordinates of springs along the beam, sqrt(k)
 !> times the displacement; and the continuation of the displacement of a node without inertia (`redistributed_mass`).
@@ -9,7 +11,8 @@
 !>
 !> A projection leaves a rounding error of q in the excluded direction. In a high mode displacements are smaller than q
 !> by a factor lambda_i^2, and the excluded direction deflects the beam like a force at the support, so that the
-!> rounding error would be lambda_i^4 times as large in B^T B q. Displacements at supports are therefore computed by the
+!> rounding error relative to B^T B q would be lambda_i^4 times that relative to q. Displacements at supports are
+!> therefore computed by the
 !> sums that give B q, with the rounding error of displacements, and a multiple of the deflection under a force at the
 !> support is subtracted from B q so that the displacement satisfies the constraint.
 module support_coordinates
@@ -26,9 +29,9 @@ module support_coordinates
    !> The constraint of a support: a degree of freedom equals the deflection of its spring, which is `sqrt_compliance`
    !> times the coordinate of the spring, or 0 if the support is rigid.
    type :: constraint_t
-      !> Degree of freedom; 0: there is no support
+      !> Index of the degree of freedom; 0: there is no support
       integer :: dof = 0
-      !> Coordinate of the spring; 0: the support is rigid
+      !> Index of the coordinate of the spring; 0: the support is rigid
       integer :: coordinate = 0
       !> 1/sqrt(k) of the spring
       real(wp) :: sqrt_compliance = 0.0_wp
@@ -39,7 +42,7 @@ module support_coordinates
    type :: supported_beam_t
       !> Number of coordinates: those of `natural`, then one for each spring along the beam
       integer :: order = 0
-      !> Dimension of the space that the excluded directions leave
+      !> Number of coordinates less number of excluded directions
       integer :: free = 0
       !> Number of rows of B
       integer :: rows = 0
@@ -52,11 +55,12 @@ module support_coordinates
       integer, allocatable :: sprung_dofs(:)
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
-      !> Rows of B of additional motions of unit amount, [rows, motions]. The first are weighted motions: the
-      !> continuation of a node without inertia, then the rigid-body rotation about a pinned root. The others remove
-      !> rounding errors in excluded directions
+      !> Mass-weighted displacements (entries of B q) of additional motions per unit of their amounts, [rows, motions].
+      !> The first are weighted motions: the continuation of a node without inertia, then the rigid-body rotation about
+      !> a pinned root. The others remove rounding errors in excluded directions
       real(wp), allocatable :: motion_rows(:, :)
-      !> Displacements and rotations of these motions, zero for the continuation, [dofs, motions]
+      !> Displacements and rotations of these motions per unit of their amounts, [dofs, motions]. They are zero for the
+      !> continuation, which moves the inertia of the node but not the node
       real(wp), allocatable :: motion_dofs(:, :)
       !> Weights of the coordinates in the amounts of the weighted motions, [order, weighted motions]
       real(wp), allocatable :: weight(:, :)
@@ -80,6 +84,7 @@ contains
       beam%rows = beam%natural%rows
       beam%dofs = beam%natural%dofs
       associate (supports => model%supports)
+         ! a support of stiffness 0 is rigid
          beam%supported = pack(supports%dof, .not. supports%stiffness > 0.0_wp)
          beam%sprung_dofs = pack(supports%dof, supports%stiffness > 0.0_wp)
          beam%sqrt_stiffness = sqrt(pack(supports%stiffness, supports%stiffness > 0.0_wp))
@@ -136,11 +141,11 @@ contains
       support = 0
       min_flexibility = huge(1.0_wp)
       do i = 1, size(model%supports)
-         associate (supported => model%supports(i))
-            if (.not. abs(motion(supported%dof)) > 0.0_wp) cycle
+         associate (candidate => model%supports(i))
+            if (.not. abs(motion(candidate%dof)) > 0.0_wp) cycle
             flexibility = 1.0_wp
-            if (supported%stiffness > 0.0_wp) flexibility = 1.0_wp + 1.0_wp/sqrt(supported%stiffness)
-            flexibility = flexibility/abs(motion(supported%dof))
+            if (candidate%stiffness > 0.0_wp) flexibility = 1.0_wp + 1.0_wp/sqrt(candidate%stiffness)
+            flexibility = flexibility/abs(motion(candidate%dof))
          end associate
          if (flexibility >= min_flexibility) cycle
          min_flexibility = flexibility
@@ -329,7 +334,8 @@ contains
       end do
    end subroutine bend
 
-   !> The product B^T f, projected onto the directions that are not excluded.
+   !> The product B^T f, projected onto the directions that are not excluded. Motions other than the weighted ones are
+   !> omitted, because they only correct rounding errors of `bend`.
    pure subroutine bend_transposed(beam, f, q)
       type(supported_beam_t), intent(in) :: beam
       !> f, [rows]

@@ -17,12 +17,13 @@ module applied_loads
    public :: applied_loads_t, gather_loads, are_mergeable, merge_loads, has_loads, drop_balanced, count_forces, &
       courses_of
 
-   !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
-   !> table, exceeds this number of units of displacement: gaps computed relative to such a response would lose too many
-   !> digits.
+   !> A mode is slow if its static displacement under the loads, estimated as their maximum amplitude over W^2, exceeds
+   !> this number of units of displacement, or its quasi-static velocity under the slopes of a table, estimated
+   !> likewise, this number per unit of tau: gaps computed relative to such a response would lose too many digits.
    real(wp), parameter :: max_units = 1.0e2_wp
    !> The frequency below which modes are slow because of the size of the loads is at most this value over the length of
-   !> the run: harmonic loads on slow modes limit the length of phases, and the run would take too many phases.
+   !> the run. Phases under a harmonic load below that frequency end after two periods of the load (docs/theory.md,
+   !> section 18), and a higher frequency would cause too many phases in a run.
    real(wp), parameter :: max_phases = 1.0e4_wp
 
    !> All loads of a run, the forces first and then the base motions.
@@ -39,7 +40,7 @@ module applied_loads
       real(wp), allocatable :: mode(:, :)
       !> Circular frequency of a harmonic or half-sine load, 0 for others, [loads]
       real(wp), allocatable :: frequency(:)
-      !> Index of that frequency in `frequencies`, [loads]
+      !> Index of that frequency in `frequencies`; 0: the load has no frequency, [loads]
       integer, allocatable :: harmonic(:)
       !> The amplitude of the load is proportional to this power of its frequency: 2 for the acceleration of a base
       !> whose displacement is harmonic, else 0, [loads]
@@ -55,7 +56,7 @@ module applied_loads
 
 contains
 
-   !> Has the run applied loads?
+   !> Whether the run has applied loads.
    pure function has_loads(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -129,7 +130,8 @@ contains
          min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
-   !> May loads be merged? Moments refer to single forces, derivatives with respect to an amplitude to a single load.
+   !> Whether loads may be merged: bending moments (`&stress`) are evaluated with single forces, and derivatives with
+   !> respect to an amplitude (`&poincare`) refer to a single load.
    pure function are_mergeable(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -170,7 +172,8 @@ contains
       loads%harmonic = loads%harmonic(:remaining)
    end subroutine merge_loads
 
-   !> Is a time course a multiple of another one, to the last bit of its parameters? Tables are not compared.
+   !> Whether a time course is a multiple of another one: all parameters but the amplitude are exactly equal. Tables are
+   !> not compared.
    pure function is_proportional(course, other) result(answer)
       type(time_course_t), intent(in) :: course
       type(time_course_t), intent(in) :: other
@@ -230,16 +233,16 @@ contains
       end do
    end subroutine find_frequencies
 
-   !> Remove rounding errors from a load that the closed rigid contacts balance entirely: its modal load becomes zero,
-   !> and so does the fraction of each contact that is a rounding error. Otherwise the last bits of a zero force would
-   !> decide when contacts open and close.
-   pure subroutine drop_balanced(value, mode, fraction, load)
+   !> Remove rounding errors from a load that the closed rigid contacts balance entirely: the load in the constrained
+   !> modes becomes zero, and so does the force at each contact that is a rounding error. Otherwise the last bits of a
+   !> zero force would decide when contacts open and close.
+   pure subroutine drop_balanced(value, mode, equivalent_force, load)
       !> Values of the free modes at the closed contacts, [free, closed]
       real(wp), intent(in) :: value(:, :)
       !> The load in the free modes, [free]
       real(wp), intent(in) :: mode(:)
-      !> Fraction of the load that each contact balances, [closed]
-      real(wp), intent(inout) :: fraction(:)
+      !> Forces at the contacts with the effect of a unit of the load; their opposites balance this unit, [closed]
+      real(wp), intent(inout) :: equivalent_force(:)
       !> The load in the constrained modes, [modes]
       real(wp), intent(inout) :: load(:)
 
@@ -249,13 +252,13 @@ contains
 
       remainder = mode
       scale = abs(mode)
-      do k = 1, size(fraction)
-         remainder = remainder - value(:, k)*fraction(k)
-         scale = scale + abs(value(:, k)*fraction(k))
+      do k = 1, size(equivalent_force)
+         remainder = remainder - value(:, k)*equivalent_force(k)
+         scale = scale + abs(value(:, k)*equivalent_force(k))
       end do
       if (any(abs(remainder) > rounding*scale)) return
-      do k = 1, size(fraction)
-         if (norm2(value(:, k)*fraction(k)) <= rounding*norm2(mode)) fraction(k) = 0.0_wp
+      do k = 1, size(equivalent_force)
+         if (norm2(value(:, k)*equivalent_force(k)) <= rounding*norm2(mode)) equivalent_force(k) = 0.0_wp
       end do
       load = 0.0_wp
    end subroutine drop_balanced

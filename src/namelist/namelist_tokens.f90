@@ -1,4 +1,5 @@
-!> The tokens of a namelist file: group names, words, texts in quotes, and the separators , = /.
+!> The tokens of a namelist file: group names, words, texts in quotes, and the separators , = /. All procedures that
+!> read tokens require a text that ends with a newline, as from `normalise_lines`.
 module namelist_tokens
    use printable_text, only: excerpt
    implicit none (type, external)
@@ -67,6 +68,7 @@ contains
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
+      ! true only at the beginning of the text; `skip_blanks` sets it if a line begins among the blanks
       cursor%starts_line = cursor%starts_line .and. cursor%next == 1
       call skip_blanks(text, cursor%next, cursor%line, cursor%starts_line)
       cursor%first = cursor%next
@@ -153,7 +155,7 @@ contains
    !> Read a word, or a repeat count r* and the repeated value.
    subroutine read_word(text, cursor, problem)
       character(*), intent(in) :: text
-      !> On entry after the first letter
+      !> On entry after the first character
       type(cursor_t), intent(inout) :: cursor
       character(:), allocatable, intent(inout) :: problem
 
@@ -164,9 +166,10 @@ contains
       cursor%value%first = cursor%first
       cursor%value%last = last
       cursor%next = last + 1
-      ! the first character that is no digit; 0: there is none
+      ! position in the word of the first character that is no digit; 0: the word has digits only
       star = verify(text(cursor%first:last), digits)
       if (star < 2) return
+      ! the same position in the text
       star = cursor%first + star - 1
       if (text(star:star) /= '*') return
 

@@ -1,6 +1,6 @@
-!> Tables of a results file as texts for other programs: measures, sweeps, their best cases and frequencies, each as a
-!> file of comma-separated values, or all in one file of JSON. The tables are read back from the results file. Each run
-!> of a scene rewrites the files that an earlier run of this scene wrote.
+!> Tables of a results file (`table_names`) as texts for other programs: each as a file of comma-separated values, or
+!> all in one file of JSON. The tables are read back from the results file. Each run of a scene rewrites the files that
+!> an earlier run of this scene wrote.
 module table_files
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char
@@ -62,7 +62,7 @@ contains
    !> Write all tables in a format.
    subroutine write_format(folder, stem, tables, format, error)
       character(*), intent(in) :: folder
-      !> Name of the scene
+      !> Name of the results file without .h5, the name of the scene
       character(*), intent(in) :: stem
       type(table_t), intent(in) :: tables(:)
       !> One of `table_formats`
@@ -73,7 +73,8 @@ contains
       type(growing_text_t) :: text
       integer :: i
 
-      if (format == 'json' .and. .not. allocated(error)) then
+      if (allocated(error)) return
+      if (format == 'json') then
          call write_json(tables, stem, text)
          call write_new_file(folder, stem//'.json', text, error)
          return
@@ -87,7 +88,7 @@ contains
 
    !> Name of the file of a table.
    pure function csv_name(stem, table) result(name)
-      !> Name of the scene
+      !> Name of the results file without .h5
       character(*), intent(in) :: stem
       !> One of `table_names`
       character(*), intent(in) :: table
@@ -99,7 +100,7 @@ contains
    !> Remove the tables that the program wrote for a scene. Other files of these names remain.
    subroutine remove_tables(folder, stem, were_there)
       character(*), intent(in) :: folder
-      !> Name of the scene
+      !> Name of the results file without .h5
       character(*), intent(in) :: stem
       !> Whether a table was removed, for each of `table_formats`
       logical, intent(out) :: were_there(size(table_formats))
@@ -107,9 +108,9 @@ contains
       integer :: i
 
       were_there = .false.
-      call remove_table(stem//'.json', 2)
+      call remove_table(stem//'.json', findloc(table_formats, 'json', dim=1))
       do i = 1, size(table_names)
-         call remove_table(csv_name(stem, table_names(i)), 1)
+         call remove_table(csv_name(stem, table_names(i)), findloc(table_formats, 'csv', dim=1))
       end do
 
    contains
@@ -194,12 +195,12 @@ contains
       call move_alloc(longer, tables)
    end subroutine append
 
-   !> Read the datasets of a group that have a given number of values, each as a column. A measure that no case of a
-   !> sweep has makes no column, so that the table holds those that matter for the scene.
+   !> Read the datasets of a group that have a given number of values, each as a column. In the group of a sweep a
+   !> measure that is NaN in all cases makes no column.
    subroutine read_flat(file, group, rows, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
-      !> Number of values in each column; 0: the maximum size of the datasets
+      !> Number of values in each column; 0: as many as the largest dataset of the group has
       integer, intent(in) :: rows
       type(table_t), intent(out) :: table
 
@@ -272,7 +273,7 @@ contains
 
       type(member_t), allocatable :: cases(:)
       type(table_t) :: row
-      character(:), allocatable :: group
+      character(:), allocatable :: group, parameter
       integer :: i, k, index_found, rows
 
       call file%members_of('cases', cases)
@@ -280,8 +281,8 @@ contains
       table%name = 'measures'
       allocate (table%columns(0))
       call find_column(table, 'case', '1', whole, rows, index_found)
-      group = file%text_attribute('parameter', 'cases')
-      call find_column(table, group, '1', six_digits, rows, index_found)
+      parameter = file%text_attribute('parameter', 'cases')
+      call find_column(table, parameter, '1', six_digits, rows, index_found)
       do i = 1, rows
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)
@@ -309,11 +310,13 @@ contains
       do index_found = 1, size(table%columns)
          if (table%columns(index_found)%name == name) return
       end do
+      ! `index_found` is now the number of columns plus 1, the index of the appended column
       call add_numbers(table, name, spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, rows), digits)
       table%columns(index_found)%units = units
    end subroutine find_column
 
-   !> Read the table of frequencies, with a row for each mode on each mesh.
+   !> Read the table of frequencies, with a row for each mode of each combination of solver and mesh. In the file such a
+   !> combination is called a column.
    subroutine read_frequencies(file, table)
       type(hdf5_source_t), intent(inout) :: file
       type(table_t), intent(out) :: table
@@ -321,20 +324,25 @@ contains
       character(*), parameter :: group = 'frequencies'
       type(member_t), allocatable :: members(:)
       type(column_t) :: column
-      integer :: columns, i, k, modes, points
+      ! number of combinations of solver and mesh
+      integer :: combinations
+      ! number of values of a dataset
+      integer :: points
+      integer :: i, k, modes
 
       call file%members_of(group, members)
       modes = int(sum(members%points, mask=members%name == 'mode'))
-      columns = int(sum(members%points, mask=members%name == 'column'))
+      combinations = int(sum(members%points, mask=members%name == 'column'))
       members = pack(members, members%points > 0)
       table%name = group
       allocate (table%columns(size(members)))
       do i = 1, size(members)
          points = int(members(i)%points)
          call read_column(file, group, members(i), points, column)
-         ! A dataset has a value for each mode, for each mesh, or for both; in the file the mesh index varies fastest.
+         ! A dataset has a value for each mode, for each combination, or for both; in the file the index of the
+         ! combination varies fastest.
          if (members(i)%name == 'mode' .or. (points == modes .and. members(i)%name(:6) /= 'column')) then
-            if (allocated(column%numbers)) column%numbers = [(spread(column%numbers(k), 1, columns), k=1, modes)]
+            if (allocated(column%numbers)) column%numbers = [(spread(column%numbers(k), 1, combinations), k=1, modes)]
          else if (members(i)%name(:6) == 'column') then
             if (allocated(column%numbers)) column%numbers = [(column%numbers, k=1, modes)]
             if (allocated(column%texts)) column%texts = [(column%texts, k=1, modes)]

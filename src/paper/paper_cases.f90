@@ -18,8 +18,8 @@ module paper_cases
    real(wp), parameter :: height_ratio = 0.075_wp
 
    !> Variants of computing motion: exact motion on the coarse or fine mesh, and Newmark's method with the time step of
-   !> the paper on the coarse mesh (`paper_`). An impact applies an impulse to the whole beam, or replaces only the
-   !> velocity of the node at the stop (`_nodal`).
+   !> the paper on the coarse mesh (`paper_`). In the variants with `_nodal` an impact replaces only the velocity of the
+   !> node at the stop; in the other variants it applies an impulse to the whole beam.
    integer, parameter :: coarse = 1
    integer, parameter :: fine = 2
    integer, parameter :: coarse_nodal = 3
@@ -27,8 +27,11 @@ module paper_cases
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
    integer, parameter :: variant_count = 6
-   !> For each variant, the variant with which its results are compared to estimate their error: the same computation on
-   !> the other mesh, or the other integration method on the coarse mesh.
+   !> For each variant, the variant with which its results are compared to estimate their error. Exact motion with
+   !> impulses on the whole beam is compared with that on the other mesh (the fine mesh may have the redistributed mass
+   !> matrix). Newmark's steps, and exact motion with replaced nodal velocities, are compared with the other integration
+   !> method on the coarse mesh, because the motion under replaced nodal velocities depends strongly on the mesh
+   !> (docs/theory.md, section 14). No variant is compared with `fine_nodal`, which is only listed in the results.
    integer, parameter :: comparison_variant(variant_count) = &
       [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
@@ -61,7 +64,8 @@ module paper_cases
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
       !> True: use the more accurate of the consistent and the redistributed mass matrix; false: always use the
-      !> consistent mass matrix of the paper
+      !> consistent mass matrix of the paper. Replacement of nodal velocities has a meaning of its own only with the
+      !> consistent one: with the redistributed one, both kinds of impulse are the same (docs/theory.md, section 14)
       logical :: chooses_mass_matrix = .false.
    end type variant_t
 
@@ -69,9 +73,9 @@ contains
 
    !> Make the variants, indexed by their constants.
    pure subroutine make_variants(coarse_elements, fine_elements, variants)
-      !> Number of elements of the coarse mesh, which is the paper's.
+      !> Number of elements of the coarse mesh, the mesh of the paper
       integer, intent(in) :: coarse_elements
-      !> Number of elements of the fine mesh.
+      !> Number of elements of the fine mesh
       integer, intent(in) :: fine_elements
       type(variant_t), intent(out) :: variants(variant_count)
 
@@ -100,7 +104,7 @@ contains
 
       call make_mesh(variant%elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
-      ! heights at clamp and tip, in L
+      ! heights at root and tip, in L
       section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
       settings%stop = stop_of_case(this, variant%impulse)
       is_redistributed = variant%chooses_mass_matrix

@@ -25,7 +25,8 @@ module section_map
    public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, set_unknowns
    public :: value_of_parameter, quantity_of, find_units, shift_section
 
-   !> The map of one run.
+   !> The map of one run, made by `open_section_map`. The caller sets `parameter`, `load`, `periods` and `sets`, and
+   !> calls `find_units` before Newton's method needs the units.
    type :: section_map_t
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
@@ -38,7 +39,7 @@ module section_map
       real(wp) :: section_phase = 0.0_wp
       !> Parameter of the map besides the state: `no_parameter`, `load_amplitude` or `load_frequency`
       integer :: parameter = no_parameter
-      !> Number of the load with the parameter among the harmonic loads, forces first
+      !> Number, among the harmonic loads (forces first), of the load whose amplitude or frequency is the parameter
       integer :: load = 0
       !> Contacts with their laws
       type(contact_state_t), allocatable :: contacts(:)
@@ -61,14 +62,15 @@ module section_map
       type(response_t) :: response
       !> Unknowns of the end state, [unknowns]
       real(wp), allocatable :: unknowns(:)
-      !> Derivatives of these unknowns with respect to the unknowns of the initial state and, in the last column, by the
-      !> parameter, [unknowns, unknowns + 1]
+      !> Derivatives of these unknowns with respect to the unknowns of the initial state and, in the last column, to the
+      !> parameter (0 if the map has no parameter), [unknowns, unknowns + 1]
       real(wp), allocatable :: derivative(:, :)
       !> Number of impacts and of beginnings of compliant contact
       integer :: impacts = 0
       !> Minimum normal speed of an impact at a rigid contact; huge: there is none
       real(wp) :: min_speed = huge(1.0_wp)
-      !> Whether the run failed, or the contacts that are closed or move with the beam differ between its start and end
+      !> Whether the run failed, or at its end other contacts are closed, or open with a surface that moves with the
+      !> beam (`is_deformed`), than at its start
       logical :: failed = .false.
    end type map_result_t
 
@@ -184,8 +186,8 @@ contains
       load_index = places(map%load)
    end function index_of_load
 
-   !> Settings with another value of the parameter, for a run that starts at the section with tau = 0. The frequencies
-   !> of all loads change in proportion.
+   !> Settings with another value of the parameter, for a run that starts at the section with tau = 0. If the parameter
+   !> is a frequency, the frequencies of all loads change in proportion.
    pure subroutine set_parameter(map, value, settings, period)
       type(section_map_t), intent(in) :: map
       real(wp), intent(in) :: value
@@ -240,15 +242,15 @@ contains
       real(wp), intent(in) :: periods
       !> On entry state at the start, or empty; on return state at the end
       type(section_state_t), intent(inout) :: state
-      !> Receives the sections at phase 0 of the loads
+      !> The run; its sections are at phase 0 of the loads
       type(response_t), intent(out) :: response
       !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       !> If present, this number of sections at equal intervals is recorded instead
       integer, intent(in), optional :: samples
 
-      ! relative distance to a periodic orbit below which a motion counts as periodic
-      real(wp), parameter :: near = 1.0e-3_wp
+      ! maximum relative difference of two sections that count as equal
+      real(wp), parameter :: equal_sections = 1.0e-3_wp
       type(run_settings_t) :: settings
       real(wp) :: period
 
@@ -260,7 +262,7 @@ contains
       associate (poincare => settings%poincare)
          ! the run starts (tau = 0) at the section, so phase 0 of the loads comes 1 - `section_phase` periods later
          poincare = poincare_settings_t(phase=modulo(1.0_wp - map%section_phase, 1.0_wp), skip=0, &
-            keep=int(periods) + 1, tolerance=near, wants_exponent=.false., period=period)
+            keep=int(periods) + 1, tolerance=equal_sections, wants_exponent=.false., period=period)
          if (present(samples)) then
             poincare%phase = 0.0_wp
             poincare%keep = samples
@@ -349,8 +351,8 @@ contains
       !> Whether the state penetrates no contact
       logical, intent(out) :: is_admissible
 
-      ! permitted penetration of a stop, eta
-      real(wp), parameter :: rounding = 1.0e-11_wp
+      ! permitted penetration of a stop by rounding, eta
+      real(wp), parameter :: max_penetration = 1.0e-11_wp
       real(wp) :: gap
       integer :: k, n
 
@@ -360,9 +362,9 @@ contains
       state%branch_force(map%branch_contacts) = x(2*n + 1:)
       is_admissible = .true.
       do k = 1, size(map%contacts)
-         gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
          associate (contact => map%contacts(k))
-            ! the surface is at the beam: closed, or open and moving with it (`is_deformed`)
+            gap = sum(map%value(:, k)*state%q) - contact%contact%height
+            ! the surface of the stop touches the beam: it is closed, or open and moves with the beam (`is_deformed`)
             if (state%is_closed(k) .or. state%is_deformed(k)) then
                if (.not. contact%is_rigid) state%indentation(k) = -gap
             else
@@ -371,15 +373,17 @@ contains
                   state%indentation(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
                   state%branch_force(k) = -contact%spring%stiffness*state%indentation(k)
                end if
-               is_admissible = is_admissible .and. gap + state%indentation(k) >= -rounding
+               is_admissible = is_admissible .and. gap + state%indentation(k) >= -max_penetration
             end if
          end associate
       end do
    end subroutine set_unknowns
 
    !> Set the units of the unknowns: in each mode the displacement and the velocity whose energy is the total energy of
-   !> the motion; in rigid-body modes, the displacement at that velocity in a period of the loads over 2 pi. Forces
-   !> have the unit of velocities, which is of the same magnitude.
+   !> the motion; in rigid-body modes the displacement is this velocity times the period of the loads over 2 pi. The
+   !> unit of the forces P2 has the value of that of velocities, because a force of 1 changes the velocity of a mass of
+   !> 1 by 1 in a time of 1 (rho Abar L, 1/omega1). Units only weight the unknowns against each other in norms of
+   !> residuals and of steps, so their exact values do not matter.
    pure subroutine find_units(map, state, range)
       type(section_map_t), intent(inout) :: map
       type(section_state_t), intent(in) :: state

@@ -1,5 +1,8 @@
 !> Histories (functions of time) recorded at the sample times: one table entry for each history. The names that a scene
 !> may request and the datasets of results files follow from this table; recorders of other modules compute the values.
+!>
+!> Displacements, velocities and accelerations are relative to the base and positive upwards. If the scene has more than
+!> one contact, "the stop" is the release contact, from which the beam is released at the start.
 module history_list
    implicit none (type, external)
    private
@@ -10,8 +13,8 @@ module history_list
    type :: history_t
       !> Name in scene files
       character(24) :: name
-      !> Meaning; `{this~that}` marks two versions of a text: `this` is printed in dimensionless results, `that` in
-      !> results with units; without ~, `that` is empty
+      !> Meaning; of a part `{this~that}`, dimensionless results have only `this`, results with units only `that`; a
+      !> part `{this}` is in dimensionless results only
       character(80) :: meaning
       !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
@@ -34,17 +37,17 @@ module history_list
    !> Number of histories.
    integer, parameter :: history_count = size(history_table)
    ! The following constants are the indices of the histories in the table.
-   !> Displacement of the beam at the stop from its surface, eta.
+   !> Displacement of the beam at the stop, upwards from the surface of the stop, eta.
    integer, parameter :: eta_stop = findloc(history_table%name, 'displacement_stop', dim=1)
-   !> Displacement of the tip, eta.
+   !> Displacement of the tip, upwards from the height of the surface of the stop, eta.
    integer, parameter :: eta_tip = findloc(history_table%name, 'displacement_tip', dim=1)
-   !> Velocity of the beam at the stop, d eta/d tau.
+   !> Velocity of the beam at the stop, upwards, d eta/d tau.
    integer, parameter :: velocity_stop = findloc(history_table%name, 'velocity_stop', dim=1)
    !> Contact force, Pbar.
    integer, parameter :: force_stop = findloc(history_table%name, 'contact_force', dim=1)
-   !> Acceleration of the beam at the stop.
+   !> Acceleration of the beam at the stop, upwards, without the impulses of impacts.
    integer, parameter :: acceleration_stop = findloc(history_table%name, 'acceleration_stop', dim=1)
-   !> Acceleration of the tip.
+   !> Acceleration of the tip, upwards, without the impulses of impacts.
    integer, parameter :: acceleration_tip = findloc(history_table%name, 'acceleration_tip', dim=1)
 
 end module history_list

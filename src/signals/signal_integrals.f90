@@ -22,7 +22,7 @@ module signal_integrals
       real(wp), allocatable :: slope(:)
       !> Exponents s, [terms]
       complex(wp), allocatable :: exponent(:)
-      !> Amplitudes at time 0, [signals, terms]
+      !> Amplitudes at t = 0, the start of the phase, [signals, terms]
       complex(wp), allocatable :: amplitude(:, :)
    end type signals_t
 
@@ -49,16 +49,19 @@ module signal_integrals
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
 
-   !> Two exponents are a close pair if the magnitude of their sum is below this fraction of the larger magnitude: the
-   !> sum loses digits.
+   !> Two exponents are a close pair if the magnitude of their sum is below this fraction of the larger magnitude. The
+   !> quotient (exp((s_m + s_n) t) - 1)/(s_m + s_n) would lose digits; `integral` computes it for these pairs.
    real(wp), parameter :: close_fraction = 1.0e-2_wp
 
 contains
 
-   !> Integrals from one instant to another.
+   !> Integrals from one instant to another. The exponential terms are integrated over the length of the stored
+   !> quadratic form; an interval whose length differs by rounding adds this difference times the value at its end.
    pure subroutine integrate_signals(signals, from, to, squares, first, second)
       type(signals_t), intent(in) :: signals
+      !> Start of the interval, time since the start of the phase
       real(wp), intent(in) :: from
+      !> End of the interval, time since the start of the phase
       real(wp), intent(in) :: to
       !> The quadratic form, computed anew if the exponents or the length of the interval have changed
       type(squares_t), intent(inout) :: squares
@@ -120,11 +123,10 @@ contains
          end do
          where (abs(parts) < negligible) parts = 0.0_wp
          if (k > 0) call dgemm('n', 'n', 2*k, size(first), 2*k, 1.0_wp, squares%matrix, 2*k, parts, 2*k, 0.0_wp, &
-            products, &
-            2*k)
+            products, 2*k)
          do i = 1, size(first)
             offset = signals%offset(i) + slope(i)*from
-            ! `difference` of this length from that of the quadratic form, by rounding
+            ! `difference`: length of this interval less that of the quadratic form, by rounding
             associate (end => sum(parts(:, i)*of_end), difference => length - squares%length)
                first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + difference*end
                second(i) = length*(offset*(offset + slope(i)*length) + slope(i)**2*length**2/3.0_wp) &
@@ -186,16 +188,15 @@ contains
       real(wp) :: direct, direct_imag
       ! real and imaginary part of the integral of exp((s_m + conjg(s_n)) t)
       real(wp) :: conjugate, conjugate_imag
-      real(wp) :: modulus_change(size(squares%decay)), sign, u, v, x, y
-      complex(wp) :: pair, power(2), total
+      real(wp) :: modulus_change(size(squares%decay)), product_sign, u, v, x, y
+      complex(wp) :: less_one, half_integral, power(2), total
       integer :: i, k, m, n
 
       squares%length = length
       k = size(squares%exponent)
       associate (s => squares%exponent, e => squares%change, inverse => squares%inverse, matrix => squares%matrix)
-         call exponentials_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, squares%power(:, &
-            1), &
-            squares%power(:, 2), e(:, 1), modulus_change)
+         call exponentials_less_one(size(squares%decay)/lanes, squares%decay, squares%omega, length, &
+            squares%power(:, 1), squares%power(:, 2), e(:, 1), modulus_change)
          e(:, 2) = squares%power(:, 2)
          do n = 1, k
             ! The points of a circle around slow poles (`slow_exponents` of `mode_terms`) may have a positive real part,
@@ -203,8 +204,8 @@ contains
             if (squares%decay(n) >= 0.0_wp) cycle
             power(1) = exp(s(n)*length)
             squares%power(n, :) = [real(power(1), wp), aimag(power(1))]
-            pair = s(n)*integral(s(n), length, power(1))
-            e(n, :) = [real(pair, wp), aimag(pair)]
+            less_one = s(n)*integral(s(n), length, power(1))
+            e(n, :) = [real(less_one, wp), aimag(less_one)]
          end do
          do n = 1, k
             !$omp simd private(x, y, u, v, direct, direct_imag, conjugate, conjugate_imag)
@@ -229,36 +230,37 @@ contains
             n = squares%close(2, i)
             power = cmplx(squares%power([m, n], 1), squares%power([m, n], 2), wp)
             total = s(m) + s(n)
-            sign = -1.0_wp
+            product_sign = -1.0_wp
             if (squares%close(3, i) == 2) then
                total = s(m) + conjg(s(n))
                power(2) = conjg(power(2))
-               sign = 1.0_wp
+               product_sign = 1.0_wp
             end if
-            pair = 0.5_wp*integral(total, length, power(1)*power(2))
-            call add(m, n, pair, sign, matrix)
-            if (m /= n) call add(n, m, merge(conjg(pair), pair, sign > 0.0_wp), sign, matrix)
+            half_integral = 0.5_wp*integral(total, length, power(1)*power(2))
+            call add(m, n, half_integral, product_sign, matrix)
+            if (m /= n) call add(n, m, merge(conjg(half_integral), half_integral, product_sign > 0.0_wp), &
+               product_sign, matrix)
          end do
       end associate
 
    contains
 
-      !> Add the integral of a close pair: of s_m + s_n if the sign is -1, of s_m + conjg(s_n) if it is 1.
-      pure subroutine add(m, n, pair, sign, matrix)
+      !> Add half the integral of a close pair. The sign is that of the products of two imaginary parts of amplitudes.
+      pure subroutine add(m, n, half_integral, product_sign, matrix)
          integer, intent(in) :: m
          integer, intent(in) :: n
-         complex(wp), intent(in) :: pair
-         real(wp), intent(in) :: sign
+         complex(wp), intent(in) :: half_integral
+         real(wp), intent(in) :: product_sign
          real(wp), intent(inout) :: matrix(:, :)
 
-         matrix(m, n) = matrix(m, n) + real(pair, wp)
-         matrix(m + k, n + k) = matrix(m + k, n + k) + sign*real(pair, wp)
-         matrix(m, n + k) = matrix(m, n + k) + sign*aimag(pair)
-         matrix(m + k, n) = matrix(m + k, n) - aimag(pair)
+         matrix(m, n) = matrix(m, n) + real(half_integral, wp)
+         matrix(m + k, n + k) = matrix(m + k, n + k) + product_sign*real(half_integral, wp)
+         matrix(m, n + k) = matrix(m, n + k) + product_sign*aimag(half_integral)
+         matrix(m + k, n) = matrix(m + k, n) - aimag(half_integral)
       end subroutine add
    end subroutine make_squares
 
-   !> Integral of t exp(s t) without cancellation.
+   !> Integral of t exp(s t) from 0 to t, without loss of digits if s t is small.
    elemental function ramp_integral(s, t, power) result(value)
       complex(wp), intent(in) :: s
       real(wp), intent(in) :: t
@@ -278,17 +280,17 @@ contains
    contains
 
       !> sum over k of x^k/(k! (k + 2)).
-      pure function series(x) result(sum)
+      pure function series(x) result(total)
          complex(wp), intent(in) :: x
-         complex(wp) :: sum
+         complex(wp) :: total
 
          real(wp) :: factorial
          integer :: i
 
-         sum = (0.0_wp, 0.0_wp)
+         total = (0.0_wp, 0.0_wp)
          factorial = gamma(20.0_wp)
          do i = 19, 0, -1
-            sum = 1.0_wp/(factorial*real(i + 2, wp)) + x*sum
+            total = 1.0_wp/(factorial*real(i + 2, wp)) + x*total
             factorial = factorial/real(max(i, 1), wp)
          end do
       end function series
