@@ -60,7 +60,7 @@ contains
       end associate
    end subroutine find_differences
 
-   !> Are all distances of two points at most `max_spread`?
+   !> Whether the distance of any two points is at most `max_spread`.
    pure function are_near(x) result(are)
       complex(wp), intent(in) :: x(:)
       logical :: are

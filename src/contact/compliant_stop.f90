@@ -94,7 +94,7 @@ module compliant_stop
 
 contains
 
-   !> Is the stop rigid? A stiffness of 0 means that it is infinite.
+   !> Whether the stop is rigid. A stiffness of 0 stands for an infinite one.
    elemental function is_rigid_stop(stop) result(answer)
       class(dynamic_stiffness_t), intent(in) :: stop
       logical :: answer
@@ -142,7 +142,7 @@ contains
       constant = step%mean_indentation*indentation + step%mean_branch*branch_force
    end subroutine mean_force_coefficients
 
-   !> Have two stops the same dynamic stiffness, to the last bit?
+   !> Whether two stops have exactly the same dynamic stiffness.
    elemental function has_same_dynamic_stiffness(a, b) result(answer)
       type(dynamic_stiffness_t), intent(in) :: a
       type(dynamic_stiffness_t), intent(in) :: b

@@ -1,8 +1,8 @@
 !> Constrained modes of the beam for a set of closed rigid contacts, which are bilateral constraints while they are
-!> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
-!> constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their values at a
-!> contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the coefficient
-!> of free mode i in constrained mode j, p_j its displacement, and a prime on q or p denotes d/dtau.
+!> closed, and the static equilibrium of the beam on these contacts (docs/theory.md, section 17). Without closed rigid
+!> contacts the constrained modes are the free modes. W_i^2 are the squared frequencies of the free modes, b_i their
+!> values at a contact times the sign of the contact, w_j^2 the squared frequencies of the constrained modes, psi_ij the
+!> coefficient of free mode i in constrained mode j, p_j its displacement, and a prime on q or p denotes d/dtau.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -31,7 +31,7 @@ module constrained_sets
       !> Heights h if the coordinates of bodies count from z = 0, as in the results, [contacts]
       real(wp), allocatable :: observed_height(:)
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
-      !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
+      !> of the node at this contact alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
       !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
@@ -92,9 +92,9 @@ module constrained_sets
 
 contains
 
-   !> Which rigid contacts are constraints when they are closed? If each mode has its own damping, constraints would
-   !> couple the modes by damping, except a contact in which one mode alone takes part, such as that of a body with its
-   !> floor: the constraint removes that mode.
+   !> Whether each rigid contact is a constraint while it is closed, [contacts]. If each mode has its own damping, a
+   !> constraint would couple the modes by damping, unless one mode alone takes part in the contact, as in that of a
+   !> body with its floor: the constraint then removes this mode.
    pure function are_constraints(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
       logical :: answer(size(beam%height))
@@ -102,8 +102,8 @@ contains
       answer = .not. beam%has_modal_damping .or. count(abs(beam%value) > 0.0_wp, dim=1) == 1
    end function are_constraints
 
-   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact
-   !> may have to apply a force instead of being a constraint.
+   !> Whether damping is not purely stiffness-proportional. Damping may then change the order of the modes, and a rigid
+   !> contact may have to apply a force instead of being a constraint.
    pure function has_mass_damping(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
       logical :: answer
@@ -210,8 +210,8 @@ contains
       end do
    end subroutine make_signals
 
-   !> Give a set the damping of its beam. That damping is proportional to stiffness alone, so it changes neither the
-   !> modes nor their order.
+   !> Give a set the damping of its beam, which is proportional to stiffness alone and so changes neither the modes nor
+   !> their order.
    subroutine damp_constrained_set(beam, set)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), target, intent(inout) :: set
@@ -230,7 +230,8 @@ contains
       real(wp), intent(in) :: value_at_last(:)
       !> Modal values at the contact of the force, [modes]
       real(wp), intent(in) :: value(:)
-      !> Fractions that the contacts constrained before take of a force at the contact constrained last, [place - 1]
+      !> Fractions of a force at the contact constrained last that the contacts constrained before it balance, [place -
+      !> 1]
       real(wp), intent(in) :: before(:)
       !> Number of the contact in the order in which the contacts are constrained
       integer, intent(in) :: place

@@ -17,7 +17,7 @@ module contact_starts
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
       check_mode_count, move_onto_contacts, place_bodies
 
-   !> Relative tension or penetration of a contact that is regarded as rounding error.
+   !> Maximum relative tension or penetration of a contact that counts as rounding error.
    real(wp), parameter :: tolerance = 1.0e-10_wp
 
    !> Maximum number of contacts of which all subsets are tried as supports of a beam with a mode of nearly zero
@@ -92,7 +92,7 @@ contains
       !> Rows of the contacts over the modes, [modes, contacts]
       real(wp), intent(in) :: row(:, :)
       type(contact_t), intent(in) :: contacts(:)
-      !> Which contacts are active
+      !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
@@ -128,7 +128,7 @@ contains
       flexibility = static_stiffness(contacts%settings)
       where (flexibility > 0.0_wp) flexibility = 1.0_wp/flexibility
       unit = maxval(abs(load))/max(maxval(abs(row)), epsilon(1.0_wp)) + tiny(1.0_wp)
-      ! if nothing carries the beam or a body, these displacements lead to the message
+      ! the result if no subset is an equilibrium; its zero forces then lead to the message below
       q = load/square
       forces = 0.0_wp
       do choice = 0, 2**min(size(place), max_supports) - 1
@@ -141,7 +141,8 @@ contains
          ! violation: the maximum of relative tension and relative penetration
          violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) + unit), &
             -minval([gap(place), 0.0_wp])/(maxval(abs(contacts(place)%height)) + 1.0_wp))
-         ! huge displacements mean that contacts of the subset support nothing, or that two contacts support the same
+         ! huge displacements mean that contacts of the subset do not hold a slow mode, or that two contacts constrain
+         ! the same motion
          if (.not. is_singular .and. violation < min_violation .and. all(abs(z) < max_displacement)) then
             min_violation = violation
             q = real(z, wp)
@@ -185,13 +186,13 @@ contains
          stiffness = static_stiffness(contacts(k)%settings)
          if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
       end do
-      ! gap + compliance forces >= 0, forces >= 0, one of each pair zero
+      ! gap + compliance*forces >= 0, forces >= 0, and at each contact one of both is zero
       call solve_complementarity(compliance, gap, forces, is_loaded)
    end subroutine find_static_forces
 
-   !> Coordinates and velocities of the bodies at the start. In a balance, the coordinates are already those of static
-   !> equilibrium; otherwise a body is at its distance from the beam, or where its spring has no force, and a free body
-   !> in a cavity is in its middle.
+   !> Coordinates and velocities of the bodies at the start. If the run starts in a balance, the coordinates are already
+   !> those of static equilibrium. Otherwise a body is at its given distance from the beam, or, without a given
+   !> distance, where its spring has no force; a body without a spring in a cavity is in the middle of the cavity.
    pure subroutine place_bodies(settings, contacts, deflection, coordinate, velocity)
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
@@ -275,7 +276,7 @@ contains
    pure subroutine move_onto_contacts(beam, contacts, is_active, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> Which contacts are active
+      !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       !> Force P of each contact; a compliant stop with a static force is indented, which is no penetration by rounding
       real(wp), intent(in) :: forces(:)

@@ -115,7 +115,7 @@ contains
       if (allocated(state%spring)) dynamic_stiffness = state%spring%dynamic_stiffness_t
    end function dynamic_stiffness_of
 
-   !> Is the stop rigid, with or without a compliant massless node in front of it?
+   !> Whether the stop is rigid, with or without a compliant massless node in front of it.
    elemental function has_rigid_stop(state) result(answer)
       type(contact_state_t), intent(in) :: state
       logical :: answer

@@ -4,16 +4,16 @@
 !> The modes and the stops can move as exp(s tau) if s is a root of det(1/Z + H) = 0, with Z the diagonal matrix of the
 !> dynamic stiffnesses of the stops and H(s) = sum b_i b_i'/D_i, where b_i are the modal values at the stops (b_i' is
 !> the transpose) and D_i(s) = s^2 + W_i^2 (1 + 2 zeta s) + alpha_i s, with damping proportional to stiffness (zeta) and
-!> to mass (alpha_i is then the same for all modes; damping ratios given mode by mode are 2 xi_i W_i in its place). A
-!> stop has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k s with a branch of
+!> to mass (alpha_i is then the same for all modes; damping ratios xi_i given mode by mode make it 2 xi_i W_i). A stop
+!> has a Maxwell branch or viscosity, never both: N = s + nu and M = N Z = k (s + nu) + beta k s with a branch of
 !> relaxation rate nu, N = 1 and M = Z = k + c s without a branch, N = 0 and M = 1 if the stop is rigid. N and M stand
 !> for diagonal matrices, too, and the equation is det (N + M H) prod D_i = 0. One mode i is separated, if any mode
 !> moves the stops: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), with T_i the matrix N + M H without that
 !> mode, so that nothing cancels next to its pole. All derivatives are with respect to s.
 !>
-!> Terms of H that exceed all others by far would hide them: those of a free body in slow motion between beam and floor.
-!> The coordinates x_k = b_k' P/D_k of such dominant modes stay unknowns beside the forces P: T_i is then the matrix
-!> (N + M H, M B; -B', D) with b_k in the columns of B, D_k in the diagonal matrix D, and only the other modes in H.
+!> Terms of H that exceed all others by far would hide the rest: those of a free body in slow motion between beam and
+!> floor. The coordinates x_k = b_k' P/D_k of such dominant modes stay unknowns beside the forces P: T_i is then the
+!> matrix (N + M H, M B; -B', D) with b_k in the columns of B, D_k in the diagonal matrix D, and the other modes in H.
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use kinds, only: wp
@@ -446,7 +446,7 @@ contains
 
    contains
 
-      !> Does the factor M of stop j lose less than six digits by cancellation of its terms?
+      !> Whether the factor M of stop j loses less than six digits by cancellation of its terms.
       pure function is_accurate(j) result(answer)
          integer, intent(in) :: j
          logical :: answer

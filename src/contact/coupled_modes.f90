@@ -90,7 +90,7 @@ contains
    end subroutine make_coupled_modes
 
    !> Find all terms for stops with linearly independent columns of modal values, for each group of stops that share
-   !> modes: at a root of one group the equation of another would be singular.
+   !> modes: at a root of one group the equation of another group would be singular.
    subroutine find_terms_of_groups(oscillators, value, spring, modes, error)
       type(oscillators_t), intent(in) :: oscillators
       !> Values of the modes at the stops, [modes, stops]
@@ -482,7 +482,8 @@ contains
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle
-            ! by the law of the branch if P2 is the smaller part of the force, because P - k u would cancel
+            ! P2 follows from the law of the branch if it is the smaller part of the force, because P - k u would lose
+            ! its digits
             if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(s_plus_rate)) then
                branch = spring%branch_stiffness*s/s_plus_rate*u
             else

@@ -55,7 +55,7 @@ contains
       type(coupled_equation_t), intent(in) :: problem
       !> Whether to iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
-      !> Whether to combine the whole damping of the modes: its two parts cancel for a light body without a damper
+      !> Whether springs combine whole damping rates of modes: their two parts cancel for a light undamped body
       logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
@@ -105,7 +105,7 @@ contains
 
    contains
 
-      !> Is a root of the upper half-plane far from the real axis, where the two roots of a pair may meet?
+      !> Whether a root of the upper half-plane is far from the real axis, where the two roots of a pair may meet.
       pure function stays_apart(s) result(answer)
          complex(wp), intent(in) :: s
          logical :: answer
@@ -232,7 +232,7 @@ contains
    !> damping ratio, and for each branch a value near its relaxation rate.
    subroutine guess_roots(problem, combines_damping, near, offset)
       type(coupled_equation_t), intent(in) :: problem
-      !> Whether to combine the whole damping of the modes: its two parts cancel for a light body without a damper
+      !> Whether springs combine whole damping rates of modes: their two parts cancel for a light undamped body
       logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)

@@ -221,7 +221,7 @@ contains
       end do
    end function panels_of
 
-   !> Are two lists of stops the same, apart from the sides of the beam on which the stops are?
+   !> Find whether two lists of stops are the same, apart from the sides of the beam on which the stops are.
    pure subroutine compare_sides(spring, value, other_spring, other_value, place, sign)
       !> Dynamic stiffnesses of the stops of one list, [stops]
       type(dynamic_stiffness_t), intent(in) :: spring(:)

@@ -47,7 +47,7 @@ contains
       tolerance = max_penetration*max(1.0_wp, abs(contact%height))
    end function penetration_tolerance
 
-   !> Does a start with this gap penetrate the contact by more than the tolerance?
+   !> Whether a start with this gap penetrates the contact by more than the tolerance.
    elemental function penetrates(contact, gap) result(answer)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: gap
@@ -56,10 +56,10 @@ contains
       answer = gap < -penetration_tolerance(contact)
    end function penetrates
 
-   !> Is the run of the simplest kind, with one contact: a beam without supports along it, released from one rigid or
-   !> three-element stop below it, with damping proportional to stiffness, without loads, stresses and statistics? The
-   !> contact then needs no histories of its own in the results file, the number of modes can be chosen by comparing
-   !> runs, and the stop may have a massless node in front of it.
+   !> Whether the run is of the simplest kind, with one contact: a beam without supports along its length, released from
+   !> one rigid or three-element stop below the beam, with damping proportional to stiffness, without loads, stresses
+   !> and statistics. The contact then needs no histories of its own in the results file, the number of modes can be
+   !> chosen by comparing runs, and the stop may have a massless node in front of it.
    pure function has_one_contact(settings, supports) result(answer)
       type(run_settings_t), intent(in) :: settings
       !> Number of supports along the beam
@@ -135,9 +135,9 @@ contains
       contacts = contacts(:total)
    end function contacts_of
 
-   !> Which contacts are active? Of rigid contacts between the beam and the base at one point and on one side only the
-   !> highest is active, and of equally high ones only that with the maximum coefficient of restitution. All compliant
-   !> contacts, and all contacts of bodies, are active.
+   !> Whether each contact is active, [contacts]. Of rigid contacts between the beam and the base at one point and on
+   !> one side only the highest is active, and of equally high contacts only that with the maximum coefficient of
+   !> restitution. All compliant contacts, and all contacts of bodies, are active.
    pure function active_contacts(contacts, dofs) result(is_active)
       type(contact_t), intent(in) :: contacts(:)
       !> Degree of freedom of each contact
@@ -162,7 +162,7 @@ contains
       end do
    end function active_contacts
 
-   !> Does one contact precede another in the order of `contacts_of`? Identical contacts remain in the order of the
+   !> Whether one contact precedes another in the order of `contacts_of`. Identical contacts remain in the order of the
    !> scene.
    elemental function precedes(one, other) result(answer)
       type(contact_t), intent(in) :: one

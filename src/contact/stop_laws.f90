@@ -11,7 +11,7 @@ module stop_laws
 
 contains
 
-   !> Is the stop rigid, so that impulses act on the beam?
+   !> Whether the stop is rigid, so that impulses act on the beam.
    elemental function is_rigid(settings) result(answer)
       type(stop_settings_t), intent(in) :: settings
       logical :: answer

@@ -9,7 +9,7 @@ module term_amplitudes
    private
    public :: coupled_amplitudes, terms_at
 
-   !> Number of columns of the state of the modes that sums over the modes are taken of.
+   !> Number of columns of the state of the modes; each column is summed over the modes.
    integer, parameter :: columns = 3
    !> First form of the Laplace transform of the heights minus the free motion of the stop points; of the two forms the
    !> one with the smaller magnitudes is used.
@@ -28,8 +28,8 @@ contains
       type(coupled_modes_t), intent(in) :: modes
       !> Heights of the contact surfaces above the static position of the beam, [stops]
       real(wp), intent(in) :: height(:)
-      !> Indentation u at the start, [stops]; for a stiff stop it must be given, because one computed from displacements
-      !> would be a rounding error
+      !> Indentation u at the start, [stops]; the indentation of a stiff stop must be given, because displacements would
+      !> give only its rounding error
       real(wp), intent(in) :: indentation(:)
       !> Branch force P2 at the start, [stops]
       real(wp), intent(in) :: branch_force(:)
@@ -64,7 +64,8 @@ contains
          call sum_over_modes(size(modes%decay), beam, modes%weight_parts, state, total)
          if (.not. modes%has_own_rates) mass_damping = modes%mass_rate(1)*total(:, :, displacements)
       end associate
-      ! the modes add -(s + alpha + 2 zeta W^2) z to the direct form, s = -decay + i omega, and W^2 z to the other one
+      ! the modes add -(s + alpha + 2 zeta W^2) z to the direct form, s = -decay + i omega, and W^2 z to the alternative
+      ! form
       associate (decay => modes%decay, omega => modes%omega)
          !$omp simd
          do m = 1, size(decay)
@@ -141,7 +142,7 @@ contains
       end associate
    end subroutine add_stop
 
-   !> Add to the amplitudes that form of the transform which has the smaller magnitudes.
+   !> Add to the amplitudes the form of the transform that has the smaller magnitudes.
    pure subroutine add_forms(terms, inverse, form, part)
       !> Number of terms, padded to whole SIMD vectors
       integer, intent(in) :: terms
@@ -176,7 +177,7 @@ contains
       real(wp), intent(in) :: weight(lanes, 2, modes, terms/lanes)
       !> Columns of the state
       real(wp), intent(in) :: state(columns, modes)
-      !> Sums of real parts, imaginary parts, magnitudes (these without the last column), [terms, 3, columns]
+      !> Sums of real parts, imaginary parts, and magnitudes (0 in the last column), [terms, 3, columns]
       real(wp), intent(out) :: total(terms, 3, columns)
 
       ! sums over the modes for one vector of terms, which stay in registers

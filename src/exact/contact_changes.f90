@@ -54,7 +54,7 @@ contains
       call start_flight(self, k, order, 0.0_wp)
    end subroutine open_contact
 
-   !> Open a contact: the beam begins a flight from it.
+   !> Open a contact, from which the beam begins a flight.
    pure subroutine start_flight(self, k, order, hop_tolerance)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -110,7 +110,7 @@ contains
       real(wp) :: node(2)
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
-         ! between contacts a stop with spring and damper is undeformed
+         ! an open stop with spring and damper that is not deformed has no indentation left
          if (state%moves_with_beam .and. .not. state%is_deformed) state%indentation = 0.0_wp
          if (state%is_node) then
             ! the massless node returns to the position given by the modes, without an impact because it has no mass
@@ -155,7 +155,7 @@ contains
       end do
    end subroutine check_dampers
 
-   !> Find the rigid contacts on opposite sides of one place, once active contacts are known.
+   !> Find the pairs of rigid contacts on opposite sides of one point of the beam. Active contacts must be known.
    pure subroutine find_opposite_contacts(self)
       type(phase_state_t), intent(inout) :: self
 
@@ -174,8 +174,8 @@ contains
       end associate
    end subroutine find_opposite_contacts
 
-   !> Is the contact without clearance to the opposite one, and that one closed? The gap is then zero until the opposite
-   !> contact opens.
+   !> Whether the contact has no clearance to the opposite contact, and the opposite contact is closed. The gap is then
+   !> zero until the opposite contact opens.
    pure function is_blocked(self, k) result(answer)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -204,8 +204,8 @@ contains
       end do
    end subroutine skip_blocked
 
-   !> Close the rigid contact opposite to one that has opened, if no clearance lies between both: the force on the beam
-   !> changes its sign, and the beam does not move.
+   !> Close the rigid contact opposite to a contact that has opened, if no clearance is between both: the force on the
+   !> beam changes its sign, and the beam does not move.
    subroutine close_opposite(self, k, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that has opened

@@ -61,8 +61,8 @@ contains
       end do
    end subroutine bring_to_rest
 
-   !> Reduce the velocities of stop points by given amounts, by impulses there. The closed rigid contacts keep their
-   !> velocity of zero, each by its own impulse.
+   !> Reduce the velocities of stop points by given amounts, by impulses at these points. The closed rigid contacts keep
+   !> their velocity of zero, each by its own impulse.
    subroutine arrest(self, points, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
       !> Contacts of these stop points, none of them closed and rigid
@@ -123,7 +123,7 @@ contains
 
       ! contacts in the impact problem
       type(impact_contact_t) :: struck(size(reached))
-      ! velocity change at each of these contacts per unit impulse at each other
+      ! velocity change at each of these contacts per unit impulse at each of them
       real(wp) :: mobility(size(struck), size(struck))
       real(wp) :: velocity
       integer :: a, i, k, n

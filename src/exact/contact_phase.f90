@@ -111,8 +111,8 @@ contains
       call begin_moments(self%interval%moments, self%now)
    end subroutine begin
 
-   !> Find the end of the phase, the earliest over all contacts. A flight is cancelled if it began with this phase, its
-   !> own contact ends it, and it stays below the hop tolerance.
+   !> Find the end of the phase: the earliest end that a contact causes. A flight is cancelled if it began with this
+   !> phase, its own contact ends the phase, and its gap stays below the hop tolerance.
    subroutine find_end(self, limit)
       class(contact_phase_t), intent(inout) :: self
       !> Time from the start of the phase to the end of the run
@@ -141,7 +141,7 @@ contains
          if (is_decided(k) .or. (self%now%states(k)%is_closed .neqv. i == k)) cycle
          call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
-         ! a zero found by the simultaneous search is retained unless this search finds an earlier one
+         ! a zero found by the simultaneous search is retained unless this search finds an earlier zero
          if (self%ended_at /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
          if (search%outcome == found_none) cycle
          self%ended_at = k
@@ -152,8 +152,8 @@ contains
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
-            ! an evaluated gap above the tolerance proves that the flight is no hop, an upper bound (`ceiling`) below it
-            ! that the flight is one; between these a search decides
+            ! an evaluated gap above the tolerance proves that the flight is no hop, an upper bound (`ceiling`) below
+            ! the tolerance proves a hop; otherwise a search decides
             state%may_be_captured = state%may_be_captured .and. search%max_value < state%hop_tolerance
             if (state%may_be_captured .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
@@ -366,7 +366,7 @@ contains
       call end_starts(self%now, self%ended_at, motion)
    end subroutine finish
 
-   !> Advance the variations of the motion (derivatives with respect to its initial state or by a load parameter) to the
+   !> Advance the variations of the motion (derivatives with respect to its initial state or a load parameter) to the
    !> end of the phase, and record their sizes at the Poincare sections in the phase.
    subroutine end_variations(self, ended_at, motion)
       class(contact_phase_t), intent(inout) :: self
@@ -437,7 +437,8 @@ contains
       end associate
    end subroutine evaluate_end
 
-   !> Is dissipation computed in this phase? Measures alone require it only if a compliant contact is closed.
+   !> Whether dissipation is computed in this phase. Measures alone require dissipation only if a compliant contact is
+   !> closed.
    pure function needs_losses(self, motion) result(needs)
       class(contact_phase_t), intent(in) :: self
       type(motion_t), intent(in) :: motion

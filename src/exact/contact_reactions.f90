@@ -68,8 +68,8 @@ contains
       end associate
    end subroutine find_reactions
 
-   !> Which of the rigid contacts in `reactions` open? Order of the first derivative of the gap that exceeds its
-   !> rounding error if this derivative is positive; 0: the contact stays closed, with or without a force.
+   !> For each rigid contact in `reactions`: order of the first derivative of the gap that exceeds its rounding error,
+   !> if this derivative is positive, so that the contact opens; 0: the contact stays closed, with or without a force.
    function opening_orders(self, motion) result(order)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -108,8 +108,9 @@ contains
    end subroutine classify_reactions
 
    !> Rates of change of the modal accelerations. Contacts with a positive reaction stay closed. For contacts with zero
-   !> reaction and zero acceleration, the rates of both are complementary. One problem is solved over all these contacts
-   !> because the effect of a load on one contact depends on which others stay closed.
+   !> reaction and zero gap acceleration, the rates of reaction and acceleration are complementary. One problem is
+   !> solved over all these contacts because the effect of a load on one contact depends on which other contacts stay
+   !> closed.
    subroutine find_jerk(self, motion, reactions, jerk, jerk_magnitude)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -263,8 +264,8 @@ contains
       end associate
    end subroutine open_or_close
 
-   !> Is the beam at rest until loads change? Velocities and accelerations are then rounding errors, loads are constant,
-   !> no open contact is deformed, and no contact has a branch force.
+   !> Whether the beam is at rest until loads change. Velocities and accelerations are then rounding errors, loads are
+   !> constant, no open contact is deformed, and no contact has a branch force.
    function is_at_rest(self, motion, acceleration, magnitude) result(answer)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -279,7 +280,7 @@ contains
       real(wp) :: scale(size(acceleration))
       integer :: g, k
 
-      ! contacts alone move a mode without stiffness and load, so that its rounding errors are those of all modes
+      ! a mode without stiffness and load moves by contact forces alone, whose rounding errors come from all modes
       is_free = self%beam%oscillators%square <= max_free_square
       if (self%loads%count > 0) is_free = is_free .and. abs(self%load) <= 0.0_wp
       scale = merge(maxval(magnitude), magnitude, is_free)

@@ -162,8 +162,8 @@ contains
       check%persists = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
    end subroutine choose_modes
 
-   !> Is the beam at a massless node so stiff that only the highest modes of the mesh move the node? With lower modes
-   !> alone, the node would be rigid, and its rounding errors would count as energy.
+   !> Whether the beam is so stiff at a massless node that only the highest modes of the mesh move the node. With lower
+   !> modes alone, the node would be rigid, and its rounding errors would count as energy.
    pure function has_stiff_node(modes) result(answer)
       type(free_modes_t), intent(in) :: modes
       logical :: answer

@@ -46,13 +46,13 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Number of samples after the initial one
       integer, intent(in) :: samples
-      !> Contact sets cached by this run and earlier ones; a set is the beam with given closed contacts
+      !> Contact sets cached by this run and earlier runs; a set is the beam with given closed contacts
       type(set_store_t), target, intent(inout) :: sets
       type(contact_phase_t), intent(inout) :: phase
       !> Motion with an open recorder; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
+      !> Set if the beam penetrates a contact, no contact supports the beam, or there are more rigid stops than modes
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
@@ -118,7 +118,8 @@ contains
       call start_motion(settings, samples, phase, motion, response)
    end subroutine start_exact
 
-   !> Open the records of bodies and the observers, and find opposite contacts and those closed at the start.
+   !> Open the records of bodies and the observers, and find opposite contacts and contacts that are closed at the
+   !> start.
    subroutine start_motion(settings, samples, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
       !> Number of samples after the initial one
@@ -148,7 +149,7 @@ contains
       call observe_events(motion%observers, response)
    end subroutine start_motion
 
-   !> Does the run continue an earlier motion?
+   !> Whether the run continues an earlier motion.
    pure function is_continued(phase)
       type(contact_phase_t), intent(in) :: phase
       logical :: is_continued
@@ -167,7 +168,7 @@ contains
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
       type(motion_t), intent(inout) :: motion
-      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
+      !> Set if the beam penetrates a contact, no contact supports the beam, or there are more rigid stops than modes
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: forces(size(is_active))
@@ -182,8 +183,8 @@ contains
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%indentation = forces(k)/state%spring%stiffness
             ! before the release, the stop point has eta = 1, which is a displacement of 1 + h. The force that holds it
-            ! there, F = (1 + h)/(flexibility of modes + flexibility of node), displaces the node relative to the modes
-            ! by F times the flexibility of the node
+            ! so, F = (1 + h)/(flexibility of modes + flexibility of node), displaces the node relative to the modes by
+            ! F times the flexibility of the node
             if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
@@ -218,8 +219,7 @@ contains
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)
-         ! any start in which all modes take part would do. In this one all modes with a restoring force have the same
-         ! energy
+         ! any start in which all modes take part serves; here all modes with a restoring force have the same energy
          tangent%q(:, 1) = 1.0_wp/sqrt(merge(1.0_wp, square, square <= max_free_square))
          tangent%v(:, 1) = 0.5_wp
       end associate

@@ -143,7 +143,7 @@ contains
       work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
    end function work_of_harmonic
 
-   !> Is the amplitude of a harmonic nonzero?
+   !> Whether the amplitude of a harmonic is nonzero.
    elemental function is_nonzero(harmonic) result(answer)
       complex(wp), intent(in) :: harmonic
       logical :: answer
@@ -151,7 +151,7 @@ contains
       answer = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
    end function is_nonzero
 
-   !> Is a mode driven from rest by this part of a load?
+   !> Whether a mode is driven from rest by this part of a load.
    pure function is_driven(self, mode, part, load) result(answer)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
@@ -212,7 +212,7 @@ contains
       end associate
    end function work_on_terms
 
-   !> Change of exp(sigma t) times the terms since the start of the phase, summed with weights.
+   !> Weighted sum over the terms: change of exp(sigma t) times the term since the start of the phase.
    pure function work_of_rotation(weight, exponent, time, rotation, term, amplitude) result(work)
       !> Weight of each term, [terms]
       complex(wp), contiguous, intent(in) :: weight(:)

@@ -48,7 +48,7 @@ contains
       real(wp), allocatable, intent(out) :: v(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
-      !> Set if the beam penetrates a contact, no contact supports it, or it has fewer modes than rigid stops
+      !> Set if the beam penetrates a contact, no contact supports the beam, or there are more rigid stops than modes
       type(failure_t), allocatable, intent(inout) :: error
 
       type(modal_beam_t) :: beam
@@ -115,7 +115,7 @@ contains
    end subroutine find_modal_start
 
    !> Flexibility of the beam at a massless node at the stop (of a redistributed mass matrix), in addition to that of
-   !> the modes; 0: no such node.
+   !> the modes; 0: there is no massless node.
    pure function node_flexibility(state) result(flexibility)
       type(contact_state_t), intent(in) :: state
       real(wp) :: flexibility

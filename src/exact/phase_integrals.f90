@@ -31,7 +31,7 @@ contains
       type(signals_t), intent(out) :: signals
       !> Moments and displacements of bodies that are signals; absent: none
       type(moment_row_t), intent(in), optional :: moments(:)
-      !> Order of the derivative of the signals by time: 0 (default), or 2 for displacements alone
+      !> Order of the time derivative of the signals: 0 (default), or 2 for displacements alone
       integer, intent(in), optional :: order
 
       type(moment_row_t), allocatable :: bending(:)
@@ -65,7 +65,8 @@ contains
       modes(2) = size(signals%exponent)
       if (self%loads%count > 0) call add_load_response(self, places, closed, bending, signals)
       if (.not. present(order)) return
-      ! constants and slopes have no second derivative, and `add_mode_terms` has derived the terms of its modes
+      ! the second derivatives of constants and slopes are zero, and `add_mode_terms` has differentiated the terms of
+      ! its modes
       signals%offset = 0.0_wp
       signals%slope = 0.0_wp
       do n = 1, size(signals%exponent)
@@ -190,12 +191,12 @@ contains
    end subroutine add_mode_terms
 
    !> Replace a mode by its acceleration. The acceleration obeys the equation of motion of the mode, with the second
-   !> derivatives of the loads. Derived terms of the motion would not do: in a short phase they are points of a circle
-   !> with a large radius, whose square would amplify rounding errors.
+   !> derivatives of the loads. The terms of the motion are not differentiated: in a short phase their exponents are
+   !> points of a circle with a large radius, whose square would amplify rounding errors.
    pure subroutine derive_twice(mode, start, driven)
       !> The mode, with its coefficients
       type(driven_mode_t), intent(in) :: mode
-      !> In: displacement and velocity at the start, without loads; out: their second derivatives, with loads
+      !> On entry displacement and velocity at the start, without loads; on return their second derivatives, with loads
       real(wp), intent(inout) :: start(2)
       !> Motions driven from rest by loads
       type(driven_mode_t), intent(inout) :: driven(:)

@@ -125,7 +125,7 @@ contains
       end associate
    end function rounding
 
-   !> Does an output row exceed a level during the phase?
+   !> Whether an output row exceeds a level during the phase.
    function exceeds(self, row, level) result(does)
       class(phase_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -142,7 +142,7 @@ contains
          if (.not. (self%now%set%is_closed(row%number) .and. self%gap_bound(row%number) > level)) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
-            ! has the search for the end of the phase found a value above the level within the phase?
+            ! whether the search for the end of the phase has found a value above the level within the phase
             does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
                .and. row%factor*search%max_value + row%offset > level
             if (does) return
@@ -163,7 +163,8 @@ contains
       end if
    end function exceeds
 
-   !> Does the phase state hold the search history of the gap of contact k, and is all of it within the phase?
+   !> Whether the phase state contains the search history of the gap of contact k, and all evaluations of this history
+   !> are within the phase.
    pure logical function has_history(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k

@@ -111,7 +111,7 @@ contains
 
       ! integrals of the squared indentation rates, [compliant]
       real(wp) :: squares(size(lost) - 1)
-      ! whether these integrals are known
+      ! whether `squares` is known
       logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
@@ -123,7 +123,8 @@ contains
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
-         ! energy balance of the beam: its own energy and the work of the loads, less what the stops receive (below)
+         ! energy balance of the beam: decrease of its energy plus work of the loads, less the energies that the stops
+         ! receive
          lost(1) = energy_lost + work
          call integrate_rates_on_path(self, time, has_squares, squares)
          do place = 1, size(set%compliant)
@@ -143,7 +144,7 @@ contains
    end subroutine find_losses
 
    !> Energy dissipated in the stop of a contact since the start of the phase; the states of contacts are already those
-   !> at its end.
+   !> at the end of the phase.
    function loss_of_contact(self, k, at_start, time, is_inside) result(loss)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -160,7 +161,7 @@ contains
       real(wp) :: lost(1 + size(self%set%compliant))
       ! integrals of the squared indentation rates, [compliant]
       real(wp) :: squares(size(self%set%compliant))
-      ! whether these integrals are known
+      ! whether `squares` is known
       logical :: has_squares
       ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place

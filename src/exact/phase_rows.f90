@@ -27,14 +27,15 @@ module phase_rows
 
 contains
 
-   !> Can all contacts of the phase be searched simultaneously? At the first use the output rows of the set are made.
+   !> Whether all contacts of the phase can be searched simultaneously. At the first use the output rows of the set are
+   !> made.
    function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
       logical :: can
 
       can = .false.
-      ! without loads, a few signals are searched faster one after the other, and so is the gap of a single rigid
-      ! contact, whose low flights `short_flights` finds
+      ! separate searches are faster without loads, and for the gap of a single rigid contact, whose low flights
+      ! `short_flights` finds
       if (self%is_at_rest .or. self%loads%count == 0 .or. .not. any(self%states%is_active)) return
       if (count(self%states%is_active) == 1 .and. any(self%states%is_active .and. self%states%is_rigid)) return
       ! modes driven from rest, and surrogate harmonics of slow loads, are not among the terms of the set
@@ -69,7 +70,7 @@ contains
          rows = 0
          do k = 1, n
             if (.not. self%states(k)%is_active) cycle
-            ! the first active contact at the same place
+            ! the first active contact at the same point of the beam
             j = findloc(self%colocated(:k) == self%colocated(k) .and. self%states(:k)%is_active, .true., dim=1)
             set%gap_sign(k) = self%colocated_sign(j)*self%colocated_sign(k)
             if (j == k) rows = rows + 1
@@ -101,7 +102,7 @@ contains
       end associate
    end subroutine make_rows
 
-   !> Set the coefficients of the output rows but those of load harmonics.
+   !> Set the coefficients of the output rows, except those of load harmonics.
    subroutine set_coefficients(self, basis)
       type(phase_state_t), intent(in) :: self
       type(row_basis_t), intent(inout) :: basis
@@ -139,8 +140,8 @@ contains
       end if
    end function exponents_of
 
-   !> Do the exponents not suit the rows, because amplitudes or bounds would be out of range, or because modes that have
-   !> nodes at all compliant contacts (`inactive`) have no terms among them?
+   !> Whether the exponents do not suit the rows, because amplitudes or bounds would be out of range, or because some
+   !> modes with nodes at all compliant contacts (`inactive`) have no exponents among them.
    pure function is_unsuitable(self, exponent) result(is)
       type(phase_state_t), intent(in) :: self
       complex(wp), intent(in) :: exponent(:)
@@ -194,7 +195,8 @@ contains
 
    contains
 
-      !> Coefficients of the terms from those of the modes: an overdamped mode has two terms.
+      !> Coefficients of the terms from coefficients of the modes; both terms of an overdamped mode have the coefficient
+      !> of the mode.
       pure function of_modes(values) result(terms)
          real(wp), intent(in) :: values(:)
          complex(wp) :: terms(self%set%motion_terms)
@@ -264,8 +266,8 @@ contains
       end associate
    end subroutine start_path
 
-   !> Is a signal a combination of output rows? The gap is not one while the open stop recovers from its indentation,
-   !> because its surface then moves without the beam.
+   !> Whether a signal is a combination of output rows. The gap is none while the open stop recovers from its
+   !> indentation, because the surface of the stop then moves without the beam.
    pure function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -352,7 +354,7 @@ contains
       real(wp), intent(in) :: limit
       !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
-      !> Whether it is certain if and when the contact ends the phase; on entry: contacts that never do, [contacts]
+      !> Whether it is known if and when a contact ends the phase; on entry true if it never does, [contacts]
       logical, intent(inout) :: is_decided(:)
       !> Index of the contact that ends the phase; 0: there is none
       integer, intent(out) :: ended_at
@@ -392,7 +394,7 @@ contains
       call search_rows(self%set%shared%basis, limit, signals(:n), self%path, first, time)
       do while (passes_undeformed(self, first, contact, kind, signals))
          self%undeformed_at(contact(first)) = time
-         ! the gap is searched instead of the signals of renewed contact, which stands just before, and `end_undeformed`
+         ! the gap replaces two signals: that of renewed contact, with index first - 1, and that of `end_undeformed`
          signals(first - 1) = row_signal(self, contact(first), end_gap)
          signals(first - 1)%start_order = 1
          kind(first - 1) = end_gap
@@ -421,13 +423,13 @@ contains
          if (kind(k) == end_undeformed) cycle
          searches(contact(k)) = search_t(outcome=found_none, time=time, max_value=signals(k)%max_value, &
             rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)
-         ! before the contact became undeformed its gap was not searched
+         ! before the contact became undeformed its gap was not searched, so no upper bound of the gap is known
          if (self%undeformed_at(contact(k)) < time) searches(contact(k))%ceiling = huge(1.0_wp)
       end do
       if (ended_at > 0) searches(ended_at)%outcome = found_zero
    end subroutine search_contacts
 
-   !> Does the phase continue although a deformed contact becomes undeformed?
+   !> Whether the phase continues although a deformed contact becomes undeformed.
    pure function passes_undeformed(self, first, contact, kind, signals) result(passes)
       type(phase_state_t), intent(in) :: self
       !> Index of the signal that vanishes, 0: none
@@ -445,7 +447,7 @@ contains
          signals(first)%max_value > 64.0_wp*signals(first)%rounding
    end function passes_undeformed
 
-   !> Does the path of the simultaneous search cover the phase, and can this output row be evaluated from it?
+   !> Whether the path of the simultaneous search covers the phase, and this output row can be evaluated from the path.
    pure function is_on_path(self, length, row) result(is)
       type(phase_state_t), intent(in) :: self
       !> Length of the phase

@@ -33,7 +33,7 @@ module phase_state
    integer, parameter :: end_force = 2
    !> Indentation of an open contact that has not yet recovered its undeformed surface.
    integer, parameter :: end_undeformed = 3
-   !> Negative of the force that such a contact would have if closed.
+   !> Negative of the force that an open contact with an indentation would have if it were closed.
    integer, parameter :: end_renewed_contact = 4
    !> Gap to the undeformed contact.
    integer, parameter :: observed_gap = 5
@@ -162,7 +162,7 @@ contains
       end associate
    end subroutine start_phase
 
-   !> Find the modal loads at an instant, after the jump if they jump there.
+   !> Find the modal loads at an instant, after the jump if they jump at the instant.
    pure subroutine find_load(self, tau)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau

@@ -28,7 +28,7 @@ contains
       !> Numbers of the rows
       integer, intent(in) :: rows(:)
       type(exponential_sums_t), intent(out) :: sums
-      !> Order of the derivative of the rows by time, as in `find_signals`; default: 0
+      !> Order of the time derivative of the rows, as in `find_signals`; default: 0
       integer, intent(in), optional :: order
 
       type(signals_t) :: signals
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine find_sums
 
-   !> The acceleration at a contact, in the direction of its gap, or of the tip as a signal, valid until the next one.
+   !> The acceleration at a contact, in the direction of its gap, or of the tip as a signal, valid until the next call.
    subroutine find_acceleration(now, row, signal)
       type(phase_state_t), target, intent(inout) :: now
       !> Number of the row: a contact, or the number of contacts + 1 for the tip
@@ -119,14 +119,14 @@ contains
       integer :: k
 
       call find_sums(now, moments, length, [(k, k=1, size(integrals))], sums, order=2)
-      ! both are zero: second derivatives of sums have no other terms
+      ! constant and slope are zero, because second derivatives of sums of exponentials have exponentials alone
       allocate (signals%offset(size(integrals)), signals%slope(size(integrals)), source=0.0_wp)
       call move_alloc(sums%exponent, signals%exponent)
       call move_alloc(sums%amplitude, signals%amplitude)
       call integrate_signals(signals, span(1), span(2), now%set%squares, integrals, square_integrals)
    end subroutine integrate_accelerations
 
-   !> Accelerations of the beam at the contacts and at the tip, positive upwards, without those of impulses.
+   !> Accelerations of the beam at the contacts and at the tip, positive upwards; impulses are not part of them.
    subroutine find_accelerations(now, moments, length, sums)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -201,8 +201,8 @@ contains
             if (state%spring%recovery_rate < huge(1.0_wp)) sums%exponent(term) = cmplx( &
                -state%spring%recovery_rate, 0.0_wp, wp)
             do i = 1, size(rows)
-               ! factor of the node's displacement in the row: contacts of the same place (`colocated`) and the tip may
-               ! have it
+               ! factor of the node's displacement in the row, not zero for contacts at its point (`colocated`) and for
+               ! the tip there
                sign = 0.0_wp
                if (rows(i) <= size(now%states)) then
                   if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i)) &

@@ -22,8 +22,8 @@ module phase_transitions
    private
    public :: apply_transition, begin_contacts_at_start, project_gap, update_contacts
 
-   !> Time in 1/omega1 within which the ends of flights are simultaneous: flights of mirrored stops end at once but for
-   !> rounding errors, and one end after the other would give other velocities.
+   !> Time in 1/omega1 within which the ends of flights are simultaneous: flights of mirrored stops end at one instant
+   !> but for rounding errors, and impacts one after the other would give other velocities.
    real(wp), parameter :: simultaneous = 1.0e-12_wp
 
 contains
@@ -96,7 +96,7 @@ contains
                call close_compliant(self, k, search, motion, response)
                return
             end if
-            ! the gap of the flight that ends did not exceed rounding, or not the hop tolerance
+            ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance
             captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
                .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
             ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
@@ -113,8 +113,8 @@ contains
       end associate
    end subroutine apply_contact_end
 
-   !> Contacts whose flights are cancelled with that of contact k: these flights began with it, are as low, and end at
-   !> the same instant. Contact k is the first of them.
+   !> Contacts whose flights are cancelled with that of contact k: these flights began with that of contact k, are as
+   !> low, and end at the same instant. Contact k is the first of them.
    pure function cancelled_flights(self, k, search, tau) result(flights)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -243,7 +243,7 @@ contains
                ! small as the flight is low
                call charge_event(motion%recorder%energy_balance, 0.5_wp*impulse(1)*excess_speed)
                ! the recovering surface (du/dtau = -rate u) is decelerated by rate times `surface_speed`; a stop point
-               ! that is decelerated no more than that leaves it
+               ! that is decelerated no more than the surface leaves the surface
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
@@ -317,7 +317,7 @@ contains
 
       ! contacts that may stay closed
       integer, dimension(size(self%states)) :: candidates
-      ! order of the first positive derivative of the gap of each of them; 0: the contact stays closed
+      ! order of the first positive derivative of the gap of each candidate; 0: the contact stays closed
       integer, dimension(size(self%states)) :: orders
       type(event_t) :: event
       integer :: a, k, n
@@ -332,7 +332,7 @@ contains
       if (self%loads%count > 0) call find_load(self, motion%tau)
       call find_reactions(self, candidates(:n), motion)
       orders(:n) = opening_orders(self, motion)
-      ! such a contact opens with the slowest of the opening motions
+      ! a contact whose opposite contact bears the force opens, with the slowest of the opening motions
       do a = 1, n
          if (orders(a) == 0 .and. bears_nothing(a)) orders(a) = 3
       end do
@@ -365,8 +365,8 @@ contains
 
    contains
 
-      !> Does the opposite contact at the same place, which stays closed as well, bear what both could bear? Two
-      !> constraints in one place would be redundant.
+      !> Whether the opposite contact at the same point, which stays closed as well, bears the force that both could
+      !> bear. Two constraints at one point would be redundant.
       pure function bears_nothing(a) result(answer)
          !> Index among the candidates
          integer, intent(in) :: a
@@ -388,8 +388,8 @@ contains
 
    !> Correct rounding errors of the gap at the contact that ends the phase. A rigid contact that the beam penetrates
    !> gets gap zero; a stop point that leaves a compliant contact gets the displacement of the contact surface. The
-   !> correction has the static shape of a force at the contact, which needs the minimum energy. The work of that force
-   !> at a rigid contact is charged to the energy balance of the run.
+   !> correction has the static shape of a force at the contact, because this shape needs the minimum strain energy. At
+   !> a rigid contact, the work of this force is charged to the energy balance of the run.
    subroutine project_gap(self, k, ended_by, z, motion)
       type(phase_state_t), intent(in) :: self
       !> Index of the contact that ends the phase

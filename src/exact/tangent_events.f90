@@ -1,7 +1,7 @@
-!> Variations of a motion across its events (docs/theory.md, section 22). A variation is the derivative of the state by
-!> the initial state or by a load parameter, stored as a column of a matrix. A varied motion reaches an event (a change
-!> of the contacts) at a varied instant. So each column is shifted to that instant, mapped by the event, and
-!> shifted back to the instant of the unvaried motion.
+!> Variations of a motion across its events (docs/theory.md, section 22). A variation is the derivative of the state
+!> with respect to the initial state or a load parameter, stored as a column of a matrix. A varied motion reaches an
+!> event (a change of the contacts) at a varied instant. So each column is shifted to that instant, mapped by the event,
+!> and shifted back to the instant of the unvaried motion.
 module tangent_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use certified_search, only: found_never_positive, search_t
@@ -71,6 +71,7 @@ contains
       integer :: i
 
       if (search%outcome == found_never_positive) then
+         ! a flight that never rose above rounding has no length: as in `revert_columns`
          call shift_columns(tangent%boundary_rates, 1.0_wp, tangent)
          return
       end if
@@ -84,7 +85,7 @@ contains
       slope = signal_change(now, ended_at, ended_by, rates%q, rates%v, rates%branch_force, load_rate)
       if (ended_by == end_gap .and. now%states(ended_at)%is_rigid) tangent%min_speed = &
          min(tangent%min_speed, abs(slope))
-      ! at a grazing event (zero rate) the derivative does not exist: a large finite delay stands for it
+      ! at a grazing event (zero rate of the signal) the derivative does not exist: the delay is large but finite
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
       ! delay of the event by a variation: - (change of the signal)/(rate of the signal)
       do i = 1, size(tangent%delay)

@@ -1,5 +1,5 @@
 !> Variations of a motion during a phase, the motion between two events (docs/theory.md, section 22). A variation is the
-!> derivative of the state by the initial state or with respect to a load parameter, stored as a column of a matrix. The
+!> derivative of the state with respect to the initial state or a load parameter, stored as a column of a matrix. The
 !> motion of a phase is linear, so its closed form applies to each variation. The state holds the displacements q and
 !> velocities v of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch
 !> (`branch_force`).
@@ -31,7 +31,7 @@ module tangent_flow
 
 contains
 
-   !> Is the branch force P2 of a contact a state variable?
+   !> Whether the branch force P2 of a contact is a state variable.
    elemental function has_branch_force(state) result(answer)
       type(contact_state_t), intent(in) :: state
       logical :: answer
@@ -98,7 +98,7 @@ contains
 
    contains
 
-      !> Load response of some output rows.
+      !> Load response in output rows.
       function row_at(rows) result(values)
          integer, intent(in) :: rows(:)
          real(wp) :: values(size(rows))

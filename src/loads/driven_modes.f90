@@ -18,7 +18,7 @@ module driven_modes
 
    !> A mode and the load that drives it from rest.
    type :: driven_mode_t
-      !> The motion is Re(force E), with the complex amplitude of the modal load as force
+      !> Complex amplitude of the modal load; the motion is Re(force E)
       complex(wp) :: force = (0.0_wp, 0.0_wp)
       !> Circular frequency of the load: sigma = i frequency; 0: the load is constant or a ramp
       real(wp) :: frequency = 0.0_wp
@@ -67,7 +67,7 @@ contains
 
       ! points of the divided differences, as `find_points` gives them
       complex(wp) :: points(0:max_points)
-      ! i: derivative of order k of the divided difference over the points i to `last`
+      ! entry i: derivative of order k of the divided difference over the points i to `last`
       complex(wp) :: differences(max_points)
       integer :: i, k, last
 
@@ -314,7 +314,7 @@ contains
       where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
    end function adjoint_of
 
-   !> Which modes are in resonance with a harmonic load?
+   !> Whether each mode is in resonance with a harmonic load, [modes].
    pure function resonates(oscillators, frequency) result(answer)
       type(oscillators_t), intent(in) :: oscillators
       real(wp), intent(in) :: frequency

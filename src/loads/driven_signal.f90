@@ -345,7 +345,7 @@ contains
       end if
    end subroutine find_short_driven
 
-   !> Is the signal clearly positive at its start, relative to the magnitudes of its terms?
+   !> Whether the signal is clearly positive at its start, relative to the magnitudes of its terms.
    pure function starts_positive(self) result(answer)
       class(driven_signal_t), intent(in) :: self
       logical :: answer
@@ -430,7 +430,7 @@ contains
       call move_alloc(driven, signal)
    end subroutine add_terms
 
-   !> Do modes driven from rest contribute to the load response?
+   !> Whether modes driven from rest contribute to the load response.
    pure function has_driven_modes(terms) result(has)
       type(driven_terms_t), intent(in) :: terms
       logical :: has

@@ -31,7 +31,7 @@ module few_modes
 
 contains
 
-   !> Is the mesh so large that only a part of its modes is found?
+   !> Whether the mesh is so large that only a part of its modes is found.
    pure function takes_few_modes(elements, settings) result(answer)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
@@ -41,7 +41,7 @@ contains
       answer = elements > max_elements_for_all_modes .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
-   !> Does a run need all modes? The replacement of the nodal velocity needs a column of the full mass matrix.
+   !> Whether a run needs all modes. The replacement of the nodal velocity needs a column of the full mass matrix.
    pure function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer

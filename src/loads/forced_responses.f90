@@ -44,9 +44,9 @@ module forced_responses
 
    !> Part of a load segment that drives a mode from rest: the constant.
    integer, parameter :: by_constant = 1
-   !> The slope.
+   !> Part of a load segment that drives a mode from rest: the slope.
    integer, parameter :: by_slope = 2
-   !> The harmonic.
+   !> Part of a load segment that drives a mode from rest: the harmonic.
    integer, parameter :: by_harmonic = 3
 
    !> A pair of a mode of the set and a part of the load that drives the mode from rest.
@@ -307,7 +307,7 @@ contains
             associate (p => compliant(k), gap => response(at%gaps + compliant(k)))
                response(at%forces + p) = force(k)
                ! for a spring softer than the beam, with a strong damper, the derivative of this product with respect to
-               ! s cancels
+               ! s loses digits
                if (.not. abs(flexibility(k)) > sum(constrained%value(:, p)**2/constrained%oscillators%square)) gap = &
                   -force(k)*flexibility(k)
                if (is_rigid_stop(spring(p))) cycle

@@ -91,7 +91,7 @@ contains
       end if
    end subroutine set_harmonic
 
-   !> Has an instant been reached, to rounding?
+   !> Whether an instant has been reached, to rounding.
    elemental function is_past(tau, instant) result(answer)
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: instant

@@ -53,8 +53,8 @@ contains
       if (allocated(settings%more_stops)) count_of_first = max(count_of_first, 1 + size(settings%more_stops))
    end function first_count
 
-   !> Circular frequency of a load; for a table pi over the minimum time between two reversals. 0: the course is a step,
-   !> a rectangular pulse or similar.
+   !> Circular frequency of a load; for a table pi over the minimum time between two reversals. 0: the load is a step or
+   !> a rectangular pulse, which has no frequency.
    pure function highest_frequency(course) result(frequency)
       type(time_course_t), intent(in) :: course
       !> Circular frequency over omega1
@@ -111,8 +111,8 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> Are damping rates given mode by mode, because damping ratios of modes are given, or because the dampers of bodies
-   !> do not follow the proportional damping of the beam?
+   !> Whether damping rates are given mode by mode, because damping ratios of modes are given, or because the dampers of
+   !> bodies do not follow the proportional damping of the beam.
    pure function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer

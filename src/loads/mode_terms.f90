@@ -4,7 +4,7 @@
 !>
 !> The Laplace transform of the motion is rational. A pole that is far from all other poles, compared with the inverse
 !> length of the phase, gives one term. Close poles would give large terms that cancel; instead, the points of a circle
-!> around such a group give the terms of Cauchy's integral by the trapezoidal rule.
+!> around a group of close poles give the terms of Cauchy's integral by the trapezoidal rule.
 module mode_terms
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_t, make_driven_mode
@@ -28,17 +28,17 @@ module mode_terms
 
    !> Half the number of points of a circle around two exponents.
    integer, parameter :: half_circle = 10
-   !> Minimum radius of such a circle times the length of the phase.
+   !> Minimum radius of a circle around two exponents times the length of the phase.
    real(wp), parameter :: radius_times_length = 1.2_wp
    !> Maximum distance, times the length of the phase, between the exponents of a harmonic and of a mode in resonance.
    real(wp), parameter :: max_resonance = 0.5_wp
-   !> The exponents of a mode near critical damping are joined by a circle if their distance from its centre is less
-   !> than this fraction of its radius.
+   !> Both exponents of a mode near critical damping get one circle around them if their distance from its centre is
+   !> less than this fraction of its radius.
    real(wp), parameter :: nearness = 0.125_wp
-   !> The radius of that circle is at least this fraction of the decay rate.
+   !> Minimum radius of a circle around both exponents of a mode near critical damping, as a fraction of the decay rate.
    real(wp), parameter :: fraction_of_decay = 0.125_wp
 
-   ! index of the array constructors of the constants
+   ! implied-do variable of the following constants
    integer :: k
    !> Directions of the points of the slow circle in the upper half-plane.
    complex(wp), parameter :: slow_direction(slow_points) = [(exp(cmplx(0.0_wp, pi*(real(k, wp) - 0.5_wp) &
@@ -115,7 +115,7 @@ contains
       call add_other_terms(mode, free_start, pack(driven_motions, .not. separate), terms)
    end subroutine find_mode_terms
 
-   !> Is the pole of a load far from the poles of the mode and, if these are slow, from 0?
+   !> Whether the pole of a load is far from the poles of the mode and, if these are slow, from 0.
    pure function is_separate(mode, forced) result(answer)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced

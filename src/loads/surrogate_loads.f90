@@ -20,18 +20,21 @@ module surrogate_loads
    !> A term is slow if the magnitude of its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
 
-   !> Number of surrogate harmonics. They interpolate exp(i w t) to rounding for w times the length up to `lowest`.
+   !> Number of surrogate harmonics. They reproduce exp(i w t) during a phase to rounding if w times the length of the
+   !> phase is at most `lowest`.
    integer, parameter :: surrogate_count = 12
-   !> Factors of the length of the phase; the first one that keeps all frequencies away from the exponents is taken.
+   !> Factors of the length of the phase; the factor with the largest distance of the frequencies from the exponents is
+   !> taken.
    real(wp), parameter :: stretches(4) = [1.0_wp, 1.05_wp, 1.11_wp, 1.18_wp]
    !> Minimum of the frequencies of the harmonics times the length of the phase.
    real(wp), parameter :: lowest = 0.5_wp
    !> Maximum of the frequencies of the harmonics times the length of the phase.
    real(wp), parameter :: highest = 3.5_wp
 
-   ! index of the array constructor of the constant
+   ! implied-do variable of the following constant
    integer :: k
-   !> Squares of these products: the Chebyshev points between lowest^2 and highest^2.
+   !> Squares of the frequencies of the harmonics times the length of the phase: the Chebyshev points between lowest^2
+   !> and highest^2.
    real(wp), parameter :: square(surrogate_count) = [(0.5_wp*(highest**2 + lowest**2) &
       + 0.5_wp*(highest**2 - lowest**2)*cos(pi*(real(k, wp) - 0.5_wp)/real(surrogate_count, wp)), k=1, surrogate_count)]
 
@@ -69,7 +72,7 @@ contains
       complex(wp) :: distance
       integer :: g, m
 
-      ! the exponents of these products may have changed
+      ! the exponents of the stored products of terms may have changed
       forced%products = power_form_t()
       if (allocated(forced%term_load)) deallocate (forced%term_load, forced%work_plus, &
          forced%work_minus, forced%resonant_terms, forced%resonant_load)
@@ -166,7 +169,7 @@ contains
       clearance = minval([(minval(abs(cmplx(0.0_wp, frequency(k), wp) - exponent))/frequency(k), k=1, size(frequency))])
    end function min_clearance
 
-   !> Is the harmonic of a segment slow for a phase of given length?
+   !> Whether the harmonic of a segment is slow for a phase of given length.
    pure function is_slow(segment, length) result(answer)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: length

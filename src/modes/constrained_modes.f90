@@ -42,7 +42,7 @@ contains
       end do
    end subroutine attach_supports
 
-   !> Modes with the point fixed or on a spring. A mode with a node there (b_i vanishes) does not change.
+   !> Modes with the point fixed or on a spring. A mode with a node at the point (b_i vanishes) does not change.
    pure subroutine constrain(square, value, flexibility, new_square, mode, reaction)
       !> W_i^2, in any order, [modes]
       real(wp), intent(in) :: square(:)
@@ -217,10 +217,10 @@ contains
       end subroutine evaluate
    end subroutine root_between
 
-   !> Step towards the root between two poles, or above the last. A constant and the pole below represent all poles
-   !> below, with their sum and slope, another constant and the pole above those above: the root of both together is the
-   !> next point (Li, LAPACK Working Note 89, 1994). The steps converge quadratically, so that a step of relative length
-   !> 1e-10 leads to the root to rounding.
+   !> Step towards the root between two poles, or above the last pole. A constant and the nearest pole below represent
+   !> the sum of all poles below, with its value and slope; another constant and the nearest pole above represent that
+   !> of all poles above. The root of both together is the next point (Li, LAPACK Working Note 89, 1994). The steps
+   !> converge quadratically, so that a step of relative length 1e-10 leads to the root to rounding.
    pure function step_between(below, above, value, slope, slope_below) result(step)
       !> Distance of the pole below, < 0
       real(wp), intent(in) :: below

@@ -48,7 +48,7 @@ module damped_oscillators
 
    !> Damping ratio above which the two exponents, a factor of four or more apart, are separated.
    real(wp), parameter :: min_separated_ratio = 1.25_wp
-   !> Decay rate above which they are separated: the amplitudes of two slow ones are large, velocity over rate, and
+   !> Decay rate above which the exponents are separated: two slow exponentials, with amplitudes velocity over rate,
    !> cancel. A body with a weak damper and no spring has such exponents.
    real(wp), parameter :: min_separated_rate = 1.0e-3_wp
 
@@ -194,7 +194,7 @@ contains
    !> `propagate` on whole SIMD vectors: all arrays are padded with zeros to `padded(count)`.
    pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v, factors)
       type(oscillators_t), intent(in) :: oscillators
-      !> Index of the last oscillator whose state is needed; the states of later overdamped ones may stay as they are
+      !> Index of the last oscillator whose state is needed; later overdamped oscillators may keep their old states
       integer, intent(in) :: last
       !> Time, >= 0
       real(wp), intent(in) :: t

@@ -1,5 +1,5 @@
 !> Solutions of the variational equations as columns of a matrix: derivatives of the state of a motion with respect to
-!> the initial state and by a parameter of a load (docs/theory.md, section 22).
+!> the initial state and to a parameter of a load (docs/theory.md, section 22).
 module tangent_columns
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
@@ -9,12 +9,12 @@ module tangent_columns
    public :: tangent_t, state_rates_t, allocate_tangent, reflect_columns, shift_columns, column_norm
    public :: no_parameter, load_amplitude, load_frequency
 
-   !> Parameter by which the last column, after those of the initial state, is the derivative: no parameter, so that
-   !> there is no such column.
+   !> Parameter with respect to which the last column, after those of the initial state, is the derivative: no
+   !> parameter, so that no change of a load drives the last column.
    integer, parameter :: no_parameter = 0
-   !> The amplitude of a load.
+   !> Parameter of the last column: the amplitude of a load.
    integer, parameter :: load_amplitude = 1
-   !> The frequency of a load; the frequencies of all other loads change in proportion.
+   !> Parameter of the last column: the frequency of a load; the frequencies of all other loads change in proportion.
    integer, parameter :: load_frequency = 2
 
    !> Time derivatives of the state.

@@ -14,7 +14,7 @@ module mass_choice
 
 contains
 
-   !> Is the mass matrix redistributed at the stop more accurate than the consistent one?
+   !> Whether the mass matrix with redistributed inertia at the stop is more accurate than the consistent mass matrix.
    !>
    !> The consistent matrix adds a part of the mass of the last element to the point mass that hits the stop, an error
    !> of first order in the length of the element. With the redistributed matrix, frequencies lose a digit, and a point

@@ -57,10 +57,10 @@ contains
    end subroutine find_events
 
 
-   !> Is the force of a closed contact small enough to open the contact, after a longer step made the force tensile? A
-   !> rising force marks the beginning of a contact, not its end. At a stiff stop the release force may be smaller than
-   !> the rounding error of the contact force, so that no short step shows whether the force rises; the velocity then
-   !> decides.
+   !> Whether the force of a closed contact is small enough to open the contact, after a longer step made the force
+   !> tensile. A rising force marks the beginning of a contact, not its end. At a stiff stop the release force may be
+   !> smaller than the rounding error of the contact force, so that no short step shows whether the force rises; the
+   !> velocity then decides.
    pure function is_vanishing(run, k)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
@@ -128,7 +128,7 @@ contains
    end subroutine close_touched
 
 
-   !> Does the beam touch a contact and move by rounding errors only?
+   !> Whether the beam touches a contact and moves by rounding errors only.
    pure function lies_at_rest(run, k, state) result(lies)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact

@@ -222,7 +222,7 @@ contains
       if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%stiffness_damping*frequency**2))
    end subroutine find_impulse_level
 
-   !> Is a rigid contact open, and is the beam within the contact tolerance of it?
+   !> Whether a rigid contact is open, and the beam is within the contact tolerance of this contact.
    pure function is_touched(run, k) result(answer)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact

@@ -376,8 +376,8 @@ contains
       end associate
    end function force_rounding_at
 
-   !> Does an unloaded spring and damper remain without force? A force up to the release force counts as zero only if
-   !> the beam moves away, because the release force may be large beside the stiffness of the spring.
+   !> Whether an unloaded spring and damper remains without force. A force up to the release force counts as zero only
+   !> if the beam moves away, because the release force may be large beside the stiffness of the spring.
    pure function is_force_free(run, k, state)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact

@@ -15,7 +15,7 @@ module newmark_stability
 
 contains
 
-   !> Is the scheme stable for steps of any length?
+   !> Whether the scheme is stable for steps of any length.
    elemental function is_unconditionally_stable(beta, gamma) result(stable)
       !> Newmark's beta
       real(wp), intent(in) :: beta
@@ -96,8 +96,8 @@ contains
       frequency = sqrt(bracket%high)
    end subroutine highest_frequency
 
-   !> Are all eigenvalues of K y = omega^2 M y below sigma? If a pivot vanishes, sigma may be an eigenvalue; the answer
-   !> is then no, so that the caller seeks the bound above sigma.
+   !> Whether all eigenvalues of K y = omega^2 M y are below sigma. If a pivot vanishes, sigma may be an eigenvalue; the
+   !> result is then false, so that the caller seeks the bound above sigma.
    pure function all_below(stiffness, mass, sigma) result(below)
       !> K
       type(skyline_t), intent(in) :: stiffness

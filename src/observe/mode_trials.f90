@@ -137,7 +137,7 @@ contains
       if (release_contact > 0) trials%tip_offset = datum_of(contacts(release_contact))
    end subroutine open_trials
 
-   !> Do harmonic loads act throughout the run, and no other load that varies in time?
+   !> Whether harmonic loads act throughout the run, and no other load that varies in time.
    pure function is_driven(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine set_length
 
-   !> Does the permitted cost allow a trial with a given number of modes? Before the first trial only the lengths of
+   !> Whether the permitted cost allows a trial with a given number of modes. Before the first trial only the lengths of
    !> trial and run are known, and the work of at least two such trials must be permitted.
    pure function can_afford(trials, modes) result(answer)
       type(trials_t), intent(in) :: trials

@@ -164,7 +164,7 @@ module motion_intervals
          real(wp) :: magnitude
       end function gap_magnitude_interface
 
-      !> Does a row exceed a level?
+      !> Whether a row exceeds a level.
       function exceeds_interface(self, row, level) result(does)
          import :: interval_t, output_row_t, wp
          implicit none (type, external)

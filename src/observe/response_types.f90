@@ -431,7 +431,7 @@ contains
       max_error = maxval(abs(excess))
    end function balance_error
 
-   !> Does an event of this kind begin a closed contact?
+   !> Whether an event of this kind begins a closed contact.
    elemental function is_contact_start(kind) result(starts)
       !> One of the `event_` constants
       integer, intent(in) :: kind
@@ -440,7 +440,7 @@ contains
       starts = kind == event_capture .or. kind == event_contact
    end function is_contact_start
 
-   !> Does an event of this kind end a closed contact?
+   !> Whether an event of this kind ends a closed contact.
    elemental function is_contact_end(kind) result(ends)
       !> One of the `event_` constants
       integer, intent(in) :: kind

@@ -154,7 +154,7 @@ contains
       accumulator%in_episode = .false.
    end subroutine end_episode
 
-   !> Does the beam come to rest in static equilibrium?
+   !> Whether the beam comes to rest in static equilibrium.
    elemental function comes_to_rest(accumulator) result(does)
       type(accumulator_t), intent(in) :: accumulator
       logical :: does
@@ -432,7 +432,7 @@ contains
       where (.not. ieee_is_nan(measures%of_analyses)) row = measures%of_analyses
    end function row_of
 
-   !> Does a contact close, if only for an instant, at an event of this kind?
+   !> Whether a contact closes, if only for an instant, at an event of this kind.
    elemental function is_arrival(kind) result(answer)
       !> Kind of the event
       integer, intent(in) :: kind

@@ -75,7 +75,7 @@ contains
       if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
    end subroutine open_observers
 
-   !> Do observers read the energy that stops dissipate?
+   !> Whether observers read the energy that stops dissipate.
    pure function reads_losses(observers) result(reads)
       type(observers_t), intent(in) :: observers
       logical :: reads

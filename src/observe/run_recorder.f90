@@ -155,7 +155,7 @@ contains
       if (recorder%next <= recorder%last) time = real(recorder%next, wp)*recorder%step
    end function next_sample_time
 
-   !> Is the next sample before the end of a phase, or at its end if the run ends with the phase?
+   !> Whether the next sample is before the end of a phase, or at its end if the run ends with the phase.
    pure function samples_before(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
@@ -168,7 +168,7 @@ contains
       if (to_the_end) due = recorder%next <= recorder%last
    end function samples_before
 
-   !> Is the next shape before the end of a phase, or at its end if the run ends with the phase?
+   !> Whether the next shape is before the end of a phase, or at its end if the run ends with the phase.
    pure function shape_due(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase

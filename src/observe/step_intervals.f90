@@ -139,7 +139,7 @@ contains
       rounding = 0.0_wp*self%ends(1, k)
    end function rounding
 
-   !> Does a row exceed a level during the step?
+   !> Whether a row exceeds a level during the step.
    function exceeds(self, row, level) result(does)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
@@ -485,7 +485,7 @@ contains
       end do
    end subroutine find_turns
 
-   !> Is 0 < numerator/denominator < 1 (or a numerator of 0 over a negative denominator)?
+   !> Whether 0 < numerator/denominator < 1, or the numerator is 0 and the denominator negative.
    elemental function is_fraction(numerator, denominator) result(answer)
       !> Numerator of the quotient
       real(wp), intent(in) :: numerator

@@ -10,7 +10,7 @@ module branch_closures
 
 contains
 
-   !> Do the two halves of the period exchange their section values between two points of a branch?
+   !> Whether the two halves of the period exchange their section values between two points of a branch.
    pure function halves_swap(last, next) result(answer)
       !> Last point of the branch, an orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: last
@@ -21,9 +21,9 @@ contains
       answer = dot_product(half_period_change(last), half_period_change(next)) < 0.0_wp
    end function halves_swap
 
-   !> Does a branch of doubled period rejoin the branch that it left, at a period doubling of that branch? The two
-   !> halves of the period exchange their section values there; after the doubling the branch repeats itself, shifted by
-   !> half its period.
+   !> Whether a branch of doubled period rejoins the branch that it left, at a period doubling of the latter. At this
+   !> doubling the two halves of the period exchange their section values; afterwards the branch of doubled period
+   !> repeats itself, shifted by half its period.
    pure function rejoins_at(other, last, next, max_difference) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
@@ -45,8 +45,8 @@ contains
 
    contains
 
-      !> Are section values close to those of a point? At the doubling both halves of the period coincide, so the exact
-      !> distance would be half of the change in half a period; the test allows for all of it.
+      !> Whether section values are close to those of a point. At the doubling both halves of the period coincide, so
+      !> the exact distance would be half of the change in half a period; the test allows for the whole change.
       pure function is_close(point, tip)
          type(orbit_point_t), intent(in) :: point
          real(wp), intent(in) :: tip(2)
@@ -56,9 +56,9 @@ contains
       end function is_close
    end function rejoins_at
 
-   !> Does the start of a branch lie between two successive points, with the initial direction of the branch? The
-   !> points are compared by the parameter and the section values at phase 0, because the states from which Newton's
-   !> method starts may lie at different phases, and the orbit at all shifts by load periods.
+   !> Find whether the start of a branch lies between two successive points, with the initial direction of the branch.
+   !> The points are compared by the parameter and the section values at phase 0, because the states from which Newton's
+   !> method starts may lie at different phases; the orbit is compared at all shifts by load periods.
    pure subroutine check_closure(start, second, last, next, units, is_away, has_returned)
       !> First point of the branch
       type(orbit_point_t), intent(in) :: start
@@ -104,7 +104,7 @@ contains
       end do
    end subroutine check_closure
 
-   !> Is the orbit one of half the period, traversed twice?
+   !> Whether the orbit is one of half the period, traversed twice.
    pure function has_half_period(point, units) result(answer)
       !> Orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: point
@@ -154,8 +154,8 @@ contains
       velocities = [one_turn/point%period*tip(1), tip(2)]
    end function as_velocities
 
-   !> Is a complex pair of multipliers on the unit circle? The test function of a torus also vanishes for two real
-   !> multipliers that are inverse to each other, without a bifurcation.
+   !> Whether a complex pair of multipliers is on the unit circle. The test function of a torus also vanishes for two
+   !> real multipliers that are inverse to each other, without a bifurcation.
    pure function has_pair_on_circle(point) result(answer)
       type(orbit_point_t), intent(in) :: point
       logical :: answer

@@ -36,7 +36,7 @@ module orbit_branches
       type(initial_state_t), allocatable :: doubling(:)
       !> Indices of the period doublings in `point`
       integer, allocatable :: doubling_index(:)
-      !> Period doublings of the branch that this one left
+      !> Period doublings of the branch that this branch left
       type(orbit_point_t), allocatable :: parent_doublings(:)
       !> Whether the branch has ended
       logical :: is_over = .false.
@@ -86,8 +86,8 @@ contains
       end associate
    end subroutine trace_branches
 
-   !> Switch to the branch of twice the period at a period doubling, trace it, and switch from it to further branches in
-   !> turn. Nothing is added if no orbit of twice the period is found.
+   !> Switch to the branch of twice the period at a period doubling, trace this branch, and switch from it to further
+   !> branches in turn. Nothing is added if no orbit of twice the period is found.
    recursive subroutine switch_branch(map, options, parent, parent_point, doubling, periods, levels, branch)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
@@ -149,7 +149,7 @@ contains
       end do
    end subroutine switch_branch
 
-   !> Does a known branch that left the same parent branch at another period doubling already end at this one?
+   !> Whether a known branch that left the same parent branch at another period doubling already ends at this doubling.
    pure function is_traced(map, branch, parent, value) result(answer)
       type(section_map_t), intent(in) :: map
       type(orbit_branch_t), intent(in) :: branch(:)
@@ -159,7 +159,7 @@ contains
       real(wp), intent(in) :: value
       logical :: answer
 
-      ! relative to the range of the parameter
+      ! values of the parameter closer than this fraction of its range are the same
       real(wp), parameter :: near = 1.0e-6_wp
       integer :: i
 
@@ -300,7 +300,7 @@ contains
       type(orbit_point_t), intent(in) :: next
       type(trace_t), intent(inout) :: trace
 
-      ! relative to the range of the parameter
+      ! values of the parameter closer than this fraction of its range are the same
       real(wp), parameter :: near = 1.0e-6_wp
       logical :: is_away
       integer :: i
@@ -355,7 +355,7 @@ contains
          if (.not. bifurcation%converged) cycle
          if (kind == mark_torus .and. .not. has_pair_on_circle(bifurcation%point)) cycle
          bifurcation%point%mark = kind
-         ! if the two halves of the period exchange their values there, the fold is a period doubling of another,
+         ! if the two halves of the period exchange their values at the fold, it is a period doubling of another,
          ! unknown branch
          if (kind == mark_fold .and. size(trace%parent_doublings) > 0) trace%is_over = &
             halves_swap(trace%last%point, next%point)
@@ -368,10 +368,10 @@ contains
       end do
    end subroutine locate_bifurcations
 
-   !> Test function of a bifurcation, which changes its sign there. Fold: the parameter component of the tangent. Period
-   !> doubling: the product of (multiplier + 1) over all multipliers. Neimark-Sacker bifurcation: the product over all
-   !> pairs of (product of both multipliers - 1). Both products are real, because complex multipliers come in conjugate
-   !> pairs.
+   !> Test function of a bifurcation, which changes its sign at the bifurcation. Fold: the parameter component of the
+   !> tangent. Period doubling: the product of (multiplier + 1) over all multipliers. Neimark-Sacker bifurcation: the
+   !> product over all pairs of (product of both multipliers - 1). Both products are real, because complex multipliers
+   !> come in conjugate pairs.
    pure function test_function(kind, point, direction) result(value)
       !> One of `mark_fold`, `mark_doubling` and `mark_torus`
       integer, intent(in) :: kind
@@ -433,8 +433,8 @@ contains
       end do
    end subroutine locate_zero
 
-   !> Locate the end of a branch after steps of minimum length have failed: an impact appears or vanishes there, or no
-   !> orbit exists farther on. The last orbit with the same impacts is found by bisection.
+   !> Locate the end of a branch after steps of minimum length have failed: at the end an impact appears or vanishes, or
+   !> no orbit exists beyond it. The last orbit with the same impacts is found by bisection.
    subroutine locate_end(map, options, trace, next, continues)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: options
@@ -479,7 +479,7 @@ contains
             end if
          end do
          if (.not. low > 0.0_wp) exit
-         ! the end is about high - low beyond the best orbit; twice as much, because the tangent changes
+         ! the end is about high - low beyond the best orbit; the bound is twice this, because the tangent changes
          high = 2.0_wp*(high - low)
          call find_branch_tangent(map, best%map, trace%direction, direction)
          if (.not. allocated(direction)) exit

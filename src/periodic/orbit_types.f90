@@ -85,7 +85,7 @@ module orbit_types
 
 contains
 
-   !> Is the orbit asymptotically stable?
+   !> Whether the orbit is asymptotically stable.
    elemental function is_stable(point) result(answer)
       class(orbit_point_t), intent(in) :: point
       logical :: answer

@@ -66,13 +66,13 @@ module contact_sets
       integer, allocatable :: gap_row(:)
       !> Index of the row of each force that no combination of gap and gap rate gives, [contacts]; 0: there is none
       integer, allocatable :: force_row(:)
-      !> Contact from whose gap the coefficients of a row are taken, [rows]; contacts at one place share a row
+      !> Contact from whose gap the coefficients of a row are taken, [rows]; contacts at one point share a row
       integer, allocatable :: row_contact(:)
-      !> Gap over its row, 1 or -1, [contacts]
+      !> Gap divided by the value of its row, 1 or -1, [contacts]
       real(wp), allocatable :: gap_sign(:)
       !> Index of the row of the tip displacement, which may be that of a gap
       integer :: tip_row = 0
-      !> Tip displacement over its row, 1 or -1
+      !> Tip displacement divided by the value of its row, 1 or -1
       real(wp) :: tip_row_sign = 1.0_wp
       !> Number of terms besides load harmonics
       integer :: motion_terms = 0
@@ -110,7 +110,7 @@ module contact_sets
    !> its oldest sets.
    type, extends(beam_sets_t) :: set_store_t
       private
-      !> Sets of other beams, those used last first: trial runs, and runs of a sweep, take turns among a few numbers of
+      !> Sets of other beams, the last used first: trial runs, and runs of a sweep, alternate among a few numbers of
       !> modes
       type(beam_sets_t), allocatable :: others(:)
       !> Maximum number of these other beams
@@ -157,7 +157,7 @@ contains
          end if
          store%beam = beam
       else
-         ! of all that sets read from the beam, only the heights can differ
+         ! of the components of the beam that sets read, only the heights can differ
          store%beam%height(:) = beam%height
       end if
       store%run = store%run + 1
@@ -183,7 +183,7 @@ contains
       store%beam_sets_t = taken
    end subroutine exchange
 
-   !> Can the sets of a store serve these contacts, apart from their heights and the damping of the beam?
+   !> Whether the sets of a store suit these contacts; heights of contacts and the damping of the beam are not compared.
    pure function is_reusable(store, beam, is_rigid, spring) result(answer)
       class(beam_sets_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
@@ -203,7 +203,7 @@ contains
       end associate
    end function is_reusable
 
-   !> Have two beams with the same modes the same damping?
+   !> Whether two beams with the same modes have the same damping.
    pure function has_same_damping(beam, old) result(answer)
       type(free_beam_t), intent(in) :: beam
       type(free_beam_t), intent(in) :: old
@@ -232,7 +232,7 @@ contains
       store%count = remaining
    end subroutine drop_compliant
 
-   !> Are two values equal to the last bit?
+   !> Whether two values are exactly equal.
    elemental function is_equal(a, b) result(answer)
       real(wp), intent(in) :: a
       real(wp), intent(in) :: b
@@ -297,7 +297,7 @@ contains
       call find_static_state(beam, constrained)
    end subroutine update_constrained
 
-   !> Deallocate the oldest sets until one more fits into the store.
+   !> Deallocate the oldest sets until a further set fits into the store.
    subroutine make_room(store)
       type(set_store_t), intent(inout) :: store
 
@@ -471,8 +471,8 @@ contains
       end if
    end subroutine share_rows
 
-   !> Is the force of a closed compliant contact something else than a combination of its gap and gap rate, which the
-   !> force of spring and damper is?
+   !> Whether the force of a closed compliant contact is no combination of its gap and gap rate, as that of a spring and
+   !> damper is.
    elemental function has_force_row(spring) result(answer)
       type(dynamic_stiffness_t), intent(in) :: spring
       logical :: answer

@@ -16,7 +16,8 @@ contains
 
    !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (W^2: static
    !> displacements). If each mode has its own damping ratio, closed rigid contacts are not constraints of the set: they
-   !> are in the list `set%compliant` of contacts that apply forces (theory, section 18). Their points stay fixed, too.
+   !> are in the list `set%compliant` of contacts that apply forces (theory, section 18). In this response the points of
+   !> the beam at all closed rigid contacts stay fixed in either case.
    pure function point_response(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k

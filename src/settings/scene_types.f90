@@ -458,7 +458,8 @@ contains
       end select
    end function has_group
 
-   !> Does the scene have a stop, body, floor or ceiling besides others, so that its statistics are not those of all?
+   !> Whether the scene has a stop, body, floor or ceiling besides others, so that its statistics differ from those of
+   !> all.
    pure function has_own_statistics(scene, group) result(has)
       class(scene_t), intent(in) :: scene
       !> One of `measured_groups`

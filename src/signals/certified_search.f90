@@ -2,7 +2,7 @@
 !>
 !> A signal is a gap or a contact force as a function of time. At an instant it supplies its value s, its slope s' and
 !> an upper bound B of -s'' that holds at all later times. While s + s' h - B h^2/2 > 0, the signal has no zero: each
-!> step h ends at the root of this parabola. Inverse interpolation finds a zero up to which the slope is negative.
+!> step h ends at the root of the parabola. Inverse interpolation finds a zero up to which the slope is negative.
 module certified_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
@@ -256,7 +256,7 @@ contains
       if (search%max_value <= 4.0_wp*bounds%signal_rounding) search%outcome = found_never_positive
    end subroutine end_at_zero
 
-   !> Append an evaluation, which is later than all recorded ones.
+   !> Append an evaluation, which is later than all recorded evaluations.
    pure subroutine record_bounds(history, t, bounds)
       type(search_history_t), intent(inout) :: history
       real(wp), intent(in) :: t
@@ -316,7 +316,7 @@ contains
          if (order == 0) bounds%value = 0.0_wp
       end if
       if (order > 2 .and. bounds%value <= 64.0_wp*bounds%rounding) then
-         ! the caller could not decide by lower derivatives; if the next lower one is above rounding, it is searched
+         ! the caller could not decide by lower derivatives; the second one is searched if it is above rounding
          call signal%find_bounds(0.0_wp, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
@@ -361,7 +361,7 @@ contains
       end if
    end subroutine lower_order
 
-   !> Has the signal decayed so far that its digits underflow?
+   !> Whether the signal has decayed so far that its digits underflow.
    elemental function has_decayed(bounds) result(is)
       !> Values and bounds of the signal
       type(bounds_t), intent(in) :: bounds
@@ -390,7 +390,7 @@ contains
       time = bracket%high
    end function start_of_dip
 
-   !> Does the signal certainly fall monotonically to zero, at more than half of its present slope?
+   !> Whether the signal certainly falls monotonically to zero, at more than half of its present slope.
    elemental function falls_to_zero(bounds) result(certain)
       !> Values and bounds of the signal
       type(bounds_t), intent(in) :: bounds
@@ -476,7 +476,7 @@ contains
    end subroutine find_bracketed_zero
 
    !> Step from the second of two points to the zero of the cubic that gives time as a function of the value; Newton's
-   !> step if the points do not allow that.
+   !> step if the points do not allow this.
    elemental function inverse_cubic_step(distance, value_before, slope_before, value, slope) result(step)
       !> Time from the first point to the second
       real(wp), intent(in) :: distance

@@ -1,5 +1,5 @@
 !> The maximum gap of a flight (motion with the contact open). The search for the end of the flight has recorded its
-!> evaluations; from these the maximum follows with two or three further evaluations.
+!> evaluations; from these and two or three further evaluations the maximum follows.
 module flight_peaks
    use certified_search, only: bounds_t, history_size, search_history_t, transformable_signal_t
    use kinds, only: wp
@@ -93,12 +93,12 @@ contains
       call insert(history, place + 1, time, bounds)
    end subroutine find_local_maximum
 
-   !> Find two successive evaluations, one of them the highest of all, between which the slope changes from + to -.
+   !> Find two successive evaluations, the highest of all and a neighbour, between which the slope changes from + to -.
    subroutine bracket_maximum(signal, history, place)
       class(transformable_signal_t), intent(in) :: signal
       !> Further evaluations are inserted
       type(search_history_t), intent(inout) :: history
-      !> Index of the earlier of the two; 0: not found
+      !> Index of the earlier of the two evaluations; 0: not found
       integer, intent(out) :: place
 
       integer, parameter :: max_evaluations = 4
@@ -156,9 +156,10 @@ contains
       if (.not. (fraction > 0.0_wp .and. fraction < 1.0_wp)) fraction = 0.5_wp
    end function cubic_maximum
 
-   !> Does a signal certainly stay below a level between two evaluations? The time between them is divided at one of 17
-   !> instants. Before it a cubic from the earlier evaluation, after it a cubic from the later evaluation, each with the
-   !> bound on the third derivative, lies above the signal; the maximum Bernstein coefficient lies above the cubic.
+   !> Whether a signal certainly stays below a level between two evaluations. The time between them is divided at one of
+   !> 17 instants. Before this instant a cubic from the earlier evaluation lies above the signal, after this instant a
+   !> cubic from the later evaluation, both with the bound on the third derivative; the maximum Bernstein coefficient
+   !> lies above each cubic.
    pure function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance

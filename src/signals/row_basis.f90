@@ -91,7 +91,7 @@ contains
       allocate (basis%has_power(lowest_step:basis%highest), source=.false.)
    end subroutine make_row_basis
 
-   !> Has a basis these exponents and this number of rows?
+   !> Whether a basis has these exponents and this number of rows.
    pure function has_terms(basis, exponents, rows) result(answer)
       type(row_basis_t), intent(in) :: basis
       !> Exponents s, [terms]

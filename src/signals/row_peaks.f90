@@ -66,7 +66,8 @@ contains
       do while (last > first .and. path%time(last) >= ends(2))
          last = last - 1
       end do
-      ! the ends of all steps come first, because a high value there spares searches within the steps
+      ! the ends of all steps are evaluated first, because a high value at an end makes searches within steps
+      ! unnecessary
       do node = first, last + 1
          instant(node) = min(max(path%time(node), ends(1)), ends(2))
          if (abs(instant(node) - path%time(node)) > 0.0_wp) then
@@ -83,7 +84,7 @@ contains
                + abs(signal%rate_factor)*bounds(index_of(basis, signal%row, seventh_column)))
          end associate
       end do
-      ! the step that may hold the highest value is searched first, because others need no search then
+      ! the step with the highest upper bound is searched first, because other steps may then need no search
       do
          node = first - 1 + maxloc(upper(first:last), dim=1)
          if (.not. upper(node) > best%value + peak_tolerance*max(abs(best%value), scale)) exit
@@ -119,7 +120,7 @@ contains
             length = path%time(node + 1) - path%time(node)
             associate (left => path%rows(:, node), right => path%rows(:, node + 1), bound => path%bounds(:, node), &
                low => path%range(:, 1), high => path%range(:, 2))
-               ! coefficients of the quintic in Bernstein's form; the next derivative of a row stands n places further
+               ! coefficients of the quintic in Bernstein's form; the next derivative of row i has the index i + n
                !$omp simd private(curvature, end_curvature, error, inner)
                do i = 1, 2*n
                   error = bound(i)*length**6*error_fraction(0)
@@ -143,8 +144,8 @@ contains
       end associate
    end function range_on_path
 
-   !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at the
-   !> highest point of its polynomial.
+   !> Find the maximum in a step. An interval in which the signal may exceed the maximum found until now is divided at
+   !> the highest point of the polynomial of the signal.
    subroutine search_step(basis, path, signal, node, scale, step, best)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
@@ -185,9 +186,9 @@ contains
       end do
    end subroutine search_step
 
-   !> May a signal exceed the maximum found until now by more than a tolerance? If that maximum is at an end of the
-   !> interval, the signal is compared with the maximum per distance, or per squared distance, from that end, because
-   !> there the error of the polynomial vanishes with the distance, too.
+   !> Whether a signal may exceed the maximum found until now by more than a tolerance. If that maximum is at an end of
+   !> the interval, the signal is compared with the maximum per distance, or per squared distance, from that end,
+   !> because there the error of the polynomial vanishes with the distance, too.
    pure function may_exceed(b, size_of_error, maximum, tolerance) result(may)
       !> Bernstein coefficients of the quintic Hermite polynomial
       real(wp), intent(in) :: b(0:5)
@@ -205,8 +206,8 @@ contains
 
    contains
 
-      !> `may_exceed` if the maximum found until now is the first coefficient. If it is a local maximum, the second
-      !> coefficient exceeds it by rounding at most.
+      !> `may_exceed` if the maximum found until now is the first coefficient. If this coefficient is a local maximum,
+      !> the second coefficient exceeds it by rounding at most.
       pure function may_exceed_from(b) result(may)
          real(wp), intent(in) :: b(0:5)
          logical :: may
@@ -261,9 +262,12 @@ contains
       !> `factor` of the signal times the third derivative of the row
       real(wp), intent(out), optional :: third
 
-      ! exp(s t) of the terms; a term of the row, and the value and the first three derivatives of the row
+      ! exp(s t) of the terms, real and imaginary parts, [terms]
       real(wp), dimension(size(path%z, 1)) :: power, power_imag
-      real(wp) :: imaginary_part, next, part, row(0:3), row_0, row_1, row_2, row_3
+      ! value and first three derivatives of the row, and their sums over the terms
+      real(wp) :: row(0:3), row_0, row_1, row_2, row_3
+      ! parts of one term
+      real(wp) :: imaginary_part, next, part
       integer :: m
 
       call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, instant - path%time(node), power, power_imag)
@@ -307,8 +311,8 @@ contains
 
       integer, parameter :: max_rounds = 6
       ! A shift below this fraction of the interval is not evaluated again, because the third derivative gives the
-      ! maximum with an error of the order of the fourth power of the fraction. That derivative is not known if a signal
-      ! contains the rate of its row: then a smaller fraction holds
+      ! maximum with an error of the order of the fourth power of the fraction. If a signal contains the rate of its
+      ! row, its third derivative is not known, and the smaller fraction holds
       real(wp), parameter :: last_shift = 1.0e-3_wp, last_shift_of_rate = 1.0e-5_wp
       real(wp) :: shift, third
       integer :: round

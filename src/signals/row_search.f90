@@ -2,7 +2,7 @@
 !> (docs/theory.md, section 23).
 !>
 !> All signals take the same steps. A step in which a signal may have a zero is halved until the signal certainly has no
-!> zero in it, or exactly one.
+!> zero, or exactly one, within the step.
 module row_search
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use kinds, only: i8, wp
@@ -16,7 +16,8 @@ module row_search
    !> Error of the slope of a quintic Hermite polynomial as a fraction of B h**5 (Birkhoff and Priver).
    real(wp), parameter :: slope_error_fraction = sqrt(5.0_wp)/30000.0_wp
 
-   !> The first trial of a step has an error of about this fraction of the value or of its change.
+   !> The polynomial of the first trial of a step has an error of about this fraction of the value of the signal or of
+   !> its change.
    real(wp), parameter :: target_error_fraction = 0.03_wp
 
    !> Maximum number of evaluations, after which the signals are searched one by one.
@@ -72,7 +73,7 @@ contains
    subroutine search_rows(basis, limit, signals, path, first_signal, time, first_node)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
-      !> Signals that are not `is_certified` on return must be searched one by one
+      !> Signals without `is_certified` on return must be searched one by one
       type(row_signal_t), intent(inout) :: signals(:)
       !> On entry node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
@@ -112,7 +113,7 @@ contains
          path%evaluations = 0_i8
          signals%is_begun = .false.
       else
-         ! the amplitudes are those before the last correction of the zero at the node
+         ! `path%z` at the node has the amplitudes before the last correction of the zero
          call advance_by(basis, path%time(node) - path%time(node - 1), path%z(:, :, node - 1), path%z(:, :, node))
       end if
       step%from = path%time(node)
@@ -202,7 +203,7 @@ contains
       end do
    end subroutine evaluate_signals
 
-   !> Take a step so short that each signal that is `is_certified` certainly has no zero in it, or exactly one.
+   !> Take a step so short that each signal with `is_certified` certainly has no zero, or exactly one, within the step.
    subroutine take_step(basis, limit, signals, path, node, step)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
@@ -257,7 +258,8 @@ contains
       end do
    end subroutine take_step
 
-   !> Begin a signal. A signal whose value at the start may be zero within rounding must be searched by itself.
+   !> Begin a signal. A signal whose value at the start may be zero within rounding loses `is_certified`, so that it is
+   !> searched alone.
    pure subroutine begin_signal(signal, at_start, rounding)
       type(row_signal_t), intent(inout) :: signal
       !> Value, slope and curvature
@@ -302,7 +304,7 @@ contains
       end do
    end function trial_exponents
 
-   !> Which signals have zeros in a step?
+   !> Find the signals that have zeros in a step.
    pure subroutine examine_step(count, at_start, at_end, length, order, bound, rounding, top, answer)
       !> Number of signals
       integer, intent(in) :: count

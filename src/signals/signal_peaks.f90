@@ -8,9 +8,9 @@ module signal_peaks
    private
    public :: extreme_search_t, exceeds, find_maximum, find_last_exceedance, find_turn, peak_tolerance
 
-   ! The following constants limit the evaluations of the searches for an extreme of a run. When they are used up, the
-   ! tolerance is raised tenfold: a beam without damping keeps oscillating, so that without the raise the cost of a
-   ! search would have no limit.
+   ! The following constants limit the evaluations of the searches for an extreme of a run. When the evaluations are
+   ! used up, the tolerance is raised tenfold: a beam without damping keeps oscillating, and the cost of a search would
+   ! have no limit with a fixed tolerance.
    !> Number of evaluations at the start of a run.
    integer(i8), parameter :: initial_evaluations = 20000_i8
    !> Number of further evaluations after the tolerance was raised.
@@ -32,7 +32,7 @@ module signal_peaks
 
 contains
 
-   !> Does a signal exceed a level in a phase (the motion between two events)?
+   !> Whether a signal exceeds a level in a phase (the motion between two events).
    function exceeds(signal, length, level) result(answer)
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -56,7 +56,7 @@ contains
    !> The maximum of a signal in a phase, if it exceeds a threshold.
    !>
    !> The search skips every interval in which the signal certainly stays below the maximum found until now. If the
-   !> signal rises above that maximum, the next zero of its slope gives a higher one. If ripples on a rise make many
+   !> signal rises above that maximum, the next zero of its slope gives a higher maximum. If ripples on a rise make many
    !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first.
    subroutine find_maximum(signal, length, threshold, is_found, still_rises, value, time, scale, extreme_search)
       class(transformable_signal_t), intent(in) :: signal
@@ -72,8 +72,8 @@ contains
       real(wp), intent(out) :: value
       !> Instant of the maximum
       real(wp), intent(out) :: time
-      !> Minimum magnitude to which the tolerance refers. If it is present, it is raised so that the tolerance exceeds
-      !> the rounding error, and the maximum must exceed `threshold` by the tolerance
+      !> Minimum magnitude to which the tolerance refers. If the argument is present, the magnitude is raised so that
+      !> the tolerance exceeds the rounding error, and the maximum must exceed `threshold` by the tolerance
       real(wp), intent(in), optional :: scale
       !> State of the searches over all phases; default: a state for this phase alone
       type(extreme_search_t), intent(inout), optional :: extreme_search
@@ -152,8 +152,8 @@ contains
       extreme_search%tolerance = 10.0_wp*extreme_search%tolerance
    end subroutine search_with_budget
 
-   !> The maximum over samples, then over ever closer samples about the highest one. At least three times samples are
-   !> taken, because the first closer ones need not be higher; then as long as the maximum increases.
+   !> The maximum over samples, then over ever closer samples about the highest sample. Samples are taken at least three
+   !> times, because the first closer samples need not be higher, and then as long as the maximum increases.
    subroutine sample_ahead(signal, from, to, samples, value, time)
       class(transformable_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
@@ -192,7 +192,7 @@ contains
             value = sample
             time = t
          end do
-         ! without a sample above the known value, the highest one is not in the interval
+         ! if no sample is above the known value, the highest sample is not in the interval
          if (time < from .or. (zoom > 2 .and. .not. value - previous > peak_tolerance*abs(value))) exit
          first = max(from, time - width)
          last = min(to, time + width)
@@ -213,7 +213,7 @@ contains
       higher = level + extreme_search%tolerance*max(abs(level), scale) + tiny(1.0_wp)
    end function raised_level
 
-   !> Instant at which a signal was last above a level (its last exceedance).
+   !> Find the instant at which a signal was last above a level (its last exceedance).
    subroutine find_last_exceedance(signal, length, level, time, stays_above, from)
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase

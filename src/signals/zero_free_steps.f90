@@ -1,5 +1,5 @@
-!> Steps in which a signal, a sum of terms, certainly has no zero. They are longer than a bound on the second derivative
-!> of the whole sum allows.
+!> Steps in which a signal, a sum of terms, certainly has no zero; longer steps than a bound on the second derivative of
+!> the whole sum gives.
 module zero_free_steps
    use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
       term_curvature, term_rate, term_value
@@ -13,7 +13,7 @@ contains
    !> Length of a step in which a sum of terms certainly has no zero.
    !>
    !> For each number k, the terms after the k-th are replaced by their lower bounds, and the sum of the first k terms
-   !> by the parabola with its value, its slope and a bound on its second derivative. The k with the longest step is
+   !> by the parabola with its value, its slope and a bound on its second derivative. The longest of these steps is
    !> taken. A cubic, with a bound on the third derivative, may give a longer step.
    pure function zero_free_step(terms, other_terms, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, in the columns of `certified_search`, [count, 6]
@@ -41,7 +41,7 @@ contains
 
       n = size(terms, 1)
       if (n == 0) then
-         ! rigid stops leave no mode
+         ! closed rigid stops have left no mode, so the sum has no terms
          step = step_without_zero(max(whole, 0.0_wp), whole_slope, other_terms(bound_curvature))
          return
       end if
@@ -91,9 +91,9 @@ contains
       if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerk_bounds(n), step))
    end function zero_free_step
 
-   !> The longest of some multiples of a step over which a cubic is certainly positive; 0: the cubic may vanish in all.
-   !> If the largest multiple is free of zeros, its multiples are tried in turn. The cubic is not below its minimum
-   !> Bernstein coefficient.
+   !> The longest of some multiples of a step over which a cubic is certainly positive, because its minimum Bernstein
+   !> coefficient is positive; 0: the cubic may vanish in all. If the largest multiple is free of zeros, its multiples
+   !> are tried in turn.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
       !> Value at the start
       real(wp), intent(in) :: value
@@ -142,8 +142,8 @@ contains
    end function cubic_step
 
    !> Length of a step in which a sum of decaying exponentials certainly has no zero, by the Taylor polynomial of the
-   !> sum; 0: no step is found that is much longer than a known one. If large exponentials cancel in the sum, they
-   !> cancel in the coefficients of the polynomial, too, but not in a bound on its second derivative.
+   !> sum; 0: no step is found that is much longer than the known step. Large exponentials that cancel in the sum cancel
+   !> in the coefficients of the polynomial, too, but not in a bound on the second derivative of the sum.
    pure function taylor_step(exponent, term, constant, whole, step) result(longest)
       !> Exponents s, Re s <= 0, [count]
       complex(wp), intent(in) :: exponent(:)
