@@ -4,7 +4,7 @@ module row_peaks
    use damped_oscillators, only: lanes
    use exponential_powers, only: exponentials
    use kinds, only: i8, wp
-   use row_basis, only: index_of, row_basis_t, seventh_column, sixth_column
+   use row_basis, only: advance_by, bound_rows, index_of, row_basis_t, seventh_column, sixth_column
    use row_signals, only: bernstein_coefficients, bound_signal, error_fraction, evaluate_signal, max_steps, &
       monomial_coefficients, row_path_t, row_signal_t
    implicit none (type, external)
@@ -14,12 +14,14 @@ module row_peaks
    !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this fraction.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
-   !> An interval within a step: its ends, and value, slope and curvature of the signal at both ends.
+   !> An interval within a step: its ends, value, slope and curvature of the signal at both ends, and a bound of the
+   !> sixth derivative of the signal.
    type :: interval_t
       real(wp) :: from
       real(wp) :: to
       real(wp) :: at_start(0:2)
       real(wp) :: at_end(0:2)
+      real(wp) :: bound
    end type interval_t
 
    !> The maximum found until now and its instant; `is_found`: it exceeds the value known before the search.
@@ -78,10 +80,9 @@ contains
          call update_maximum(instant(node), at(0, node), best)
       end do
       do node = first, last
-         associate (length => instant(node + 1) - instant(node), bounds => path%bounds(:, node))
+         associate (length => instant(node + 1) - instant(node))
             upper(node) = maxval(bernstein_coefficients(at(:, node), at(:, node + 1), length)) &
-               + error_fraction(0)*length**6*(abs(signal%factor)*bounds(index_of(basis, signal%row, sixth_column)) &
-               + abs(signal%rate_factor)*bounds(index_of(basis, signal%row, seventh_column)))
+               + error_fraction(0)*length**6*bound_of_sixth(basis, signal, path%bounds(:, node))
          end associate
       end do
       ! the step with the highest upper bound is searched first, because other steps may then need no search
@@ -89,7 +90,7 @@ contains
          node = first - 1 + maxloc(upper(first:last), dim=1)
          if (.not. upper(node) > best%value + peak_tolerance*max(abs(best%value), scale)) exit
          call search_step(basis, path, signal, node, scale, interval_t(instant(node), instant(node + 1), at(:, node), &
-            at(:, node + 1)), best)
+            at(:, node + 1), bound_of_sixth(basis, signal, path%bounds(:, node))), best)
          upper(node) = -huge(1.0_wp)
       end do
       is_found = best%is_found
@@ -144,6 +145,18 @@ contains
       end associate
    end function range_on_path
 
+   !> Bound of the sixth derivative of a signal from bounds of all rows.
+   pure function bound_of_sixth(basis, signal, bounds) result(bound)
+      type(row_basis_t), intent(in) :: basis
+      type(row_signal_t), intent(in) :: signal
+      !> Bounds of all rows, from `bound_rows`
+      real(wp), contiguous, intent(in) :: bounds(:)
+      real(wp) :: bound
+
+      bound = abs(signal%factor)*bounds(index_of(basis, signal%row, sixth_column)) &
+         + abs(signal%rate_factor)*bounds(index_of(basis, signal%row, seventh_column))
+   end function bound_of_sixth
+
    !> Find the maximum in a step. An interval in which the signal may exceed the maximum found until now is divided at
    !> the highest point of the polynomial of the signal.
    subroutine search_step(basis, path, signal, node, scale, step, best)
@@ -159,8 +172,10 @@ contains
 
       integer, parameter :: max_depth = 64
       type(interval_t) :: stack(max_depth), interval
-      real(wp) :: b(0:5), bound, length, middle(0:2), rounding, t, tolerance
+      real(wp) :: b(0:5), bound, bounds(size(path%bounds, 1)), length, middle(0:2), rounding, t, tolerance, &
+         z(size(path%z, 1), 2)
       integer :: depth
+      logical :: may_rise
 
       call bound_signal(basis, signal, path%bounds(:, node), path%time(node), node, bound, rounding)
       interval = step
@@ -169,14 +184,22 @@ contains
          length = interval%to - interval%from
          b = bernstein_coefficients(interval%at_start, interval%at_end, length)
          tolerance = peak_tolerance*max(abs(best%value), scale) + 4.0_wp*rounding
-         if (may_exceed(b, bound*length**6, best%value, tolerance)) then
+         may_rise = may_exceed(b, interval%bound*length**6, best%value, tolerance)
+         if (may_rise .and. maxval(b) <= best%value + tolerance .and. interval%from > path%time(node)) then
+            ! the bound decides: without terms that have decayed since the start of the step it may be far smaller
+            call advance_by(basis, interval%from - path%time(node), path%z(:, :, node), z)
+            call bound_rows(basis, z, bounds)
+            interval%bound = bound_of_sixth(basis, signal, bounds)
+            may_rise = may_exceed(b, interval%bound*length**6, best%value, tolerance)
+         end if
+         if (may_rise) then
             t = interval%from + length*highest_point(b)
             ! when the stack is full, the interval is a tiny fraction of the step and is not divided further
             if (t > interval%from .and. t < interval%to .and. depth + 2 <= max_depth) then
                call refine_maximum(basis, path, signal, node, interval, t, middle)
                call update_maximum(t, middle(0), best)
-               stack(depth + 1) = interval_t(interval%from, t, interval%at_start, middle)
-               stack(depth + 2) = interval_t(t, interval%to, middle, interval%at_end)
+               stack(depth + 1) = interval_t(interval%from, t, interval%at_start, middle, interval%bound)
+               stack(depth + 2) = interval_t(t, interval%to, middle, interval%at_end, interval%bound)
                depth = depth + 2
             end if
          end if
