@@ -8,9 +8,9 @@ module bracketed_zero
 
    !> A bracket of the zero, and the state of the search.
    type :: bracket_t
-      !> Lower end of the bracket; the function is > 0 there, or <= 0 if it grows.
+      !> Lower end of the bracket, where the function is > 0, or <= 0 if the function grows.
       real(wp) :: low = 0.0_wp
-      !> Upper end of the bracket; the function is <= 0 there, or > 0 if it grows.
+      !> Upper end of the bracket, where the function is <= 0, or > 0 if the function grows.
       real(wp) :: high = 0.0_wp
       !> Whether the function grows with the argument.
       logical :: grows = .false.
@@ -22,7 +22,8 @@ module bracketed_zero
       real(wp) :: value_tolerance = 0.0_wp
       !> The zero is found if the step to the next point does not exceed this fraction of the point
       real(wp) :: step_tolerance = 0.0_wp
-      !> The zero is found if that step does not exceed this number of spacings of floating-point numbers at the point
+      !> The zero is found if the step to the next point does not exceed this number of spacings of floating-point
+      !> numbers at the point
       real(wp) :: step_spacings = 0.0_wp
       !> The zero is found if the length of the bracket does not exceed this fraction of `high`; negative: the length
       !> does not end the search
@@ -34,7 +35,7 @@ module bracketed_zero
       !> Value of the function at `low`, for the chord. If an end stays twice in succession, its value is halved
       !> (Illinois method), so that the chord approaches the zero from both sides
       real(wp) :: value_low = 0.0_wp
-      !> Value of the function at `high`, for the chord; halved as that at `low`
+      !> Value of the function at `high`, for the chord; halved as the value at `low`
       real(wp) :: value_high = 0.0_wp
       !> End that was replaced last: 1: `low`, -1: `high`, 0: none
       integer :: last_side = 0

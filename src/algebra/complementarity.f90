@@ -131,10 +131,10 @@ contains
       if (loses_digits .and. present(value)) call solve_columns(value(:, place), right, is_positive, solution)
    end subroutine solve_active
 
-   !> `solve_active` by orthogonal columns with the products A. The products of a light body's large values hide those
-   !> of the beam, and those of the beam those of a heavy body. Columns in which one mode takes part, such as that of a
-   !> body and its floor, come first: the others lose this mode without rounding. A column that depends linearly on the
-   !> previous ones is omitted, and its z is zero.
+   !> `solve_active` by orthogonal columns with the products A. The products of the large values of a light body hide
+   !> the products of the beam, and these hide the products of a heavy body. Columns in which one mode takes part, such
+   !> as that of a body and its floor, come first: the others lose this mode without rounding. A column that depends
+   !> linearly on the previous columns is omitted, and its z is zero.
    pure subroutine solve_columns(value, right, is_positive, solution)
       !> The columns, [modes, n]
       real(wp), intent(in) :: value(:, :)
@@ -145,7 +145,8 @@ contains
       !> z
       real(wp), intent(out) :: solution(:)
 
-      ! part of a column that is orthogonal to the previous ones, as a fraction of it; less is rounding
+      ! part of a column that is orthogonal to the previous columns, as a fraction of the column; a smaller part is
+      ! rounding
       real(wp), parameter :: min_part = 64.0_wp*epsilon(1.0_wp)
       ! orthonormal columns
       real(wp) :: unit(size(value, 1), size(right))
@@ -186,8 +187,8 @@ contains
       end do
    end subroutine solve_columns
 
-   !> `solve_active` by elimination without pivoting. An equation that depends linearly on the previous ones is omitted,
-   !> and its z is zero.
+   !> `solve_active` by elimination without pivoting. An equation that depends linearly on the previous equations is
+   !> omitted, and its z is zero.
    pure subroutine eliminate_active(matrix, right, is_positive, solution, loses_digits)
       !> A
       real(wp), intent(in) :: matrix(:, :)
@@ -237,7 +238,7 @@ contains
    end subroutine eliminate_active
 
    !> Forces, of either sign, that make negative gaps zero. The most negative gap is closed first; then, repeatedly, the
-   !> most negative of the other gaps is closed together with those that are closed already. Of several gaps at one
+   !> most negative of the other gaps is closed together with the gaps that are closed already. Of several gaps at one
    !> point only one is closed by a force.
    pure subroutine close_gaps(compliance, gap, rounding, force)
       !> Change of each gap per unit force at each other gap, symmetric, [gaps, gaps]

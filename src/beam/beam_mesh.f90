@@ -32,7 +32,8 @@ module beam_mesh
       real(wp), allocatable :: tip_distance(:)
       !> Node at the stop
       integer :: stop_node = 0
-      !> Node whose inertia `redistributed_mass` redistributes: the tip if one of the stops is there, else `stop_node`
+      !> Node whose inertia `redistributed_mass` redistributes: the tip if one of the stops is at the tip, else
+      !> `stop_node`
       integer :: redistributed_node = 0
       !> Nodes at further positions: of other stops, then of supports, masses and steps of the cross section;
       !> unallocated: there are none
@@ -44,7 +45,7 @@ module beam_mesh
 contains
 
    !> Partition with l_i / l_(i+1) = ratio, or between given nodes, with a node at the stop. The nearest interior node
-   !> is moved to the stop (of two equally near nodes the one towards the clamp); without interior nodes the element is
+   !> is moved to the stop (of two equally near nodes that towards the root); without interior nodes the element is
    !> split. The tip never moves: a stop closer to the tip than `min_relative_length` allows is moved to the tip.
    !>
    !> The partition fails if an element vanishes in double precision, or if two positions are too near to each other.
@@ -87,8 +88,8 @@ contains
          end if
       end if
       mesh%stop_node = mesh%elements
-      ! if node n - 1 is the one that is moved to the stop, the last element gets the length 1 - stop_position, and its
-      ! neighbour begins at node n - 2; if another node is moved, the last element is long enough and the test is true
+      ! if node n - 1 is moved to the stop, the last element gets the length 1 - stop_position, and its neighbour begins
+      ! at node n - 2; if another node is moved, the last element is long enough and the test is true
       if (1.0_wp - stop_position >= min_relative_length*(stop_position - mesh%position(max(0, elements - 2)))) then
          call place_stop_node(mesh, stop_position, error)
       end if

@@ -12,7 +12,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
-   public :: element_dofs, is_mechanism, node_dofs, has_rigid_mode, constrain_supports, static_shape
+   public :: element_dofs, is_mechanism, node_dofs, has_pinned_root, constrain_supports, static_shape
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
    type :: beam_support_t
@@ -214,20 +214,20 @@ contains
       if (node == model%mesh%elements) mass = mass + model%tip_mass_ratio
    end function mass_at_node
 
-   !> Whether the beam without its supports has a rigid-body rotation about the root.
-   pure function has_rigid_mode(model) result(answer)
+   !> Whether the root is pinned, so that the beam without its supports has a rigid-body rotation about the root.
+   pure function has_pinned_root(model) result(answer)
       type(beam_model_t), intent(in) :: model
       logical :: answer
 
       answer = model%root%is_pinned
-   end function has_rigid_mode
+   end function has_pinned_root
 
    !> Whether the beam with its supports has a rigid-body rotation about the root.
    pure function is_mechanism(model) result(answer)
       type(beam_model_t), intent(in) :: model
       logical :: answer
 
-      answer = has_rigid_mode(model) .and. size(model%supports) == 0
+      answer = has_pinned_root(model) .and. size(model%supports) == 0
    end function is_mechanism
 
    !> The beam with its rigid supports constrained: each of their degrees of freedom becomes an oscillator of its own (1
@@ -263,7 +263,7 @@ contains
       end associate
    end subroutine decouple
 
-   !> Static deflection shape under a point force at the stop, scaled to a unit displacement there. A rigid-body
+   !> Static deflection shape under a point force at the stop, scaled to a unit displacement at the stop. A rigid-body
    !> rotation is constrained at the root.
    pure subroutine static_shape(model, shape, error)
       type(beam_model_t), intent(in) :: model

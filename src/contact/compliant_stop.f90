@@ -20,8 +20,8 @@ module compliant_stop
       real(wp) :: stiffness = 0.0_wp
       !> beta k; 0: the branch is absent
       real(wp) :: branch_stiffness = 0.0_wp
-      !> Relaxation rate nu of the branch: beta k over the damping coefficient of the branch; 0: that damper is rigid,
-      !> or the branch is absent; `huge`: the branch bears no force
+      !> Relaxation rate nu of the branch: beta k over the damping coefficient of the branch; 0: the damper of the
+      !> branch is rigid, or the branch is absent; `huge`: the branch bears no force
       real(wp) :: relaxation_rate = 0.0_wp
       !> Coefficient c of a damper parallel to the spring; 0 in every stop with a branch
       real(wp) :: viscosity = 0.0_wp
@@ -38,7 +38,7 @@ module compliant_stop
       real(wp) :: mean_branch = 0.0_wp
       !> Factor of P2 in P2+ = decay P2 + gain (u+ - u)
       real(wp) :: decay = 1.0_wp
-      !> Factor of u+ - u in that formula
+      !> Factor of u+ - u in P2+ = decay P2 + gain (u+ - u)
       real(wp) :: gain = 0.0_wp
       !> Decay factor u+/u of the free surface, which bears no force; 1: the surface does not recover by itself, but
       !> stays at the beam without force
@@ -80,7 +80,7 @@ module compliant_stop
       end function energy_interface
 
       !> Set the state without force, k u + P2 = 0, in which the surface is free. The law determines whether u jumps
-      !> (three elements, if no damper prevents it) or only P2 does.
+      !> (three elements, if no damper prevents a jump) or P2 alone.
       pure subroutine unload_interface(self, indentation, branch_force)
          import :: wp, compliant_stop_t
          implicit none (type, external)

@@ -33,7 +33,7 @@ module contact_states
       !> Index of the active rigid contact on the other side at the same point, if this contact is rigid; 0: there is
       !> none
       integer :: opposite = 0
-      !> Whether no clearance beyond rounding lies between this contact and the opposite one
+      !> Whether no clearance beyond rounding is between this contact and the opposite contact
       logical :: has_no_clearance = .false.
       !> Whether the contact is closed
       logical :: is_closed = .false.
@@ -43,15 +43,15 @@ module contact_states
       !> Whether the stop is compliant, and the beam touches it without force and without separation
       logical :: is_touched = .false.
       !> Order of the first derivative that is not zero at the start of the next phase: of the gap of an open contact,
-      !> of the force of a closed one; 0: gap or force itself is not zero
+      !> of the force of a closed contact; 0: gap or force itself is not zero
       integer :: start_order = 0
       !> Indentation u of the stop at the start of the next phase
       real(wp) :: indentation = 0.0_wp
       !> Force P2 of the Maxwell branch at the start of the next phase; 0 without a branch: the force c u' of a damper
       !> parallel to the spring, P2 in `spring_damper_stop`, is not part of the state here
       real(wp) :: branch_force = 0.0_wp
-      !> If the gap never exceeds this value during the present flight, the contact is captured at its end; 0: no
-      !> capture is possible
+      !> If the gap never exceeds this value during the present flight, the contact is captured at the end of the
+      !> flight; 0: no capture is possible
       real(wp) :: hop_tolerance = 0.0_wp
       !> Whether the flight began with the present phase
       logical :: is_new_flight = .true.

@@ -56,7 +56,7 @@ module coupled_equation
       complex(wp) :: slope = 0.0_wp
       !> Derivative of log det T_i
       complex(wp) :: trace = 0.0_wp
-      !> Sum of 1/(s - pole) over the poles of all modes except the separated mode and the dominant ones
+      !> Sum of 1/(s - pole) over the poles of all modes except the separated mode and the dominant modes
       complex(wp) :: pole_sum = 0.0_wp
       !> Condition number of the sum for the slope, >= 1; large if two roots nearly coalesce
       real(wp) :: condition = 1.0_wp

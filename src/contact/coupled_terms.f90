@@ -231,9 +231,9 @@ contains
       type(dynamic_stiffness_t), intent(in) :: other_spring(:)
       !> Values of the modes at those stops, [modes, stops]
       real(wp), intent(in) :: other_value(:, :)
-      !> Index of each stop in the other list, [stops]; 0: the stop is not there
+      !> Index of each stop in the other list, [stops]; 0: the other list does not have the stop
       integer, intent(out) :: place(:)
-      !> -1 if the stop is on the other side of the beam there, else 1, [stops]
+      !> -1 if the stop in the other list is on the other side of the beam, else 1, [stops]
       real(wp), intent(out) :: sign(:)
 
       integer :: i, j
@@ -260,7 +260,7 @@ contains
       type(coupled_modes_t), intent(in) :: from
       !> Index of each stop in `from`, [stops]
       integer, intent(in) :: place(:)
-      !> -1 if the stop is on the other side of the beam there, else 1, [stops]
+      !> -1 if the stop in the other list is on the other side of the beam, else 1, [stops]
       real(wp), intent(in) :: sign(:)
       type(coupled_modes_t), intent(out) :: modes
 

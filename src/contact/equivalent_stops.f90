@@ -40,7 +40,8 @@ module equivalent_stops
 
    !> Relaxation rates that differ by less than this fraction are equal.
    real(wp), parameter :: rate_tolerance = 1.0e-10_wp
-   !> A column counts as linearly dependent on those before it if less than this fraction of it is independent.
+   !> A column counts as linearly dependent on the columns before it if less than this fraction of the column is
+   !> independent.
    real(wp), parameter :: dependence_tolerance = 1.0e-12_wp
 
 contains
@@ -48,7 +49,7 @@ contains
    !> If a rigid stop and another stop are at one point of the beam, replace the row b_j of the other stop by b_j + c
    !> b_i, with b_i the row of the rigid stop and c = 1 or -1 such that the modes of the beam cancel. Because the rigid
    !> stop does not move, this does not change the gap of the other stop; c times the force of stop j must then be added
-   !> to that of stop i. A body that meets the beam at such a point thus moves independently of the beam, and the
+   !> to the force of stop i. A body that meets the beam at such a point thus moves independently of the beam, and the
    !> equations are not singular at its roots.
    !>
    !> A rigid stop that one mode alone moves holds this mode, and c is such that the mode cancels in the rows of all
@@ -66,7 +67,7 @@ contains
       ! values of c that are tried
       real(wp) :: trial(3)
       real(wp) :: sum_of_rows(size(row, 1))
-      ! the stops, those in whose rows the fewest modes take part first
+      ! indices of the stops, ascending by the number of modes that take part in their rows
       integer :: order(size(spring)), i, j, k, m
       ! the only mode that moves a rigid stop; 0: there are more
       integer :: only
@@ -188,7 +189,7 @@ contains
    end subroutine find_group_equivalents
 
    !> Factorise value = basis combination by Gram-Schmidt orthogonalisation, with as many orthonormal columns in the
-   !> basis as `value` has independent ones.
+   !> basis as `value` has independent columns.
    pure subroutine factorise(value, basis, combination)
       real(wp), intent(in) :: value(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)

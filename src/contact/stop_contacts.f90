@@ -1,10 +1,10 @@
 !> Unilateral contacts of the beam and of bodies. A stop below or above the beam has one contact, a stop on both sides
 !> has two.
 !>
-!> The sign s is 1 for a contact below the beam and -1 for one above. The gap is s y - h, with h the height of the
-!> contact: s times the coordinate d of its surface. The force acts on the beam along s. The gap between the beam and a
-!> body with the coordinate z is s (y - z) - h, and the force acts on the body along -s; the gap between a body and its
-!> floor (s = 1) or ceiling (s = -1) is s z - h.
+!> The sign s is 1 for a contact below the beam and -1 for a contact above the beam. The gap is s y - h, with h the
+!> height of the contact: s times the coordinate d of its surface. The force acts on the beam along s. The gap between
+!> the beam and a body with the coordinate z is s (y - z) - h, and the force acts on the body along -s; the gap between
+!> a body and its floor (s = 1) or ceiling (s = -1) is s z - h.
 module stop_contacts
    use kinds, only: wp
    use load_settings, only: start_release
@@ -21,7 +21,7 @@ module stop_contacts
       integer :: stop = 1
       !> Index among all contacts in the order of the scene, below before above
       integer :: number = 1
-      !> Sign s: 1 for a contact below the beam, -1 for one above it
+      !> Sign s: 1 for a contact below the beam, -1 for a contact above the beam
       real(wp) :: sign = 1.0_wp
       !> Height h = s d of the contact surface in units of displacement: the `preload` of its stop, for both contacts of
       !> a stop on both sides

@@ -52,7 +52,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Modes from `find_base_modes`, shared by several runs; if absent or empty, the run computes its own
       type(free_modes_t), target, intent(in), optional :: shared
-      !> Contact sets cached by earlier runs, for this run and later ones
+      !> Contact sets cached by earlier runs, for this run and later runs
       type(set_store_t), target, intent(inout), optional :: sets
       !> State from which the run continues, if `q` is allocated; on return the state at the end of the run
       type(section_state_t), intent(inout), optional :: carried

@@ -71,7 +71,7 @@ contains
       associate (start => settings%start)
          select case (start%kind)
          case (start_release)
-            ! the static shape of a force at the release contact, with a gap of 1 there
+            ! the static shape of a force at the release contact, with a gap of 1 at this contact
             associate (b => phase%beam%value(:, phase%release_contact), square => phase%beam%oscillators%square)
                q(:) = (1.0_wp + phase%beam%height(phase%release_contact))*b &
                   /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))

@@ -3,10 +3,10 @@
 !> |B dq/dt|^2/2, so that K^-1 M is B^T B: a step takes two sums along the beam, without factorisation and without
 !> cancellation.
 !>
-!> Every Lanczos vector is orthogonalised against all earlier ones. The small eigenvalues of the tridiagonal matrix have
-!> the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore computed
-!> by a further iteration, orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that have been
-!> orthogonalised in the mass product in ascending order.
+!> Every Lanczos vector is orthogonalised against all earlier vectors. The small eigenvalues of the tridiagonal matrix
+!> have the rounding error of the largest. Modes whose eigenvalue is too small relative to the first are therefore
+!> computed by a further iteration, orthogonal to the modes found; and frequencies are Rayleigh quotients of modes that
+!> have been orthogonalised in the mass product in ascending order.
 !>
 !> Each mode must pass a residual test, and no mode may be missed: mode i has i - 1 sign changes along the beam, if its
 !> sign is reversed at each rigid support (Gantmacher and Krein, Oscillation Matrices). If a coarse mesh or other
@@ -27,7 +27,7 @@ module lanczos_solver
 
    !> Relative residual at which a mode has converged, estimated from the tridiagonal matrix.
    real(wp), parameter :: convergence = 1.0e-11_wp
-   !> Minimum eigenvalue relative to the first that one iteration resolves.
+   !> Minimum eigenvalue that one iteration resolves, relative to its first eigenvalue.
    real(wp), parameter :: resolution = 1.0e-6_wp
    !> Maximum relative residual of B^T B v = lambda^-4 v of a final mode. The relative error of lambda is of the order
    !> of its square.

@@ -5,7 +5,7 @@
 !> under a heavy tip mass or with short elements at the clamp loses digits of the highest modes (n = 16: relative error
 !> 2e-13 for a tip mass of 1e6 rho Abar L, 2e-12 for a length ratio of 0.7; with DGEJSV at most 1e-14).
 module natural_solver
-   use beam_model, only: beam_model_t, has_rigid_mode
+   use beam_model, only: beam_model_t, has_pinned_root
    use failures, only: fail, failure_t, status_run_failed
    use floating_point_traps, only: resume_traps, suspend_traps, traps_t
    use kinds, only: wp
@@ -48,16 +48,16 @@ contains
       call make_natural_beam(model, natural)
       call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
-      rigid = merge(1, 0, has_rigid_mode(model) .and. count > 0)
+      rigid = merge(1, 0, has_pinned_root(model) .and. count > 0)
       bending = count - rigid
-      if (has_rigid_mode(model)) then
+      if (has_pinned_root(model)) then
          call pinned_flexibility(natural, flexibility, nodal)
       else
          allocate (flexibility, source=flexibility_matrix(natural))
          if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
       end if
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
-      if (has_rigid_mode(model)) call remove_rotation(natural, flexibility, nodal)
+      if (has_pinned_root(model)) call remove_rotation(natural, flexibility, nodal)
       if (model%has_massless_node) then
          allocate (unit(natural%dofs), source=0.0_wp)
          unit(2*model%mesh%redistributed_node - 1) = 1.0_wp

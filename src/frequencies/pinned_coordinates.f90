@@ -1,13 +1,13 @@
 !> The beam in its element curvatures with a pinned root (docs/theory.md, section 5).
 !>
-!> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
-!> A row of B gives the displacement at a quadrature point of the mass, times the square root of the mass there.
+!> In the coordinates q of `natural_coordinates` the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2. A row
+!> of B gives the displacement at a quadrature point of the mass, times the square root of the mass at this point.
 !>
 !> The curvatures do not determine the rigid-body rotation about the root, which has no strain energy. Each coordinate
 !> deflects the beam by a bend within one element plus an arbitrary amount of that rotation. In the modes this amount
 !> makes the deflection orthogonal in the mass product to the rotation. Projecting the rotation out loses digits if the
 !> deflection is nearly a rotation itself, as that of a bend near a clamped root is. Each bend is therefore computed,
-!> without cancellation, in three forms, of which the one with the smallest deflection is used: with the root, the part
+!> without cancellation, in three forms, of which that with the smallest deflection is used: with the root, the part
 !> beyond the element, or the tip at rest.
 module pinned_coordinates
    use kinds, only: wp

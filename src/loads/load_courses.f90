@@ -26,7 +26,7 @@ module load_courses
 
 contains
 
-   !> The load segment that contains an instant, or begins there.
+   !> The load segment that contains an instant, or begins at this instant.
    pure function load_segment_at(course, tau) result(segment)
       type(time_course_t), intent(in) :: course
       !> Instant; if it equals the boundary of two segments to rounding, the later segment is returned

@@ -1,6 +1,6 @@
-!> Bodies as modes: a body of mass m, with a spring k and a damper c between it and the base, is an oscillator m z'' +
-!> c z' + k z = 0 beside the modes of the beam. Contacts alone couple it to the beam. Its coordinate z is zero where its
-!> spring has no force.
+!> Bodies as modes: a body of mass m, with a spring k and a damper c between it and the base, is an oscillator m z'' + c
+!> z' + k z = 0 beside the modes of the beam. Contacts alone couple the body to the beam. The coordinate z of the body
+!> is zero where its spring has no force.
 module body_modes
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: lambda1, lambda1_power4, wp

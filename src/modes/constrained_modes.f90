@@ -52,7 +52,7 @@ contains
       real(wp), intent(in) :: flexibility
       !> w^2, ascending, [new]
       real(wp), allocatable, intent(out) :: new_square(:)
-      !> The new modes as combinations of the old ones, orthonormal, [modes, new]
+      !> The new modes as combinations of the old modes, orthonormal, [modes, new]
       real(wp), allocatable, intent(out) :: mode(:, :)
       !> Reaction r per unit of each new mode, [new]
       real(wp), allocatable, intent(out) :: reaction(:)
@@ -75,8 +75,8 @@ contains
       if (flexibility <= 0.0_wp) modes = n - 1
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
-      ! Modes whose value at the point exceeds rounding; the other modes have a node there. The values are compared
-      ! over the frequency, too, because the rotation of a short element may be immense in the highest modes
+      ! Modes whose value at the point exceeds rounding; the other modes have a node at the point. The values are
+      ! compared over the frequency, too, because the rotation of a short element may be immense in the highest modes
       allocate (scaled, source=abs(value)/sqrt(max(square, 1.0_wp)))
       allocate (active, source=pack([(i, i=1, n)], abs(value) > rounding*maxval(abs(value)) .or. &
          scaled > rounding*maxval(scaled)))

@@ -32,15 +32,15 @@ module free_modes
       !> appended, [modes]
       integer, allocatable :: body(:)
       !> Squared frequencies of the truncated modes, whose static part a run adds to the bending moments; unallocated:
-      !> no mode is truncated, or the run needs none (it has no stresses, or it has residual modes)
+      !> no mode is truncated, or the run needs no truncated modes (it has no stresses, or it has residual modes)
       real(wp), allocatable :: truncated_square(:)
       !> Shapes of the truncated modes
       real(wp), allocatable :: truncated_mode(:, :)
       !> Displacement of a massless node at the stop under a force on it of one unit, rho Abar L omega1^2 D, if all
       !> other degrees of freedom are fixed; 0: the node has mass
       real(wp) :: node_flexibility = 0.0_wp
-      !> Component of M phi_i at the degree of freedom of the stop, for impacts whose impulse replaces the velocity of
-      !> that node only, [modes]
+      !> Component of M phi_i at the degree of freedom of the stop, for impacts that replace the velocity of the node at
+      !> the stop alone, [modes]
       real(wp), allocatable :: nodal_mass(:)
    end type free_modes_t
 

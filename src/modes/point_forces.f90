@@ -30,8 +30,8 @@ contains
       complex(wp), intent(out) :: force(:)
       !> z, [modes]
       complex(wp), intent(out) :: z(:)
-      !> True: the equations have no unique solution (two rigid supports at one point, or one where nothing moves), and
-      !> force and z are 0. If absent, the equations are known to have one.
+      !> True: the equations have no unique solution (two rigid supports at one point, or a rigid support at a point
+      !> that no mode moves), and force and z are 0. If absent, the equations are known to have a unique solution.
       logical, intent(out), optional :: is_singular
 
       complex(wp) :: inverse(size(dynamic_stiffness))

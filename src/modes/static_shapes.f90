@@ -2,7 +2,7 @@
 !>
 !> In element curvatures (`support_coordinates`) a point force bends the beam by sums in which nothing cancels, and
 !> rigid supports act by a projection. On very uneven meshes this is more accurate than a factorised stiffness matrix,
-!> which may not even have positive pivots there.
+!> which on such meshes may not even have positive pivots.
 module static_shapes
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed

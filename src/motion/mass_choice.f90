@@ -1,6 +1,6 @@
-!> Choice between two mass matrices, whichever gives the smaller error of a run: the consistent one, and one in which
-!> the mass of the finite elements at the stop is redistributed, so that only a point mass remains at the degree of
-!> freedom of the stop (docs/theory.md, section 14).
+!> Choice between two mass matrices, whichever gives the smaller error of a run: the consistent matrix, and a matrix in
+!> which the mass of the finite elements at the stop is redistributed, so that only a point mass remains at the degree
+!> of freedom of the stop (docs/theory.md, section 14).
 module mass_choice
    use beam_mesh, only: mesh_t
    use beam_section, only: area, section_t

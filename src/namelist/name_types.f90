@@ -84,7 +84,8 @@ module name_types
       !> Quantity of a value in the units of the scene, a name in `quantity_table`. The name `instead_of`, if there is
       !> one, receives the dimensionless value (ratio), and a sweep may vary this name if it may vary `instead_of`
       character(max_reference_length) :: quantity = ''
-      !> Name of another quantity of the group by which this one is divided to give the ratio, instead of by a scale
+      !> Name of another quantity of the group by which this quantity is divided to give the ratio, instead of by a
+      !> scale
       character(max_reference_length) :: relative_to = ''
       !> Whether the value determines the unit of displacement D and is not converted to a ratio
       logical :: is_scale = .false.

@@ -392,7 +392,7 @@ contains
       character(:), allocatable :: text
 
       associate (value => namelist%values(position))
-         text = excerpt(slice(namelist%text, value%start, value%finish))
+         text = excerpt(slice(namelist%text, value%outer_first, value%outer_last))
       end associate
    end function value_source
 
@@ -426,8 +426,8 @@ contains
       end associate
    end function value_count
 
-   !> End of the message about an item that has more values than the one that it takes: the number of values, or, for
-   !> two values such as 0,5, that a decimal point must replace the comma.
+   !> End of the message about an item that takes one value but has more: the number of values, or, for two values such
+   !> as 0,5, that a decimal point must replace the comma.
    pure function further_values(namelist, item) result(words)
       type(namelist_t), intent(in) :: namelist
       integer, intent(in) :: item

@@ -32,9 +32,9 @@ module namelist_tokens
       !> Last position, without quotes
       integer :: last = 0
       !> First position, with repeat count and quotes
-      integer :: start = 1
+      integer :: outer_first = 1
       !> Last position, with quotes
-      integer :: finish = 0
+      integer :: outer_last = 0
       !> r of r*value
       integer :: repeat = 1
       !> Whether the value is in quotes
@@ -99,8 +99,8 @@ contains
          cursor%kind = token_value
          call read_word(text, cursor, problem)
       end select
-      cursor%value%start = cursor%first
-      cursor%value%finish = cursor%next - 1
+      cursor%value%outer_first = cursor%first
+      cursor%value%outer_last = cursor%next - 1
    end subroutine advance
 
    !> Read the name of a group after its &.

@@ -63,8 +63,8 @@ contains
       end do
    end subroutine negative_product
 
-   !> Solve L D L^T x = b. In each sum the entry of x computed last comes last, so that most operations do not wait for
-   !> it.
+   !> Solve L D L^T x = b. In each sum the entry of x that was computed last is added last, so that most operations do
+   !> not wait for this entry.
    pure subroutine solve_banded(order, lower, lower_left, reciprocal_pivot, x)
       !> Number of degrees of freedom
       integer, intent(in) :: order

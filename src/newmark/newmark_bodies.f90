@@ -1,6 +1,6 @@
 !> Bodies in Newmark's steps. A body adds a degree of freedom of its own after those of the beam, coupled to them by
-!> contacts alone. If the degrees of freedom are modes, the body is a mode, and its coordinate is a point behind those
-!> of the beam in a state vector (module `modal_steps`).
+!> contacts alone. If the degrees of freedom are modes, the body is a mode, and its coordinate is a point after those of
+!> the beam in a state vector (module `modal_steps`).
 module newmark_bodies
    use beam_model, only: beam_model_t
    use body_modes, only: damping_rate_of, squared_frequency_of

@@ -31,18 +31,20 @@ contains
 
       associate (state => run%states(run%now), contact => run%contacts(k))
          contact%status = is_open
-         ! only a flight that an impact or an impulse begins may count as a capture; the caller then sets this
+         ! only a flight that an impact or an impulse begins may count as a capture; the caller then sets
+         ! `may_be_captured`
          contact%may_be_captured = .false.
          contact%is_stopped = .false.
          contact%shift = 0.0_wp
-         ! steps that were rejected because of the closed contact announce no event of the open one
+         ! steps that were rejected because of the closed contact announce no event of the open contact
          contact%rejected_end = no_rejection
          state%force(k) = 0.0_wp
          if (contact%is_viscous) then
             state%indentation(k) = 0.0_wp
             state%branch_force(k) = 0.0_wp
          end if
-         ! a rigid contact may close again only after the gap has grown, a compliant one at once if the gap grows now
+         ! a rigid contact may close again only after the gap has grown, a compliant contact already if the gap grows
+         ! now
          contact%may_close = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
          contact%is_penetrating = gap_at(run, k, state) < -run%contact_tolerance
       end associate
@@ -162,8 +164,8 @@ contains
    end subroutine resolve_contacts
 
 
-   !> Update the forces of compliant contacts, because the force of a spring and damper jumps if the velocity jumps;
-   !> such a contact may open or close by that.
+   !> Update the forces of compliant contacts, because the force of a spring and damper jumps if the velocity jumps.
+   !> This jump may open or close the contact.
    pure subroutine update_compliant_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events

@@ -1,6 +1,6 @@
 !> Onsets and ends of contact at the end of a Newmark step. A step that would violate a contact condition is halved
-!> until the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens
-!> there.
+!> until the gap or the contact force at its end lies within a tolerance of zero; the contact then closes or opens at
+!> the end of the step.
 module newmark_events
    use contact_rows, only: row_value
    use failures, only: fail, status_run_failed
@@ -48,7 +48,7 @@ contains
          case (is_unloaded)
             call check_unloaded(run, k)
          case (is_inactive)
-            ! another rigid contact lies in front, so this one never closes
+            ! another rigid contact lies in front of this contact, which therefore never closes
             cycle
          end select
          has_event = has_event .or. run%arrives(k) .or. run%leaves(k)
@@ -77,9 +77,9 @@ contains
    end function is_vanishing
 
 
-   !> Of the open contacts that the beam touches at rest, close the one that a trial step penetrates most: a load begins
-   !> to press the beam onto it. The contact closes at the beginning of the step, because otherwise the load would
-   !> accelerate the beam until the penetration exceeds the contact tolerance, and the beam would then bounce.
+   !> Of the open contacts that the beam touches at rest, close the contact that a trial step penetrates most: a load
+   !> begins to press the beam onto it. The contact closes at the beginning of the step, because otherwise the load
+   !> would accelerate the beam until the penetration exceeds the contact tolerance, and the beam would then bounce.
    pure subroutine close_touched(run, response, has_closed)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the event
@@ -172,8 +172,8 @@ contains
    end subroutine check_open
 
 
-   !> Open an unloaded spring and damper if the beam has left it, or mark it as closing if its force is compressive
-   !> again.
+   !> Open the contact of an unloaded spring and damper if the beam has left the stop, or mark the contact as closing if
+   !> its force is compressive again.
    pure subroutine check_unloaded(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact

@@ -13,7 +13,7 @@ module newmark_flights
 
 contains
 
-   !> Store the present state as the one at which flights begin.
+   !> Store the present state as the state at which flights begin.
    subroutine record_flight_start(run, events)
       type(newmark_run_t), intent(inout) :: run
       !> Number of events of the run
@@ -85,7 +85,8 @@ contains
       end associate
    end subroutine cancel_flight
 
-   !> Store the sums of the block of the statistics in progress, and what may change of the last impact at each contact.
+   !> Store the sums of the block of the statistics in progress, and the data of the last impact at each contact that
+   !> may change.
    subroutine store_sums(run)
       type(newmark_run_t), intent(inout) :: run
 
@@ -97,7 +98,7 @@ contains
             allocate (start%impacts(size(blocks%contact)), start%has_separated(size(blocks%contact)))
             allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%contact)))
          end if
-         ! before the first block that block is stored, whose sums are still empty; after the last block, the last
+         ! before the first block, the first block is stored, whose sums are still empty; after the last block, the last
          associate (block => min(max(start%block, 1), size(blocks%tip%sums, 2)))
             start%sums(:, 0) = blocks%tip%sums(:, block)
             do k = 1, size(blocks%contact)
@@ -111,8 +112,8 @@ contains
       end associate
    end subroutine store_sums
 
-   !> Restore the stored sums, and clear the blocks that have begun since. No impact has been added since then, but the
-   !> data of the last one (end, impulse, force) may have changed.
+   !> Restore the stored sums, and clear the blocks that have begun since the sums were stored. No impact has been added
+   !> since then, but the data of the last impact (end, impulse, force) may have changed.
    pure subroutine restore_sums(run, last)
       type(newmark_run_t), intent(inout) :: run
       !> Number of the last block that has begun

@@ -1,8 +1,8 @@
 !> Impacts at rigid contacts of a finite-element beam. All contacts that are hit at one instant form one linear
-!> complementarity problem for their impulses (module `impact_problem`). A contact captures the beam, that is, brings it
-!> to rest without restitution, if its last flight stayed below the hop height. Roles (`rebounds`, `comes_to_rest`,
-!> `stays_closed`) and outcomes (`is_hit`, `is_arrested`, `gets_impulse`, `is_released`) of contacts are those of
-!> `impact_problem`.
+!> complementarity problem for their impulses (module `impact_problem`). A contact captures the beam, that is, brings
+!> the beam to rest without restitution, if the last flight from this contact stayed below the hop height. Roles
+!> (`rebounds`, `comes_to_rest`, `stays_closed`) and outcomes (`is_hit`, `is_arrested`, `gets_impulse`, `is_released`)
+!> of contacts are those of `impact_problem`.
 module newmark_impacts
    use complementarity, only: solve_active
    use failures, only: failure_t
@@ -59,7 +59,7 @@ contains
 
 
    !> Find the contacts that take part in an impact problem: if any of them applies Newton's law to the velocity of its
-   !> node alone (`impulse_nodal`), only contacts that do so; otherwise all.
+   !> node alone (`impulse_nodal`), only contacts that apply the law in this way; otherwise all.
    pure subroutine find_struck(run, is_last, struck, n, is_nodal)
       type(newmark_run_t), intent(in) :: run
       !> Whether this is the last round of impact problems, in which restitution is zero at every contact
@@ -120,7 +120,7 @@ contains
       captures_beam = run%arrives .and. run%contacts%may_be_captured .and. &
          run%contacts%flight_events == response%event_count
       if (any(captures_beam)) then
-         ! the present state is now the one at the beginning of the flight
+         ! the present state is now that at the beginning of the flight
          call cancel_flight(run)
          run%arrives = .false.
          call bring_to_rest(run, captures_beam, response)
@@ -184,8 +184,8 @@ contains
                event = event_now(run, members(k), event_capture)
                event%velocity_before = contact%row%sign*rate(k)
                event%impulse = impulse(k)
-               ! the last event carries the change of energy of all, because that of a single contact may have either
-               ! sign
+               ! the last event has the change of energy by all impulses, because that by a single impulse may have
+               ! either sign
                if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
                call record_event(run, members(k), event, response)
                if (allocated(run%error)) return
@@ -206,7 +206,7 @@ contains
 
 
    !> Find the length of the first step after an impulse. The highest mode, strongly damped, comes to rest within
-   !> 1/(zeta omega^2); longer steps would make it oscillate instead, and its accelerations would lose digits.
+   !> 1/(zeta omega^2); with longer steps this mode would oscillate instead, and its accelerations would lose digits.
    pure subroutine find_impulse_level(stepper, level, error)
       type(newmark_stepper_t), intent(in) :: stepper
       !> Number of halvings of the step
@@ -349,7 +349,7 @@ contains
    end subroutine begin_flight
 
 
-   !> Record the impulse of a closed rigid contact during an impact elsewhere.
+   !> Record the impulse of a closed rigid contact during an impact at another contact.
    pure subroutine record_closed_impulse(run, k, impulse, response)
       type(newmark_run_t), intent(inout) :: run
       !> Index of the contact

@@ -1,6 +1,6 @@
 !> Applied loads of Newmark's steps, and damping that is not proportional to the stiffness.
 !>
-!> A step ends at each jump of a load, as it does at an event: the step is halved until it ends there, with the load
+!> A step ends at each jump of a load, as at an event: the step is halved until it ends at the jump, with the load
 !> before the jump, and the next step begins with the load after the jump. A kink of a load (a jump of its rate) may lie
 !> within a step: it adds an error of second order to this one step, and the number of kinks does not depend on the
 !> length of the steps, so the order of the method remains two.
@@ -161,8 +161,8 @@ contains
    !> supported beam are extended to the full profile. Bodies have dampers of their own instead.
    subroutine additional_damping(settings, model, supported, modes, damping, error)
       type(run_settings_t), intent(in) :: settings
-      !> The beam before its rigid supports are fixed; `find_free_modes` takes the supports into account, and the modes
-      !> that it finds have the damping ratios
+      !> The beam before its rigid supports are fixed; the damping ratios are those of the modes that `find_free_modes`
+      !> computes with the supports
       type(beam_model_t), intent(in) :: model
       !> The beam with its rigid supports fixed, and bodies; modal damping extends its matrices to the full profile,
       !> unless its degrees of freedom are modes

@@ -3,8 +3,8 @@
 !> exactly.
 !>
 !> Every state lies at a dyadic fraction of the undivided step. After an event the steps become longer again as fast as
-!> this grid allows, so that states fall exactly on the samples. Two states are stored: a trial step overwrites the one
-!> that is not the present state; if the step is accepted, the present state becomes the other one.
+!> this grid allows, so that states fall exactly on the samples. Two states are stored: a trial step overwrites the
+!> state that is not the present one, and becomes the present state if it is accepted.
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
@@ -327,7 +327,7 @@ contains
 
    !> Check that the tolerances of a contact and of an opposite contact at the same point do not overlap.
    pure subroutine check_contact(run, k, error)
-      !> The run, with all contacts up to this one
+      !> The run, with all contacts up to this contact
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
@@ -378,7 +378,7 @@ contains
       if (allocated(run%place_weights)) moments(:, 1) = moments_now(run)
       level = run%next_level
       run%next_level = 0
-      ! a step begins at a multiple of its own length
+      ! every step begins at a multiple of its own length
       if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
       if (run%next_jump <= size(run%jumps)) level = level_to_jump(run, level)
       do

@@ -3,8 +3,9 @@
 !>
 !> Displacements are in D (eta), times in tau, forces in lambda1^4 E Ibar D/L^3. The gap of a contact is w . y - s d,
 !> with w the row of the contact (module `contact_rows`), y the displacements of the degrees of freedom, d the
-!> coordinate of the contact surface, and s = 1 for a contact below the beam, -1 for one above it. M, K and C are the
-!> matrices of mass, stiffness and damping, M* and C* those with which the steps are taken (module `newmark_stepper`).
+!> coordinate of the contact surface, and s = 1 for a contact below the beam, -1 for a contact above it. M, K and C are
+!> the matrices of mass, stiffness and damping, M* and C* those with which the steps are taken (module
+!> `newmark_stepper`).
 module newmark_run
    use applied_loads, only: applied_loads_t
    use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
@@ -72,15 +73,15 @@ module newmark_run
    type :: contact_progress_t
       !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
-      !> Whether a flight is in progress that has stayed below the hop height: if it ends so, it is replaced by a
-      !> capture
+      !> Whether a flight is in progress that has stayed below the hop height: if the flight ends below the hop height,
+      !> a capture replaces it
       logical :: may_be_captured = .false.
       !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
       !> Whether the contact may close; false after it opened, until the gap grows
       logical :: may_close = .true.
       !> Whether the beam penetrates the surface of the open contact by more than the contact tolerance, due to
-      !> relaxation of the stop or rounding; steps in which it does so are accepted
+      !> relaxation of the stop or rounding; steps with such a penetration are accepted
       logical :: is_penetrating = .false.
       !> Number of events of the run when the flight began, or one of `begins_now` and `no_stored_start`
       integer :: flight_events = no_stored_start
@@ -91,11 +92,11 @@ module newmark_run
       logical :: is_captured = .false.
       !> Number of captures since the gap last exceeded the hop height, or an impact with restitution opened the contact
       integer :: captures = 0
-      !> Gap at which contact began, within the contact tolerance of zero; the indentation is measured from there
+      !> Gap at which contact began, within the contact tolerance of zero; the indentation is measured from this gap
       real(wp) :: shift = 0.0_wp
       !> End of the last step that was rejected because of this contact, in units of the shortest step since the
-      !> beginning of the whole step (as `offset`): an event of the contact lies before. `no_rejection`: that instant
-      !> has passed
+      !> beginning of the whole step (as `offset`): an event of the contact lies before this end. `no_rejection`: the
+      !> end has passed
       integer(i8) :: rejected_end = no_rejection
       !> Energy dissipated at the contact, including losses at impacts
       real(wp) :: dissipated = 0.0_wp
@@ -206,7 +207,7 @@ module newmark_run
       integer :: steps_per_sample = 1
       !> Time between two samples, tau
       real(wp) :: sample_step = 0.0_wp
-      !> Number of samples after the one at the start
+      !> Number of samples after that at the start
       integer :: samples = 0
       !> Gap within which an approaching beam closes the contact
       real(wp) :: contact_tolerance = 0.0_wp
@@ -264,8 +265,8 @@ module newmark_run
       type(skyline_t) :: bare_mass
       !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
-      !> Indices of the closed contacts in the equations for their forces, rigid ones first, [contacts]; only as many
-      !> entries of this, of `rows` and of `right` are used as contacts are closed
+      !> Indices of the closed contacts in the equations for their forces, rigid contacts first, [contacts]; of
+      !> `closed`, `rows` and `right` as many entries are used as contacts are closed
       integer, allocatable :: closed(:)
       !> Matrix of these equations, [contacts, contacts]
       real(wp), allocatable :: rows(:, :)

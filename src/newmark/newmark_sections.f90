@@ -73,7 +73,7 @@ contains
    end subroutine take_over
 
    !> Find the contact forces of the first instant; under the loads of this run, contacts that were closed may open at
-   !> once.
+   !> this instant.
    pure subroutine resume(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events, and which contacts were closed

@@ -119,7 +119,7 @@ contains
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
-      !> Which contacts are active
+      !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       type(finite_beam_t), intent(in) :: flexible
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
@@ -324,7 +324,7 @@ contains
       end associate
    end subroutine set_modes_in_motion
 
-   !> Close the contacts that carry the beam at the start, are hit there, or have a compressive reaction.
+   !> Close the contacts that carry the beam at the start, are hit at the start, or have a compressive reaction.
    pure subroutine begin_at_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events
@@ -348,8 +348,8 @@ contains
                end if
                if (contact%status /= is_open .or. gap_at(run, k, state) > penetration_tolerance(contact%contact)) cycle
                rate = gap_rate_at(run, k, state)
-               ! an approaching beam hits the contact; a beam at rest on a rigid contact may close it, which its
-               ! reaction decides (`resolve_contacts`)
+               ! an approaching beam hits the contact; at a beam at rest on a rigid contact, the reaction decides
+               ! whether the contact closes (`resolve_contacts`)
                run%arrives(k) = rate < 0.0_wp
                if (.not. allocated(contact%stop)) contact%is_stopped = .not. abs(rate) > 0.0_wp
             end associate

@@ -313,9 +313,8 @@ contains
       end associate
    end subroutine place_points_in_column
 
-   !> Remove the rounding error of w . x, which must already be close to the given value: x is changed so that w . x has
-   !> this value. In modes the rounding errors are removed from the modes, too, because they would add up from step to
-   !> step.
+   !> Set w . x to a value from which it differs by rounding errors only. In modes the rounding errors are removed from
+   !> the modes, too, because they would add up from step to step.
    pure subroutine impose_row_value(stepper, row, value, vector)
       type(newmark_stepper_t), intent(in) :: stepper
       !> Row vector w of the contact
@@ -394,7 +393,7 @@ contains
          if (allocated(stepper%point_shape)) then
             new%acceleration(1:) = 0.0_wp
             if (allocated(new%load)) new%acceleration(1:) = new%load(1:)
-            ! the first element behind the padding stands for the array, which is thus not copied
+            ! the first element after the padding stands for the array, which is thus not copied
             call predict_modes(stepper%order, h, factors%diagonals, old%displacement(1), old%velocity(1), &
                old%acceleration(1), new%displacement(1), new%velocity(1), new%acceleration(1))
             call place_points(stepper%order, stepper%length - stepper%order, stepper%point_shape, &

@@ -67,8 +67,8 @@ contains
       integer :: j
       integer :: k
 
-      ! the load at the end of the step, and the instant at which it is evaluated: shortly before, if the load jumps
-      ! there
+      ! the load at the end of the step, and the instant at which it is evaluated: shortly before the end if the load
+      ! jumps at the end
       if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
          run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
@@ -364,7 +364,7 @@ contains
       real(wp) :: dissipated, work
       integer :: k
 
-      ! the step has been accepted, so the state at its end has become the present one
+      ! the step has been accepted, so the state at its end has become the present state
       associate (old => run%states(3 - run%now), new => run%states(run%now), balance => run%energy_balance)
          if (run%loads%count > 0) then
             work = 0.5_wp*dot_product(old%beam%load + new%beam%load, new%beam%displacement - old%beam%displacement)

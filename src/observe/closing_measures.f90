@@ -2,8 +2,9 @@
 !> closing, from intervals of the motion (docs/theory.md, section 12).
 !>
 !> The final closing is the instant from which the contact is closed to the end of the run. The bounce time lasts from
-!> the first closing to the final one, as for relays; the last opening comes before it by one flight. A contact that is
-!> closed at rest at the start first closes after its first opening, which is the stroke of the actuator and no bounce.
+!> the first to the final closing, as for relays; the last opening precedes the final closing by one flight. A contact
+!> that is closed at rest at the start first closes after its first opening, which is the stroke of the actuator and no
+!> bounce.
 module closing_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -32,7 +33,7 @@ module closing_measures
       real(wp) :: minimum = huge(1.0_wp)
       !> Whether the force is at least the `lasting_force` of &relay
       logical :: lasts = .false.
-      !> Instant since which the force has been at least as large, tau
+      !> Instant since which the force has been at least the `lasting_force`, tau
       real(wp) :: lasts_from = 0.0_wp
       !> Tolerances of the searches for the minimum (1) and for the maximum (2), and number of evaluations that remain
       !> for them
@@ -187,7 +188,7 @@ contains
    end subroutine find_closing
 
    !> Bounces, bounce time, last opening and final closing from the events. An impact on a rigid stop is a closing and
-   !> an opening at once. The contact counts as closed during an opening that is too short to count.
+   !> an opening at the same instant. The contact counts as closed during an opening that is too short to count.
    subroutine count_bounces(response, number, duration, shortest, measures, has_short_opening)
       type(response_t), intent(in) :: response
       !> Number of the contact

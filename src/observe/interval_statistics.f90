@@ -83,7 +83,7 @@ contains
       type(block_sums_t), intent(inout) :: blocks
 
       type(observed_contact_t) :: contact
-      ! opposite contact at the same place, whose displacement is the same
+      ! opposite contact at the same point of the beam, whose displacement is the same
       type(observed_contact_t) :: opposite
       ! integrals of the rows over the span
       real(wp) :: integrals(2*interval%contacts + 1)
@@ -126,7 +126,7 @@ contains
                   cycle
                end if
                force = [sums(minimum_force), 0.0_wp]
-               ! only a force above the maxima of the impact and of the block is needed
+               ! only a force above the maxima of the impact and of the block changes these maxima
                if (contact_sums%count > 0) force(2) = min(contact_sums%impacts(contact_sums%count)%force, &
                   sums(maximum_force))
                row = interval%force_row(k)
@@ -223,7 +223,7 @@ contains
       range(1) = -negated_minimum
    end subroutine widen_range
 
-   !> Widen a range by another one.
+   !> Widen a range by another range.
    pure subroutine include_range(other, range)
       real(wp), intent(in) :: other(2)
       real(wp), intent(inout) :: range(2)

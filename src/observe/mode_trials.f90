@@ -1,8 +1,8 @@
 !> Trial runs, by which the number of modes of a run is found: the beginning of the run is computed in a small set of
 !> the lowest modes and in larger sets, until two successive trials agree (docs/theory.md, section 13). This module
 !> decides the length of trials, their permitted cost, and whether the motions agree. Cost, or work, is the number of
-!> evaluations (sums over the modes) times the number of modes. A driven run is one under harmonic loads that act
-!> throughout.
+!> evaluations (sums over the modes) times the number of modes. A run is driven if harmonic loads act throughout the
+!> run.
 module mode_trials
    use applied_loads, only: courses_of
    use free_modes, only: free_modes_t
@@ -212,8 +212,8 @@ contains
       end associate
    end subroutine add_trial
 
-   !> After the first trial, make it longer if it has too few contacts, so that the caller repeats it; otherwise choose
-   !> the length of the remaining trials.
+   !> After the first trial, make the trial longer if it has too few contacts, so that the caller repeats the trial;
+   !> otherwise choose the length of the remaining trials.
    pure subroutine settle_length(trials, modes, response)
       type(trials_t), intent(inout) :: trials
       integer, intent(in) :: modes
@@ -253,8 +253,8 @@ contains
       end associate
    end subroutine settle_length
 
-   !> After the first trial has stopped at the maximum number of events, shorten it if enough samples remain for a
-   !> comparison.
+   !> After the first trial has stopped at the maximum number of events, shorten the trial if enough samples remain for
+   !> a comparison.
    pure subroutine shorten(trials, response, has_shortened)
       type(trials_t), intent(inout) :: trials
       !> Result of the trial
@@ -412,8 +412,8 @@ contains
 
       settings = requested
       settings%output = output_settings_t(history=history_table%quantity == 'displacement')
-      ! output that is not compared is omitted; the empty list of stresses remains because `has_one_contact` depends on
-      ! it
+      ! output that is not compared is omitted; an empty list of stresses remains because `has_one_contact` reads the
+      ! list
       if (allocated(settings%stress) .or. allocated(settings%statistics)) then
          settings%stress = stress_settings_t(history=.false.)
          allocate (settings%stress%position(0))

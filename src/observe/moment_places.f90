@@ -78,7 +78,7 @@ contains
    pure subroutine open_moments(model, settings, samples, response)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Number of samples after the one at the start
+      !> Number of samples after that at the start
       integer, intent(in) :: samples
       !> The response; its other histories are allocated already
       type(response_t), intent(inout) :: response

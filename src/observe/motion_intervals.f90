@@ -1,9 +1,9 @@
 !> Interval of a motion without events as observers read it: a phase of exact motion, or a step of Newmark's method.
 !>
 !> The observed quantities are linear functionals of the state, called rows, and have numbers: the gaps of all contacts,
-!> s (y - d) with s = 1 for a contact below the beam and -1 for one above it, the displacement of the tip, the forces of
-!> the closed contacts, the bending moments at given places, and the displacements of the bodies. An observer (of
-!> measures, statistics, moments, Poincare sections) requests values, integrals and extremes of rows, and does not
+!> s (y - d) with s = 1 for a contact below the beam and -1 for a contact above it, the displacement of the tip, the
+!> forces of the closed contacts, the bending moments at given places, and the displacements of the bodies. An observer
+!> (of measures, statistics, moments, Poincare sections) requests values, integrals and extremes of rows, and does not
 !> depend on the method.
 module motion_intervals
    use exponential_sums, only: exponential_sums_t
@@ -28,7 +28,8 @@ module motion_intervals
       !> Whether the force of the contact has a finite maximum: the contact is compliant, or rigid with a massless node
       !> of the beam in front of it
       logical :: has_finite_force = .false.
-      !> Whether the contact is active: no other one is in front of it and, with exact motion, the beam can reach it
+      !> Whether the contact is active: no other contact is in front of this contact and, with exact motion, the beam
+      !> can reach this contact
       logical :: is_active = .true.
       !> Whether the contact is closed and its gap is exactly zero
       logical :: has_zero_gap = .false.

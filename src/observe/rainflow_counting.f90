@@ -1,8 +1,8 @@
 !> Cycles of a stress history by rainflow counting (ASTM E1049, section 5.4.4), from its turning points, and the
 !> damage-equivalent range of these cycles (docs/theory.md, section 19).
 !>
-!> A turning point counts only if the signal reverses there by more than a threshold. Values of the signal are added in
-!> the order of time; they need to include all extremes, and other values do no harm.
+!> A turning point counts only if the signal reverses by more than a threshold at this point. Values of the signal are
+!> added in the order of time; they need to include all extremes, and other values do no harm.
 module rainflow_counting
    use kinds, only: wp
    implicit none (type, external)

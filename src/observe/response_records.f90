@@ -19,7 +19,7 @@ contains
       integer, intent(in) :: elements
       !> Requested output
       type(output_settings_t), intent(in) :: settings
-      !> Number of samples after the one at the start
+      !> Number of samples after that at the start
       integer, intent(in) :: samples
       !> Time between samples, tau
       real(wp), intent(in) :: step

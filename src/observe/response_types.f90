@@ -52,9 +52,9 @@ module response_types
       integer :: kind = 0
       !> Displacement eta of the beam at the contact
       real(wp) :: eta = 0.0_wp
-      !> Velocity d eta/d tau there before the event
+      !> Velocity d eta/d tau of the beam at the contact before the event
       real(wp) :: velocity_before = 0.0_wp
-      !> Velocity there after the event
+      !> Velocity of the beam at the contact after the event
       real(wp) :: velocity_after = 0.0_wp
       !> Impulse on the beam, positive away from the stop
       real(wp) :: impulse = 0.0_wp
@@ -88,7 +88,7 @@ module response_types
    type :: closing_measures_t
       !> Number of openings after the first closing
       integer :: bounces = 0
-      !> Time from the first closing to the final one, tau
+      !> Time from the first to the final closing, tau
       real(wp) :: bounce_time = 0.0_wp
       !> Instant of the last opening, tau
       real(wp) :: last_opening = 0.0_wp
@@ -211,7 +211,7 @@ module response_types
       integer :: retained = 0
       !> Number of modes of the mesh
       integer :: all_modes = 0
-      !> Number of modes of the trial compared with the trial in the retained modes; 0: there was no comparison
+      !> Number of modes of the trial that was compared with the trial in the retained modes; 0: there was no comparison
       integer :: compared_modes = 0
       !> End of the comparison, tau
       real(wp) :: horizon = 0.0_wp
@@ -241,7 +241,7 @@ module response_types
       integer :: stop = 1
       !> Number of its &body; 0: the contact belongs to a &stop
       integer :: body = 0
-      !> Whether it is the contact of the body with its floor or ceiling instead of the beam
+      !> Whether the contact is that of the body with its floor or ceiling instead of the beam
       logical :: is_of_base = .false.
       !> Side: 1 below the beam or the body, -1 above it
       integer :: sign = 1

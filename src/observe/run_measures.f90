@@ -91,7 +91,7 @@ contains
       if (tau <= accumulator%begin + force_window) call add_early_impulse(accumulator, impulse)
    end subroutine add_impulse
 
-   !> Add a closed contact, or one step of it.
+   !> Add a closed contact, or one step of a closed contact.
    elemental subroutine add_contact(accumulator, from, length, impulse, early_impulse)
       type(accumulator_t), intent(inout) :: accumulator
       !> Beginning of the contact, tau
@@ -302,7 +302,7 @@ contains
             end if
             if (is_contact_start(event%kind) .and. .not. in_contact) then
                in_contact = .true.
-               ! a contact that an impulse at another one opens, and that closes in the same instant, continues
+               ! a contact that an impulse at another contact opens, and that closes in the same instant, continues
                if (event%tau > contact_times(2, contacts)) then
                   contacts = contacts + 1
                   contact_times(1, contacts) = event%tau

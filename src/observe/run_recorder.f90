@@ -125,7 +125,7 @@ contains
 
    !> Prepare the recording of a run by the exact method.
    pure subroutine make_recorder(samples, step, modes, response, recorder)
-      !> Number of samples after the one at tau = 0
+      !> Number of samples after that at tau = 0
       integer, intent(in) :: samples
       !> Time between samples, tau
       real(wp), intent(in) :: step

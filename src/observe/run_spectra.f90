@@ -278,8 +278,8 @@ contains
    end subroutine add_span
 
    !> Sample a span, and record by how much its exact integral differs from the sum of the samples: the force of a
-   !> damper can begin and end between two samples, so that a comparison of all samples with every second one would not
-   !> show this error.
+   !> damper can begin and end between two samples, so that a comparison of all samples with every second sample would
+   !> not show this error.
    subroutine take_samples(signals, span, start, sums)
       type(exponential_sums_t), intent(in) :: signals
       !> Ends of the span, since the start of the interval
@@ -307,8 +307,8 @@ contains
          sampled = 0.0_wp
          do n = first, last
             time = real(n, wp)*step - start
-            ! a sample at an instant that two intervals have in common belongs to the later one; the last sample of the
-            ! half segment belongs to the interval that ends there
+            ! a sample at an instant that two intervals have in common belongs to the later interval; the last sample of
+            ! the half segment belongs to the interval that ends at this sample
             if (time >= span(2) - same*step .and. .not. (n == last .and. time <= span(2) + same*step)) exit
             values = value_of(signals, min(max(time, span(1)), span(2)))
             sums%samples(n, :) = values

@@ -162,7 +162,8 @@ contains
    pure subroutine find_period(sections)
       type(run_sections_t), intent(inout) :: sections
 
-      ! if sections differ by more than the tolerance, but by less than this multiple of it, no period is reported
+      ! if sections differ by more than the tolerance, but by less than this multiple of the tolerance, no period is
+      ! reported
       real(wp), parameter :: ambiguity = 100.0_wp
       ! maximum size of a section
       real(wp) :: max_size

@@ -1,7 +1,8 @@
 !> A step of Newmark's method as an interval for observers. Displacements are the Hermite cubics through the values and
 !> velocities at both ends, so that the peak of a rebound within a step is observed. An impact lies between two steps:
-!> the one ends with the velocity before it, the other starts with that after it. Forces, moments, energy and the
-!> accelerations of the scheme are linear. All these but the energy are rows of the interval (`motion_intervals`).
+!> the earlier step ends with the velocity before the impact, the later step starts with the velocity after it. Forces,
+!> moments, energy and the accelerations of the scheme are linear. All these but the energy are rows of the interval
+!> (`motion_intervals`).
 module step_intervals
    use bracketed_zero, only: bracket_t, enter_value, choose_point
    use exponential_sums, only: exponential_sums_t, open_sums
@@ -347,7 +348,7 @@ contains
       is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
-      ! the last of these times counts; if points(k + 1) is above the level too, the next one replaces it
+      ! the last of these times counts; if points(k + 1) is above the level too, the next time replaces this time
       do k = 1, turn_count + 1
          if (abs(value_at(cubic, points(k))) > level) time = self%length*crossing(cubic, level, points(k), &
             points(k + 1))

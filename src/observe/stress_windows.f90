@@ -25,7 +25,7 @@ module stress_windows
       type(reversal_search_t) :: reversals
       !> Number of turning points so far
       integer :: turns = 0
-      !> Number of evaluations in the search for them
+      !> Number of evaluations in the search for turning points
       integer(i8) :: evaluations = 0_i8
       !> Instant from which turning points are not searched because there are too many, tau
       real(wp) :: counted_until = huge(1.0_wp)

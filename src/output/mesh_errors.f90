@@ -30,7 +30,7 @@ module mesh_errors
 contains
 
    !> Estimate the discretisation error of a measure and its order of convergence. If the difference of the two finer
-   !> meshes is not clearly smaller than that of the two coarser ones, the measure does not converge (for instance
+   !> meshes is not clearly smaller than that of the two coarser meshes, the measure does not converge (for instance
    !> because of chatter), and no estimate is possible.
    elemental subroutine estimate_mesh_error(coarse, medium, fine, is_whole, error, order)
       !> Value on the coarse mesh; NaN: the event of the measure did not happen

@@ -10,7 +10,8 @@ module section_groups
 
 contains
 
-   !> Write the instants of the sections, the states of the motion there and, if it was computed, the Lyapunov exponent.
+   !> Write the instants of the sections, the states of the motion at the sections and, if it was computed, the Lyapunov
+   !> exponent.
    subroutine write_sections(group, sections, names)
       type(quantity_group_t), intent(in) :: group
       type(run_sections_t), intent(in) :: sections

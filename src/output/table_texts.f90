@@ -22,7 +22,7 @@ module table_texts
 
 contains
 
-   !> First characters of a table, by which a file is recognised as one that the program wrote for this scene.
+   !> First characters of a table, by which the program recognises a file that it wrote for this scene.
    pure function beginning_of(format, stem) result(text)
       !> One of `table_formats`
       character(*), intent(in) :: format

@@ -113,7 +113,7 @@ contains
       end_tau = [(series%outcome(i, variant)%end_tau(definition), i=1, size(end_tau))]
    end function end_tau_of
 
-   !> Whether each case may be the one whose motion ends earliest. The error of the instant of an end is estimated by
+   !> Whether each case may be the case whose motion ends earliest. The error of the instant of an end is estimated by
    !> its difference from the instant in the variant for comparison (`comparison_variant`) plus a sampling interval.
    pure function may_end_earliest(series, variant, definition) result(may_be_earliest)
       type(series_t), intent(in) :: series

@@ -125,7 +125,7 @@ contains
       list%item(size(list%item))%ties = count(is_tied, dim=1)
    end subroutine mark_ties
 
-   !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met there, the
+   !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met on this mesh, the
    !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods that
    !> replace this velocity on the mesh of the paper, and not by the paper's steps without this replacement.
    pure function verdict_of(item) result(verdict)

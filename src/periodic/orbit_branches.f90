@@ -98,7 +98,7 @@ contains
       type(initial_state_t), intent(in) :: doubling
       !> Period of the new branch in periods of the load
       integer, intent(in) :: periods
-      !> Maximum number of successive period doublings that are followed, this one included
+      !> Maximum number of successive period doublings that are followed, this doubling included
       integer, intent(in) :: levels
       type(orbit_branch_t), allocatable, intent(inout) :: branch(:)
 
@@ -281,7 +281,7 @@ contains
       ! few Newton steps: the next step along the branch may be longer
       if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, options%max_step)
       ! after a shift of the section the tangent is found anew, with the sign of the parameter's change; near a fold
-      ! this sign is uncertain, so the section is not shifted there
+      ! this sign is uncertain, so the section is not shifted near a fold
       if (abs(direction(n)) < 1.0e-3_wp) return
       call shift_section(map, trace%last%initial%value, trace%last%initial%state, next%map%response, is_shifted, error)
       if (.not. is_shifted .or. allocated(error)) return

@@ -76,7 +76,7 @@ contains
       call run_map(map, guess%value, real(options%skip, wp), guess%state, response, error)
       if (allocated(error)) return
       map%periods = options%periods
-      ! without a given period, the period that the run shows is taken; 0: the run shows none
+      ! without a given period, the period of the motion at the end of the run is taken; 0: no period was found
       if (options%periods == 0) map%periods = response%sections%motion_period
       if (map%periods == 0) then
          call fail(error, status_run_failed, 'the motion does not repeat itself within 16 periods of the load: give ' &
@@ -133,7 +133,7 @@ contains
 
    contains
 
-      !> A history from phase 0 on, whose sample at the start is the one at the end of the period.
+      !> A history from phase 0 on, whose sample at the start is that at the end of the period.
       pure function from_phase_0(values) result(history)
          !> Samples after phase 0
          real(wp), intent(in) :: values(:)

@@ -27,8 +27,8 @@ module scene_beam
    ! wide enough for kilograms per cubic nanometre
    type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
 
-   !> Minimum ratio of the height at the tip to the height at the root if the former is not 0; with a smaller ratio,
-   !> rounding makes the beam indistinguishable from a full wedge.
+   !> Minimum ratio of the height at the tip to the height at the root if the height at the tip is not 0; with a smaller
+   !> ratio, rounding makes the beam indistinguishable from a full wedge.
    real(wp), parameter :: min_tip_ratio = 1.0e-9_wp
 
 contains

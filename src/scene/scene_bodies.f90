@@ -158,7 +158,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> Check the values of one body; a sweep or &cases may give the missing ones.
+   !> Check the values of one body; a sweep or &cases may give missing values.
    subroutine check_values(input, table, scene, k)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table

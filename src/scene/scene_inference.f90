@@ -226,7 +226,7 @@ contains
       end associate
    end subroutine resolve_sensitivity
 
-   !> Check that a parameter applies in the scene and has a single value there, which is not restricted to whole
+   !> Check that a parameter applies in the scene and has a single value in the scene, which is not restricted to whole
    !> numbers. Problems are added to the input.
    subroutine check_parameter(input, table, parameter, scene)
       type(scene_input_t), intent(inout) :: input

@@ -1,5 +1,5 @@
 !> Reads a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
-!> problems in a file, only the one that comes first in the text is recorded.
+!> problems in a file, only the first problem in the text is recorded.
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
@@ -470,7 +470,7 @@ contains
       associate (part => input%namelist%items(item))
          subject = '&'//group_name(input%namelist, part%group)//' '//item_name(input%namelist, item)//' = '
          if (value > 0 .and. part%last_value > part%first_value) then
-            position = input%namelist%values(value)%start
+            position = input%namelist%values(value)%outer_first
             associate (values => input%namelist%values(part%first_value:value))
                subject = subject//value_source(input%namelist, value)//' (value ' &
                   //to_text(1_i8 + sum(int(values(:size(values) - 1)%repeat, i8)))//' of ' &

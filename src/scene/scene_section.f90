@@ -135,7 +135,7 @@ contains
       end associate
    end subroutine resolve_section
 
-   !> Find the two dimensions of the shape from the given ones.
+   !> Find the two dimensions of the shape from the given dimensions.
    subroutine find_dimensions(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(inout) :: section

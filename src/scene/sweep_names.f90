@@ -184,13 +184,13 @@ contains
       type(name_t) :: name
       integer :: k
 
-      call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
-         //'or a random sample'), design_names)
+      call table%bind(sweep%design, name_t('design', 'combinations of the values: all, the i-th values of all lists ' &
+         //'together, or a random sample'), design_names)
       call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, max_cases), hypercube, &
          default='none'))
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
       call table%bind(sweep%chunk_cases, name_t('part_cases', 'number of cases stored together', &
-         range_t(1, 1000000), default='a 400th, 10 to 16384'))
+         range_t(1, 1000000), default='a 400th of the cases, 10 to 16384'))
       call find_parameters(table, places)
       call list_carry(table, places, sweep)
       ! allocated already: the scene has been read before, and keeps its values
@@ -239,8 +239,8 @@ contains
       character(name_length) :: names(size(places))
 
       names = parameter_names(table, places)
-      call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
-         //'start of the next', default='none: each case by itself', is_optional=.true.), names)
+      call table%bind(sweep%carry, name_t('carry', 'swept parameter; along its values each case starts from the ' &
+         //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), names)
       call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
          //'axis of the grid', default='none', is_optional=.true.), names)
       call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))

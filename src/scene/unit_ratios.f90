@@ -71,7 +71,7 @@ contains
          end if
          ratio = ratio_of(quantity, entry%value, scales)
          if (entry%name%relative_to /= '') then
-            ! a quantity relative to another one of the group, which the file gives in units or as a ratio
+            ! a quantity relative to another quantity of the group, which the file gives in units or as a ratio
             associate (reference => table%entries(table%find(entry%group, entry%name%relative_to)))
                ratio = ratio/table%entries(table%find(entry%group, reference%name%instead_of))%value
                if (reference%is_given) ratio = entry%value/reference%value

@@ -138,7 +138,7 @@ contains
       answer = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
 
-   !> Whether a parameter is tied to another one that precedes it in the sweep.
+   !> Whether a parameter is tied to another parameter that precedes it in the sweep.
    pure function is_follower(sweep, place) result(answer)
       type(sweep_settings_t), intent(in) :: sweep
       !> Index of the parameter

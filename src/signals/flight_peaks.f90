@@ -140,9 +140,9 @@ contains
    !> Maximum of the cubic through the values and slopes of two evaluations, as a fraction of their distance in time.
    pure function cubic_maximum(distance, earlier, later) result(fraction)
       real(wp), intent(in) :: distance
-      !> The earlier evaluation; the signal rises there
+      !> The earlier evaluation, at which the signal rises
       type(bounds_t), intent(in) :: earlier
-      !> The later evaluation; the signal falls there
+      !> The later evaluation, at which the signal falls
       type(bounds_t), intent(in) :: later
       real(wp) :: fraction
 

@@ -241,8 +241,8 @@ contains
       call self%find_bounds_of_sum(t, order, bounds, needs_step=.false.)
    end subroutine find_bounds_without_step
 
-   !> `find_bounds` of the sum of this signal and another one. The components `signal`, `signal_rounding` and `rounding`
-   !> of the result do not include the other signal.
+   !> `find_bounds` of the sum of this signal and another signal. The components `signal`, `signal_rounding` and
+   !> `rounding` of the result do not include the other signal.
    subroutine find_bounds_of_sum(self, t, order, bounds, added, added_floor, needs_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
@@ -307,7 +307,7 @@ contains
          end if
          if (order == 0 .and. bounds%floor > bounds%rounding) return
          if (order == 0 .and. falls_to_zero(bounds)) return
-         ! `other_terms` has no bounds for a concave exponential; a convex one needs none
+         ! `other_terms` has no bounds for a concave exponential; a convex exponential needs no bounds
          if (relaxation < 0.0_wp) return
          other_terms = 0.0_wp
          if (present(added)) other_terms = added
@@ -408,8 +408,8 @@ contains
    end subroutine state_in_vectors
 
    !> Amplitude up to which fast exponentials are left out. A signal that starts at zero with zero slope is searched by
-   !> its higher derivatives. Fast exponentials dominate these; if their amplitude is below the rounding error of the
-   !> signal, they would add nothing but error.
+   !> its higher derivatives. Fast exponentials dominate the higher derivatives; if their amplitude is below the
+   !> rounding error of the signal, they would add nothing but error.
    pure function min_amplitude(self, z0) result(threshold)
       type(modal_signal_t), intent(in) :: self
       !> State at time 0, [padded]

@@ -150,7 +150,7 @@ contains
    end function overdamped_bound
 
    !> The two exponentials of the modes far beyond critical damping. Each exponential is differentiated by itself: in
-   !> the equation of motion the terms z and 2 zeta z' of the slow one cancel, which leaves rounding error.
+   !> the equation of motion the terms z and 2 zeta z' of the slow exponential cancel, which leaves rounding errors.
    pure subroutine split_exponentials(oscillators, weight, cutoff, is_viscous, t, z0, v0, slow, fast)
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
@@ -339,7 +339,7 @@ contains
          slow_term = weight(i)*slow(i)
          fast_term = weight(i)*fast(i)
          terms(i, term_value) = slow_term + fast_term
-         ! if the two terms differ in sign, their sum ends with the sign of the slow one
+         ! if the two terms differ in sign, their sum ends with the sign of the slow term
          terms(i, bound_value) = max(0.0_wp, -slow_term, -(slow_term + fast_term))
          slow_term = -slow_term*decay(i)
          fast_term = -fast_term*fast_rate

@@ -50,7 +50,7 @@ contains
 
       type(maximum_t) :: best
       real(wp) :: range(2)
-      ! the nodes between the two instants, and these instants; value, slope and curvature there
+      ! the nodes between the two instants, and these instants; value, slope and curvature at each of them
       real(wp) :: instant(0:max_steps), at(0:2, 0:max_steps)
       ! upper bound of the signal in each step
       real(wp) :: upper(0:max_steps - 1)

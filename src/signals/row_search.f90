@@ -42,7 +42,7 @@ module row_search
       real(wp) :: length = 0.0_wp
       !> Node (index of the path) at the end of the step
       integer :: next = 0
-      !> Number of steps before this one
+      !> Number of steps before this step
       integer :: count = 0
       !> Coefficients of each signal, [signals, 4]. The arrays are those of `search_rows`, which allocates none because
       !> searches are many and short

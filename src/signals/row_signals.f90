@@ -99,7 +99,7 @@ contains
       real(wp), contiguous, intent(in) :: bounds(:)
       !> Time since the start of the phase
       real(wp), intent(in) :: time
-      !> Number of steps that led there
+      !> Number of steps that led to this time
       integer, intent(in) :: steps
       !> Bound of the magnitude of the sixth derivative
       real(wp), intent(out) :: bound

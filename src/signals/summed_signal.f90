@@ -51,7 +51,7 @@ contains
 
       type(bounds_t) :: first_bounds, second_bounds
 
-      ! The zero-free step of the sum is not computed (0): the steps of the two signals do not give it
+      ! The zero-free step of the sum is not computed (0), because it does not follow from the steps of the two signals
       call self%first%find_bounds(t, order, first_bounds)
       call self%second%find_bounds(t, order, second_bounds)
       bounds%value = first_bounds%value + second_bounds%value

@@ -127,8 +127,8 @@ contains
       call update_mass(scene, beam)
    end subroutine update_case_beam
 
-   !> Replace the beam if its mass matrix is not the one for the stops of this case: with automatic choice, the mass
-   !> matrix depends on the stop.
+   !> Replace the beam if its mass matrix is not that for the stops of this case: with automatic choice, the mass matrix
+   !> depends on the stop.
    subroutine update_mass(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(inout) :: beam
@@ -251,7 +251,7 @@ contains
          if (check(i)%difference < required_reduction*minimum) stalled = 0
          minimum = min(minimum, check(i)%difference)
          last = i
-         ! the next mesh takes about twice the work of this one
+         ! the next mesh takes about twice the work of this mesh
          check(i)%is_cut = work + 2.0_wp*work_of(fine%response, settings) > max_work
          if (stalled == max_stalled .or. is_costly(fine) .or. check(i)%is_cut) exit
          coarse = fine

@@ -1,4 +1,4 @@
-!> Estimates the discretisation error of the measures of runs, from runs on the mesh and on two finer ones.
+!> Estimates the discretisation error of the measures of runs, from runs on the mesh and on two finer meshes.
 module mesh_estimates
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp

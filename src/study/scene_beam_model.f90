@@ -292,9 +292,9 @@ contains
    end subroutine set_stops
 
    !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
-   !> floor and with its ceiling. Runs count the coordinate of a body from its origin. With the body there, a contact
-   !> has the gap that the scene gives for z = 0, less the origin if the body approaches its partner upwards (beam above
-   !> it, ceiling), plus the origin otherwise.
+   !> floor and with its ceiling. Runs count the coordinate of a body from its origin. With the body at its origin, a
+   !> contact has the gap that the scene gives for z = 0, less the origin if the body approaches its partner upwards
+   !> (beam above it, ceiling), plus the origin otherwise.
    pure function stops_of_scene(scene) result(stops)
       type(scene_t), intent(in) :: scene
       type(stop_settings_t), allocatable :: stops(:)
@@ -320,9 +320,9 @@ contains
    end function stops_of_scene
 
    !> Displacement z from which runs count the coordinate of a body: with a spring, the position in which it has no
-   !> force. Without one, of that position and of those in which the body meets the undeformed beam, its floor and its
-   !> ceiling, the nearest to the start: a gap is the difference of the coordinate and the height of a surface, and the
-   !> rounding error of large ones would change the energy at each impact.
+   !> force. Without a spring, of the position `rest` and the positions in which the body meets the undeformed beam, its
+   !> floor and its ceiling, the position nearest to the start: a gap is the difference of the coordinate and the height
+   !> of a surface, and the rounding error of large coordinates would change the energy at each impact.
    elemental function origin_of(body) result(origin)
       type(body_settings_t), intent(in) :: body
       real(wp) :: origin

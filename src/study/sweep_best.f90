@@ -71,7 +71,7 @@ contains
       cost = best%sign*row(best%column)
    end function cost_of
 
-   !> Insert a case into the list if it is among the best. Of equal cases the one with the smaller number comes first.
+   !> Insert a case into the list if it is among the best. Of equal cases that with the smaller number comes first.
    pure subroutine insert_case(best, case, values, row)
       type(best_t), intent(inout) :: best
       !> Number of the case

@@ -211,7 +211,7 @@ contains
             extents(k) = size(axis%values)
          end associate
       end do
-      ! a parameter that is tied to another one has its values along the axis of that one
+      ! a parameter that is tied to another parameter has its values along the axis of the other parameter
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
             if (.not. leads(k)) call group%add(trim(axis%parameter%name), axis%values, &
