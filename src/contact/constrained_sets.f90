@@ -13,8 +13,18 @@ module constrained_sets
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_beam_t, constrained_set_t, are_constraints, has_mass_damping, make_constrained_set, &
+   public :: displacement_t, free_beam_t, constrained_set_t, are_constraints, has_mass_damping, make_constrained_set, &
       damp_constrained_set, find_static_state, to_constrained_modes, to_free_modes
+
+   !> A displacement in which one mode alone takes part.
+   type :: displacement_t
+      !> Index of the mode
+      integer :: mode = 0
+      !> Displacement per unit of the mode
+      real(wp) :: value = 1.0_wp
+      !> Displacement at which the coordinate of the mode is zero
+      real(wp) :: origin = 0.0_wp
+   end type displacement_t
 
    !> The beam in its free modes, and its contacts.
    type :: free_beam_t
@@ -35,12 +45,8 @@ module constrained_sets
       real(wp), allocatable :: nodal_shape(:)
       !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
-      !> Index of the mode of each body, [bodies]
-      integer, allocatable :: body_mode(:)
-      !> Displacement of each body per unit of its mode, [bodies]
-      real(wp), allocatable :: body_value(:)
-      !> Displacement z of each body at which the coordinate of its mode is zero, [bodies]
-      real(wp), allocatable :: body_origin(:)
+      !> Displacements besides those of the beam: one of each body
+      type(displacement_t), allocatable :: displacement(:)
    end type free_beam_t
 
    !> The constrained modes of one set of closed rigid contacts.

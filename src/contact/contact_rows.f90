@@ -24,7 +24,7 @@ module contact_rows
       real(wp) :: sign = 1.0_wp
       !> Entry of the body that the beam meets. 0: the beam, or the body at its floor or ceiling, meets a fixed surface;
       !> entry 0 of a padded vector is zero
-      integer :: body = 0
+      integer :: partner = 0
    end type contact_row_t
 
 contains
@@ -37,7 +37,7 @@ contains
       real(wp), intent(in) :: vector(1 - band:)
       real(wp) :: value
 
-      value = row%sign*(vector(row%dof) - vector(row%body))
+      value = row%sign*(vector(row%dof) - vector(row%partner))
    end function row_value
 
    !> Set w . vector to a value from which it differs by rounding errors only. If the beam meets a body, the entry of
@@ -49,8 +49,8 @@ contains
       !> Displacements, velocities or accelerations, padded with zeros
       real(wp), intent(inout) :: vector(1 - band:)
 
-      if (row%body > 0) then
-         vector(row%body) = vector(row%dof) - row%sign*value
+      if (row%partner > 0) then
+         vector(row%partner) = vector(row%dof) - row%sign*value
       else
          vector(row%dof) = row%sign*value
       end if

@@ -193,18 +193,22 @@ contains
    !> Coordinates and velocities of the bodies at the start. If the run starts in a balance, the coordinates are already
    !> those of static equilibrium. Otherwise a body is at its given distance from the beam, or, without a given
    !> distance, where its spring has no force; a body without a spring in a cavity is in the middle of the cavity.
-   pure subroutine place_bodies(settings, contacts, deflection, coordinate, velocity)
+   pure subroutine place_bodies(settings, contacts, deflection, place, unit, displacement, velocity)
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
       !> Displacement of the beam at each contact, [contacts]
       real(wp), intent(in) :: deflection(:)
-      !> Coordinate of each body, from its `origin`, [bodies]
-      real(wp), intent(inout) :: coordinate(:)
-      !> Velocity of each body, [bodies]
-      real(wp), intent(out) :: velocity(:)
+      !> Index of the degree of freedom or mode of each body, [bodies]
+      integer, intent(in) :: place(:)
+      !> Coordinate of each body, from its `origin`, per unit of that degree of freedom or mode, [bodies]
+      real(wp), intent(in) :: unit(:)
+      !> Displacements, of which those of the bodies are set, [degrees of freedom or modes]
+      real(wp), intent(inout) :: displacement(:)
+      !> Velocities, of which those of the bodies are set, [degrees of freedom or modes]
+      real(wp), intent(inout) :: velocity(:)
 
-      ! displacement of the beam at the body
-      real(wp) :: beam
+      ! displacement of the beam at the body, coordinate of the body, and its velocity
+      real(wp) :: beam, coordinate, rate
       ! 1 for a body below the beam, else -1
       real(wp) :: side
       integer :: b
@@ -213,17 +217,19 @@ contains
          associate (body => settings%bodies(b), start => settings%start)
             beam = deflection(findloc(contacts%settings%body == b .and. .not. contacts%settings%is_of_base, .true., &
                dim=1))
-            velocity(b) = body%start_velocity
-            if (start%kind == start_drop) velocity(b) = velocity(b) - start%velocity
+            rate = body%start_velocity
+            if (start%kind == start_drop) rate = rate - start%velocity
+            velocity(place(b)) = rate/unit(b)
             if (start%kind == start_balance) cycle
-            coordinate(b) = 0.0_wp
+            coordinate = 0.0_wp
             if (body%start_gap >= 0.0_wp) then
                ! if the origin is the contact with the beam, the difference in brackets is exactly 0
                side = merge(1.0_wp, -1.0_wp, body%side == side_below)
-               coordinate(b) = beam + (side*body%clearance - body%origin) - side*body%start_gap
+               coordinate = beam + (side*body%clearance - body%origin) - side*body%start_gap
             else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
-               coordinate(b) = beam
+               coordinate = beam
             end if
+            displacement(place(b)) = coordinate/unit(b)
          end associate
       end do
    end subroutine place_bodies

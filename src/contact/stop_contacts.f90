@@ -13,7 +13,7 @@ module stop_contacts
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
-   public :: shape_of_contact, observed_height, height_from_rest, datum_of, force_on_body
+   public :: dofs_of, shape_of_contact, observed_height, height_from_rest, datum_of, force_on_body
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -191,26 +191,41 @@ contains
       end associate
    end function keys
 
-   !> Row of a contact: change of its gap per unit of each shape.
-   pure function shape_of_contact(contact, dof, bodies, shapes) result(row)
+   !> Degrees of freedom of a contact: its gap changes by s per unit of the first, and by -s per unit of the second. The
+   !> degrees of freedom of bodies follow those of the beam.
+   pure function dofs_of(contact, dof, order) result(dofs)
       type(contact_t), intent(in) :: contact
       !> Degree of freedom of the beam at the contact
       integer, intent(in) :: dof
-      !> Number of bodies
-      integer, intent(in) :: bodies
+      !> Number of degrees of freedom of the beam
+      integer, intent(in) :: order
+      !> The second is 0 if the partner of the first is fixed
+      integer :: dofs(2)
+
+      dofs = [dof, 0]
+      associate (settings => contact%settings)
+         if (settings%body == 0) return
+         dofs = [dof, order + settings%body]
+         if (settings%is_of_base) dofs = [order + settings%body, 0]
+      end associate
+   end function dofs_of
+
+   !> Row of a contact: change of its gap per unit of each shape.
+   pure function shape_of_contact(contact, dof, order, shapes) result(row)
+      type(contact_t), intent(in) :: contact
+      !> Degree of freedom of the beam at the contact
+      integer, intent(in) :: dof
+      !> Number of degrees of freedom of the beam
+      integer, intent(in) :: order
       !> Shapes over the degrees of freedom of the beam, followed by those of the bodies, [degrees of freedom, shapes]
       real(wp), intent(in) :: shapes(:, :)
       real(wp) :: row(size(shapes, 2))
 
-      associate (settings => contact%settings)
-         row = 0.0_wp
-         if (.not. settings%is_of_base) row = contact%sign*shapes(dof, :)
-         if (settings%body == 0) return
-         associate (body => size(shapes, 1) - bodies + settings%body)
-            if (settings%is_of_base) row = contact%sign*shapes(body, :)
-            if (.not. settings%is_of_base) row = row - contact%sign*shapes(body, :)
-         end associate
-      end associate
+      integer :: dofs(2)
+
+      dofs = dofs_of(contact, dof, order)
+      row = contact%sign*shapes(dofs(1), :)
+      if (dofs(2) > 0) row = row - contact%sign*shapes(dofs(2), :)
    end function shape_of_contact
 
    !> Force on a body, positive upwards, per unit of the force of a contact.

@@ -473,7 +473,6 @@ contains
          interval%contacts = size(self%now%states)
          interval%now => self%now
          if (allocated(interval%moments%place)) interval%places = size(interval%moments%place)
-         interval%bodies = size(self%bodies)
          if (allocated(interval%signals)) deallocate (interval%signals)
          recorded = 0
          if (allocated(observers%sections)) recorded = observers%sections%count

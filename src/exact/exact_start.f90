@@ -5,7 +5,7 @@ module exact_start
    use beam_model, only: beam_model_t, is_mechanism
    use body_modes, only: count_bodies
    use complementarity, only: solve_complementarity
-   use constrained_sets, only: free_beam_t
+   use constrained_sets, only: displacement_t, free_beam_t
    use contact_changes, only: find_opposite_contacts
    use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
@@ -130,7 +130,7 @@ contains
 
       integer :: b
 
-      allocate (phase%bodies(size(phase%now%beam%body_mode)))
+      allocate (phase%bodies(size(phase%now%beam%displacement)))
       do b = 1, size(phase%bodies)
          call open_body_record(settings%bodies(b), settings%output, samples + 1, phase%bodies(b))
       end do
@@ -247,18 +247,18 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       type(free_beam_t), intent(out) :: beam
 
-      integer :: bodies, i, k
+      integer :: k
 
       beam%has_modal_damping = damps_each_mode(settings)
       call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, rates_of_modes(settings, &
          modes%square, modes%body))
-      bodies = count_bodies(settings)
-      allocate (beam%body_mode(bodies), beam%body_value(bodies), beam%body_origin(bodies))
-      if (bodies > 0) then
-         beam%body_mode(:) = [(findloc(modes%body, i, dim=1), i=1, bodies)]
-         beam%body_value(:) = 1.0_wp/sqrt(settings%bodies%mass_ratio)
-         beam%body_origin(:) = settings%bodies%origin
-      end if
+      allocate (beam%displacement(count_bodies(settings)))
+      do k = 1, size(beam%displacement)
+         associate (body => settings%bodies(k))
+            beam%displacement(k) = displacement_t(findloc(modes%body, k, dim=1), 1.0_wp/sqrt(body%mass_ratio), &
+               body%origin)
+         end associate
+      end do
       if (settings%stop%impulse == impulse_nodal) then
          ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
@@ -271,7 +271,7 @@ contains
       allocate (beam%tip_sign(size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
          associate (dof => model%stop_dofs(contacts(k)%stop))
-            beam%value(:, k) = shape_of_contact(contacts(k), dof, bodies, modes%mode)
+            beam%value(:, k) = shape_of_contact(contacts(k), dof, model%mass%order, modes%mode)
             if (dof == modes%tip_dof .and. contacts(k)%settings%body == 0) beam%tip_sign(k) = contacts(k)%sign
          end associate
       end do

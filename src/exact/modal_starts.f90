@@ -53,17 +53,14 @@ contains
 
       type(modal_beam_t) :: beam
       real(wp) :: momentum(model%mass%order, 2)
-      ! coordinates of the bodies, from where their springs bear no force
-      real(wp), dimension(size(phase%beam%body_mode)) :: coordinate
-      ! velocities of the bodies
-      real(wp), dimension(size(phase%beam%body_mode)) :: velocity
       ! the motion has fewer modes than the beam, and the start is a release
       logical :: is_truncated
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
       associate (contacts => phase%states%contact)
-         call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(phase%beam%body_mode), error)
+         call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(phase%beam%displacement), &
+            error)
       end associate
       if (allocated(error)) return
       beam%row = phase%beam%value
@@ -93,20 +90,15 @@ contains
             end if
          end select
       end associate
-      if (allocated(settings%bodies)) then
-         associate (place => phase%beam%body_mode, unit => phase%beam%body_value)
-            coordinate = unit*q(place)
-            call place_bodies(settings, phase%states%contact, &
-               matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), coordinate, velocity)
-            q(place) = coordinate/unit
-            v(place) = velocity/unit
-         end associate
-      end if
+      associate (of => phase%beam%displacement)
+         if (size(of) > 0) call place_bodies(settings, phase%states%contact, &
+            matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), of%mode, of%value, q, v)
+      end associate
       ! the static shape of a release was checked on the finite-element model before the modes were computed and has the
       ! same displacements at the stops in all modes; a massless node belongs to the only contact
       is_truncated = settings%start%kind == start_release .and. &
-         size(q) - size(phase%beam%body_mode) < number_of_modes(model) .and. .not. any(phase%states%is_node)
-      if (settings%start%kind /= start_release .or. allocated(settings%bodies) .or. is_truncated) then
+         size(q) - size(phase%beam%displacement) < number_of_modes(model) .and. .not. any(phase%states%is_node)
+      if (settings%start%kind /= start_release .or. size(phase%beam%displacement) > 0 .or. is_truncated) then
          call check_start(beam, phase%states%contact, forces, q, error)
       end if
       if (allocated(error) .and. is_truncated) error%message = error%message//', because the static shape of the ' &
@@ -141,8 +133,8 @@ contains
       load = 0.0_wp
       if (phase%loads%count > 0) load = matmul(phase%loads%mode, value_at(phase%loads%course, 0.0_wp))
       if (any(beam%square < slow_frequency**2)) then
-         call find_slow_balance(beam%square, beam%row, phase%states%contact, is_active, load, phase%beam%body_mode, q, &
-            forces, error)
+         call find_slow_balance(beam%square, beam%row, phase%states%contact, is_active, load, &
+            phase%beam%displacement%mode, q, forces, error)
          return
       end if
       q = load/beam%square

@@ -12,6 +12,7 @@ module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
    use certified_search, only: transformable_signal_t
+   use constrained_sets, only: displacement_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t, max_free_square
@@ -168,7 +169,7 @@ contains
       places = 0
       if (allocated(moments%place)) places = size(moments%place)
       if (p > places) then
-         call find_body_row(p - places, now, row)
+         call find_displacement_row(now%beam%displacement(p - places), now, row)
          return
       end if
       associate (constrained => now%set%constrained, stiffness => moments%stiffness(:, p), &
@@ -191,26 +192,24 @@ contains
          - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%balanced_fraction))
    end subroutine find_row
 
-   !> Find the coefficients of the displacement of a body in the current phase.
-   pure subroutine find_body_row(b, now, row)
-      integer, intent(in) :: b
+   !> Find the coefficients of a displacement in which one mode takes part, in the current phase.
+   pure subroutine find_displacement_row(displacement, now, row)
+      type(displacement_t), intent(in) :: displacement
       type(phase_state_t), intent(in) :: now
       type(moment_row_t), intent(out) :: row
 
-      associate (beam => now%beam, constrained => now%set%constrained)
-         associate (i => beam%body_mode(b), value => beam%body_value(b))
-            row%static = beam%body_origin(b) + value*constrained%static(i)
-            if (allocated(constrained%mode)) then
-               allocate (row%weight, source=value*constrained%mode(i, :))
-            else
-               allocate (row%weight(constrained%count), source=0.0_wp)
-               row%weight(i) = value
-            end if
-         end associate
+      associate (constrained => now%set%constrained, i => displacement%mode, value => displacement%value)
+         row%static = displacement%origin + value*constrained%static(i)
+         if (allocated(constrained%mode)) then
+            allocate (row%weight, source=value*constrained%mode(i, :))
+         else
+            allocate (row%weight(constrained%count), source=0.0_wp)
+            row%weight(i) = value
+         end if
       end associate
       row%is_viscous = .false.
       allocate (row%force_moment(size(now%set%compliant)), row%load_moment(now%loads%count), source=0.0_wp)
-   end subroutine find_body_row
+   end subroutine find_displacement_row
 
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
    pure function force_moments(now, mass, contact) result(moment)

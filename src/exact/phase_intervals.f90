@@ -20,7 +20,7 @@ module phase_intervals
    use response_types, only: settling_level
    use row_peaks, only: max_on_path, range_on_path, state_on_path
    use row_signals, only: row_signal_t
-   use section_states, only: motion_of_body
+   use section_states, only: motion_of
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
    implicit none (type, external)
@@ -85,7 +85,7 @@ contains
       end if
       if (row%number > self%moment_row(self%places)) then
          call find_state(self%now, time, z, v)
-         state = motion_of_body(self%now, z, v, row%number - self%moment_row(self%places))
+         state = motion_of(self%now, z, v, self%now%beam%displacement(row%number - self%moment_row(self%places)))
       else
          call find_signal(self, row, signal)
          call signal%evaluate(time, state(1), state(2))

@@ -1,6 +1,7 @@
 !> The complete state of exact motion at an instant, modal states at Poincare sections (instants one load period apart),
 !> and the continuation of a motion from a stored state (docs/theory.md, section 21).
 module section_states
+   use constrained_sets, only: displacement_t
    use contact_states, only: contact_state_t
    use free_modes, only: max_free_square
    use kinds, only: wp
@@ -12,7 +13,7 @@ module section_states
    use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: state_at, record_modes, record_bodies, motion_of_body, restore_state
+   public :: state_at, record_modes, record_bodies, motion_of, restore_state
 
 contains
 
@@ -79,27 +80,25 @@ contains
       end do
    end subroutine restore_state
 
-   !> Displacement z of a body, and velocity.
-   pure function motion_of_body(self, z, v, b) result(motion)
+   !> A displacement in which one mode takes part, such as that of a body, and its velocity.
+   pure function motion_of(self, z, v, displacement) result(motion)
       type(phase_state_t), intent(in) :: self
       !> Displacements of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
       !> Velocities of the constrained modes, [modes]
       real(wp), intent(in) :: v(:)
-      integer, intent(in) :: b
+      type(displacement_t), intent(in) :: displacement
       real(wp) :: motion(2)
 
-      associate (beam => self%beam, constrained => self%set%constrained)
-         associate (i => beam%body_mode(b))
-            if (allocated(constrained%mode)) then
-               motion = [constrained%static(i) + sum(constrained%mode(i, :)*z), sum(constrained%mode(i, :)*v)]
-            else
-               motion = [z(i), v(i)]
-            end if
-         end associate
-         motion = beam%body_value(b)*motion + [beam%body_origin(b), 0.0_wp]
+      associate (constrained => self%set%constrained, i => displacement%mode)
+         if (allocated(constrained%mode)) then
+            motion = [constrained%static(i) + sum(constrained%mode(i, :)*z), sum(constrained%mode(i, :)*v)]
+         else
+            motion = [z(i), v(i)]
+         end if
       end associate
-   end function motion_of_body
+      motion = displacement%value*motion + [displacement%origin, 0.0_wp]
+   end function motion_of
 
    !> Record the bodies at a sample.
    pure subroutine record_bodies(self, z, v, place, contacts, bodies)
@@ -123,7 +122,7 @@ contains
             if (allocated(contacts(k)%force)) force = force + contacts(k)%force(place) &
                *force_on_body(self%states(k)%contact, b)
          end do
-         motion = motion_of_body(self, z, v, b)
+         motion = motion_of(self, z, v, self%beam%displacement(b))
          call record_body(place, motion(1), motion(2), force, bodies(b))
       end do
    end subroutine record_bodies
@@ -149,9 +148,9 @@ contains
          call to_free_state(self, z, rate, q, v)
          sections%modes(1, :, n) = q
          ! the coordinate of a body without spring is stored from z = 0
-         associate (beam => self%beam, place => self%beam%body_mode)
-            where (beam%oscillators%square(place) <= max_free_square) sections%modes(1, place, n) = q(place) &
-               + beam%body_origin/beam%body_value
+         associate (of => self%beam%displacement)
+            where (self%beam%oscillators%square(of%mode) <= max_free_square) sections%modes(1, of%mode, n) = &
+               q(of%mode) + of%origin/of%value
          end associate
          sections%modes(2, :, n) = v
       end do

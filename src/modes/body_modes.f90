@@ -7,7 +7,7 @@ module body_modes
    use run_settings, only: body_settings_t, run_settings_t
    implicit none (type, external)
    private
-   public :: append_bodies, count_bodies, squared_frequency_of, damping_rate_of
+   public :: append_bodies, count_bodies, has_free_body, squared_frequency_of, damping_rate_of
 
 contains
 
@@ -52,6 +52,15 @@ contains
       number = 0
       if (allocated(settings%bodies)) number = size(settings%bodies)
    end function count_bodies
+
+   !> Whether a body has no spring.
+   pure function has_free_body(settings) result(has)
+      type(run_settings_t), intent(in) :: settings
+      logical :: has
+
+      has = .false.
+      if (allocated(settings%bodies)) has = any(settings%bodies%spring_ratio <= 0.0_wp)
+   end function has_free_body
 
    !> Squared circular frequency k/m of a body, over omega1^2. The ratios of k and m are in 3 E Ibar/L^3 and rho Abar L,
    !> and omega1^2 = lambda1^4 E Ibar/(rho Abar L^4).

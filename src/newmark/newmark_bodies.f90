@@ -4,17 +4,16 @@
 module newmark_bodies
    use beam_model, only: beam_model_t
    use body_modes, only: damping_rate_of, squared_frequency_of
-   use contact_rows, only: contact_row_t
    use kinds, only: lambda1_power4, wp
    use newmark_run, only: newmark_run_t
    use response_records, only: record_body
    use response_types, only: body_record_t
    use run_settings, only: body_settings_t
    use skyline_matrix, only: skyline_t
-   use stop_contacts, only: contact_t, force_on_body
+   use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: add_bodies, damp_bodies, row_of_contact, record_bodies
+   public :: add_bodies, damp_bodies, record_bodies
 
 contains
 
@@ -61,26 +60,6 @@ contains
          damping%values(place) = bodies%mass_ratio*(damping_rate_of(bodies) - 2.0_wp*zeta*squared_frequency_of(bodies))
       end associate
    end subroutine damp_bodies
-
-   !> Row of a contact over the entries of a state vector.
-   elemental function row_of_contact(contact, dof, first_body) result(row)
-      type(contact_t), intent(in) :: contact
-      !> Entry of the point of the beam
-      integer, intent(in) :: dof
-      !> Entry of the first body
-      integer, intent(in) :: first_body
-      type(contact_row_t) :: row
-
-      row = contact_row_t(dof, contact%sign)
-      associate (body => contact%settings%body)
-         if (body == 0) return
-         if (contact%settings%is_of_base) then
-            row%dof = first_body - 1 + body
-         else
-            row%body = first_body - 1 + body
-         end if
-      end associate
-   end function row_of_contact
 
    !> Record the bodies at a sample.
    pure subroutine record_bodies(run, place, bodies)

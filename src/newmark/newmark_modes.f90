@@ -34,7 +34,7 @@ contains
       integer, allocatable :: repeated_dofs(:)
       ! degrees of freedom of the points in the model, without repetitions
       integer, allocatable :: dofs(:)
-      integer :: body, i
+      integer :: i
 
       ! components that are not set below describe the beam, which is the same
       modal = model
@@ -47,7 +47,7 @@ contains
          modal%root_dofs = 0
          repeated_dofs = [model%tip_dof, model%stop_dof, model%stop_dofs]
          dofs = pack(repeated_dofs, [(findloc(repeated_dofs, repeated_dofs(i), dim=1) == i, i=1, size(repeated_dofs))])
-         point_shape = transpose(modes%mode([dofs, [(body, body=model%mass%order + 1, size(modes%mode, 1))]], :))
+         point_shape = transpose(modes%mode([dofs, [(i, i=model%mass%order + 1, size(modes%mode, 1))]], :))
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
          modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]

@@ -8,16 +8,16 @@
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
-   use body_modes, only: count_bodies
+   use body_modes, only: count_bodies, has_free_body
    use contact_measures, only: open_measures
-   use contact_rows, only: row_value, band
+   use contact_rows, only: band, contact_row_t, row_value
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
    use mode_choice, only: common_zeta
    use moment_places, only: open_moments
-   use newmark_bodies, only: add_bodies, row_of_contact
+   use newmark_bodies, only: add_bodies
    use newmark_contacts, only: resolve_contacts
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_events, only: close_touched, find_events, trigger_events
@@ -44,7 +44,8 @@ module newmark_motion
    use skyline_matrix, only: skyline_t
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of, height_from_rest
+   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of, dofs_of, &
+      height_from_rest
    use stop_laws, only: make_compliant_stop
    implicit none (type, external)
    private
@@ -287,7 +288,7 @@ contains
       !> Set if the contact tolerance is too wide for two opposite contacts
       type(failure_t), allocatable, intent(out) :: error
 
-      integer :: j, k, n
+      integer :: dofs(2), j, k, n
       logical :: is_active(size(contacts))
 
       n = size(contacts)
@@ -295,11 +296,12 @@ contains
          run%closed(n), run%rows(n, n), run%right(n), run%violates(n), run%event_ahead(n), run%arrives(n), &
          run%leaves(n))
       run%event_ahead = .false.
-      run%contacts%row = row_of_contact(contacts, supported%stop_dofs(contacts%stop), run%stepper%length - bodies + 1)
-      is_active = active_contacts(contacts, run%contacts%row%dof)
+      is_active = active_contacts(contacts, supported%stop_dofs(contacts%stop))
       do k = 1, n
          associate (contact => run%contacts(k))
             contact%contact = contacts(k)
+            dofs = dofs_of(contacts(k), supported%stop_dofs(contacts(k)%stop), run%stepper%length - bodies)
+            contact%row = contact_row_t(dofs(1), contacts(k)%sign, dofs(2))
             if (.not. is_active(k)) contact%status = is_inactive
             call make_compliant_stop(contacts(k)%settings, contact%stop)
             run%has_compliant_stop = run%has_compliant_stop .or. allocated(contact%stop)
@@ -341,7 +343,7 @@ contains
       associate (contact => run%contacts(k))
          do j = 1, k - 1
             associate (other => run%contacts(j))
-               if (other%row%dof /= contact%row%dof .or. other%row%body /= contact%row%body .or. &
+               if (other%row%dof /= contact%row%dof .or. other%row%partner /= contact%row%partner .or. &
                   other%row%sign*contact%row%sign > 0.0_wp) cycle
                clearance = -(other%contact%height + contact%contact%height)
                if (clearance > 2.0_wp*run%contact_tolerance) cycle
@@ -466,16 +468,13 @@ contains
       real(wp) :: forces(size(run%contacts))
       ! energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
       real(wp) :: energy
-      ! a body without spring is at rest only if no contact presses
-      logical :: has_free_body
       integer :: k
 
       forces = 0.0_wp
       energy = no_rest
-      has_free_body = .false.
-      if (allocated(settings%bodies)) has_free_body = any(settings%bodies%spring_ratio <= 0.0_wp)
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         if (has_free_body) then
+         if (has_free_body(settings)) then
+            ! a body without spring is at rest only if no contact presses
             if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run, forces, energy)

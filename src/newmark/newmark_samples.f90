@@ -33,8 +33,8 @@ contains
 
       place = run%sample + 1
       associate (state => run%states(run%now), stepper => run%stepper)
-         if (allocated(response%bodies) .and. run%release_contact > 0) then
-            ! the first contact may be that of a body, whose histories are those of its gap
+         if (run%release_contact > 0) then
+            ! the release contact may be that of a body, whose histories are those of its gap
             associate (contact => run%contacts(run%release_contact))
                sample%history(eta_stop) = contact%row%sign*(row_value(contact%row, state%beam%displacement) &
                   - contact%contact%height)

@@ -3,7 +3,7 @@
 module newmark_start
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
-   use body_modes, only: append_bodies, count_bodies
+   use body_modes, only: append_bodies, count_bodies, has_free_body
    use contact_rows, only: band
    use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
       flexible_beam_t, move_onto_contacts, place_bodies
@@ -20,7 +20,7 @@ module newmark_start
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_contacts, only: active_contacts, contact_t, force_on_body, penetration_tolerance, &
+   use stop_contacts, only: active_contacts, contact_t, dofs_of, penetration_tolerance, &
       shape_of_contact
    use stop_laws, only: static_stiffness
    implicit none (type, external)
@@ -63,7 +63,7 @@ contains
       velocity = 0.0_wp
       shape = 0.0_wp
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      call make_flexible(model, supported, run%modes, contacts, count_bodies(settings), flexible)
+      call make_flexible(model, supported, run%modes, contacts, flexible)
       associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band, &
          start => settings%start)
          allocate (state%beam%displacement(1 - band:last), state%beam%velocity(1 - band:last), &
@@ -133,13 +133,10 @@ contains
 
       type(free_modes_t) :: free
       real(wp), allocatable :: load(:, :), q(:)
-      logical :: is_free
       integer :: b, i
 
-      is_free = is_mechanism(model)
-      if (allocated(settings%bodies)) is_free = is_free .or. any(settings%bodies%spring_ratio <= 0.0_wp)
       allocate (load, source=shape)
-      if (.not. is_free) then
+      if (.not. (is_mechanism(model) .or. has_free_body(settings))) then
          call flexible%bend(0.0_wp, load, shape, error)
          if (allocated(error)) return
          call find_static_equilibrium(flexible, contacts, is_active, shape(:, 1), forces, error)
@@ -175,54 +172,44 @@ contains
       !> Velocities of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
       real(wp), intent(inout) :: velocity(:)
 
-      real(wp), dimension(size(settings%bodies)) :: coordinate, rate, unit
-      ! degree of freedom of each body
-      integer :: place(size(settings%bodies))
       integer :: b
 
-      associate (dofs => model%stop_dofs(contacts%stop))
+      associate (dofs => model%stop_dofs(contacts%stop), bodies => size(settings%bodies))
          if (allocated(modes)) then
-            place = [(findloc(modes%body, b, dim=1), b=1, size(place))]
-            unit = 1.0_wp/sqrt(settings%bodies%mass_ratio)
-            coordinate = unit*displacement(place)
-            call place_bodies(settings, contacts, matmul(modes%mode(dofs, :), displacement), coordinate, rate)
+            call place_bodies(settings, contacts, matmul(modes%mode(dofs, :), displacement), [(findloc(modes%body, b, &
+               dim=1), b=1, bodies)], 1.0_wp/sqrt(settings%bodies%mass_ratio), displacement, velocity)
          else
-            place = [(model%mass%order + b, b=1, size(place))]
-            unit = 1.0_wp
-            coordinate = displacement(place)
-            call place_bodies(settings, contacts, displacement(dofs), coordinate, rate)
+            call place_bodies(settings, contacts, displacement(dofs), [(model%mass%order + b, b=1, bodies)], &
+               spread(1.0_wp, 1, bodies), displacement, velocity)
          end if
       end associate
-      displacement(place) = coordinate/unit
-      velocity(place) = rate/unit
    end subroutine move_bodies
 
    !> Collect the matrices and contact rows of the beam and of bodies.
-   pure subroutine make_flexible(model, supported, modes, contacts, bodies, flexible)
+   pure subroutine make_flexible(model, supported, modes, contacts, flexible)
       type(beam_model_t), intent(in) :: model
       !> The beam with its rigid supports fixed, and bodies
       type(beam_model_t), intent(in) :: supported
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
       type(free_modes_t), allocatable, intent(in) :: modes
       type(contact_t), intent(in) :: contacts(:)
-      !> Number of bodies
-      integer, intent(in) :: bodies
       type(finite_beam_t), intent(out) :: flexible
 
-      integer :: k
+      integer :: dofs(2), k
 
       flexible%stiffness = supported%stiffness
       flexible%mass = supported%mass
       allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
-         associate (dof => model%stop_dofs(contacts(k)%stop), contact => contacts(k), body => contacts(k)%settings%body)
+         associate (dof => model%stop_dofs(contacts(k)%stop), contact => contacts(k))
             if (allocated(modes)) then
-               flexible%row(:, k) = shape_of_contact(contact, dof, bodies, modes%mode)
+               flexible%row(:, k) = shape_of_contact(contact, dof, model%mass%order, modes%mode)
                cycle
             end if
-            if (.not. (any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp) &
-               .or. contact%settings%is_of_base)) flexible%row(dof, k) = contact%sign
-            if (body > 0) flexible%row(model%mass%order + body, k) = force_on_body(contact, body)
+            dofs = dofs_of(contact, dof, model%mass%order)
+            if (any(model%supports%dof == dofs(1) .and. model%supports%stiffness <= 0.0_wp)) dofs(1) = 0
+            if (dofs(1) > 0) flexible%row(dofs(1), k) = contact%sign
+            if (dofs(2) > 0) flexible%row(dofs(2), k) = -contact%sign
          end associate
       end do
    end subroutine make_flexible

@@ -281,7 +281,7 @@ contains
          load(1:stepper%order) = modal_row(stepper, row)
       else
          load(row%dof) = row%sign
-         if (row%body > 0) load(row%body) = -row%sign
+         if (row%partner > 0) load(row%partner) = -row%sign
       end if
    end subroutine load_row
 
@@ -294,7 +294,7 @@ contains
       real(wp) :: value(stepper%order)
 
       value = row%sign*stepper%point_shape(:, row%dof - stepper%order)
-      if (row%body > 0) value = value - row%sign*stepper%point_shape(:, row%body - stepper%order)
+      if (row%partner > 0) value = value - row%sign*stepper%point_shape(:, row%partner - stepper%order)
    end function modal_row
 
    !> Set the entries of the points in a vector of modes.
@@ -329,9 +329,10 @@ contains
       if (allocated(stepper%point_shape)) then
          change = row%sign*(value - row_value(row, vector))
          ! without a copy of the row, which would be allocated in each step of a closed contact
-         associate (shape => stepper%point_shape, p => row%dof - stepper%order, b => row%body - stepper%order)
-            if (row%body > 0) then
-               norm = sum((shape(:, p) - shape(:, b))**2)
+         associate (shape => stepper%point_shape, p => row%dof - stepper%order, &
+            partner => row%partner - stepper%order)
+            if (row%partner > 0) then
+               norm = sum((shape(:, p) - shape(:, partner))**2)
             else
                norm = sum(shape(:, p)**2)
             end if
@@ -339,7 +340,8 @@ contains
             do i = 1, stepper%order
                vector(i) = vector(i) + change*shape(i, p)
             end do
-            if (row%body > 0) vector(1:stepper%order) = vector(1:stepper%order) - change*shape(:, b)
+            if (row%partner > 0) vector(1:stepper%order) = vector(1:stepper%order) &
+               - change*shape(:, partner)
          end associate
       end if
       call set_row_value(row, value, vector)

@@ -395,7 +395,7 @@ contains
       !> Bending moments at both ends of the step, [places, 2]
       real(wp), intent(in) :: moments(:, :)
 
-      integer :: b, k
+      integer :: d, i, k
 
       associate (old => run%states(3 - run%now), new => run%states(run%now), interval => run%interval)
          interval%start = from
@@ -426,16 +426,14 @@ contains
          end do
          ! k is now the number of contacts + 1, the index of the tip and of the first moment
          associate (tip => run%stepper%tip_dof)
-            interval%ends(:, k) = [old%beam%displacement(tip), new%beam%displacement(tip), old%beam%velocity(tip), &
-               new%beam%velocity(tip)]
             interval%acceleration(:, k) = [old%beam%acceleration(tip), new%beam%acceleration(tip)]
          end associate
          if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
-         do b = 1, interval%bodies
-            associate (body => run%stepper%length - interval%bodies + b)
-               interval%ends(:, k + b) = [interval%origin(b) + [old%beam%displacement(body), &
-                  new%beam%displacement(body)], old%beam%velocity(body), new%beam%velocity(body)]
-            end associate
+         ! displacement 0 is that of the tip, and the others are the last entries of the state vectors
+         do d = 0, ubound(interval%origin, 1)
+            i = merge(run%stepper%length - ubound(interval%origin, 1) + d, run%stepper%tip_dof, d > 0)
+            interval%ends(:, k + d) = [interval%origin(d) + [old%beam%displacement(i), new%beam%displacement(i)], &
+               old%beam%velocity(i), new%beam%velocity(i)]
          end do
       end associate
       call observe(run%observers, run%interval)

@@ -7,7 +7,7 @@
 module block_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: first_statistic, measure_named, owner_of, statistics_of_stop
+   use measure_list, only: first_statistic, measure_named, statistics_of_stop
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
    use statistic_forms, only: find_statistics, forms, minima
@@ -259,7 +259,7 @@ contains
       allocate (response%statistics)
       if (allocated(response%contacts)) then
          associate (contacts => response%contacts)
-            call finish_blocks(blocks, response%statistics, owner_of(contacts%stop, contacts%body, contacts%is_of_base))
+            call finish_blocks(blocks, response%statistics, contacts%owner)
          end associate
       else
          call finish_blocks(blocks, response%statistics)

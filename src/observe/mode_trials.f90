@@ -360,7 +360,7 @@ contains
          associate (one => fewer%contacts(k)%eta(:last), other => more%contacts(k)%eta(:last))
             check%difference = max(check%difference, maxval(abs(one - other)))
             ! the displacement at a body is relative to the body, which may be far away
-            if (more%contacts(k)%body == 0) max_displacement = max(max_displacement, &
+            if (more%contacts(k)%stop > 0) max_displacement = max(max_displacement, &
                maxval(abs(other + more%contacts(k)%height)))
          end associate
       end do

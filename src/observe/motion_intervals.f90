@@ -93,8 +93,6 @@ module motion_intervals
       integer :: contacts = 0
       !> Number of places at which moments are requested
       integer :: places = 0
-      !> Number of bodies
-      integer :: bodies = 0
       !> Whether the run ends with the interval
       logical :: is_last = .false.
       !> Whether the energy of beam and stops may grow during the interval
@@ -120,7 +118,7 @@ module motion_intervals
       procedure :: tip_row
       procedure :: force_row
       procedure :: moment_row
-      procedure :: body_row
+      procedure :: displacement_row
    end type interval_t
 
    abstract interface
@@ -307,12 +305,13 @@ contains
       moment_row = 2*self%contacts + 1 + p
    end function moment_row
 
-   !> Row of the displacement of a body, of which observers request only values and expansions.
-   pure integer function body_row(self, b)
+   !> Row of the displacement of the tip or, of which observers request only values and expansions, of a body.
+   pure integer function displacement_row(self, d)
       class(interval_t), intent(in) :: self
-      integer, intent(in) :: b
+      !> Number of the body; 0: the tip
+      integer, intent(in) :: d
 
-      body_row = self%moment_row(self%places) + b
-   end function body_row
+      displacement_row = merge(self%moment_row(self%places) + d, self%tip_row(), d > 0)
+   end function displacement_row
 
 end module motion_intervals

@@ -3,6 +3,7 @@
 module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
+   use measure_list, only: owner_of
    use response_types, only: body_record_t, response_t, contact_record_t
    use run_settings, only: body_settings_t, count_samples, output_settings_t
    use sorting, only: ascending_order
@@ -112,6 +113,7 @@ contains
       record%body = contact%settings%body
       record%is_of_base = contact%settings%is_of_base
       record%stop = merge(contact%stop, 0, record%body == 0)
+      record%owner = owner_of(record%stop, record%body, record%is_of_base)
       record%sign = nint(contact%sign)
       record%position = contact%settings%position
       record%height = contact%sign*observed_height(contact)

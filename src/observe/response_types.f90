@@ -243,6 +243,8 @@ module response_types
       integer :: body = 0
       !> Whether the contact is that of the body with its floor or ceiling instead of the beam
       logical :: is_of_base = .false.
+      !> Index in `measured_groups` of the stop or body to which it belongs, 0: none
+      integer :: owner = 0
       !> Side: 1 below the beam or the body, -1 above it
       integer :: sign = 1
       !> Position Lc/L

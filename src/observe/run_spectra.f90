@@ -188,7 +188,7 @@ contains
                   end if
                end do
             else
-               call add_row(merge(interval%body_row(sums%body), interval%tip_row(), signal%is_of_body), k, 1.0_wp)
+               call add_row(interval%displacement_row(merge(sums%body, 0, signal%is_of_body)), k, 1.0_wp)
             end if
          end associate
       end do

@@ -86,7 +86,7 @@ contains
                   n) = interval%evaluate(output_row_t(k, contact%sign, contact%sign*contact%signed_height), time)
             end do
             do k = 1, size(sections%body, 2)
-               sections%body(:, k, n) = interval%evaluate(output_row_t(interval%body_row(k)), time)
+               sections%body(:, k, n) = interval%evaluate(output_row_t(interval%displacement_row(k)), time)
             end do
          end associate
          sections%count = sections%count + 1

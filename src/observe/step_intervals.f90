@@ -21,13 +21,14 @@ module step_intervals
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
-      !> Displacements at both ends of the step, then velocities: gaps, tip, bodies, [4, contacts + 1 + bodies]
+      !> Displacements at both ends of the step, then velocities: gaps, tip, other displacements, [4, contacts + 1 +
+      !> others]
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
       !> Accelerations of the scheme at both ends: gaps, tip, [2, contacts + 1]; a short cubic has lost those digits
       real(wp), allocatable :: acceleration(:, :)
-      !> Displacement z from which the run counts the coordinate of each body, [bodies]; `ends` contains z
+      !> Displacement from which the run counts that of the tip (0) and each other one, [0:others]; `ends` includes it
       real(wp), allocatable :: origin(:)
       !> Energy of beam and stops at both ends of the step
       real(wp) :: energies(2) = 0.0_wp
@@ -53,13 +54,12 @@ contains
       integer, intent(in) :: contacts
       integer, intent(in) :: places
       type(step_interval_t), intent(out) :: interval
-      !> Displacement z from which the run counts the coordinate of each body, [bodies]
+      !> Displacement from which the run counts each displacement that is not of the beam, [others]
       real(wp), intent(in) :: origin(:)
 
       interval%contacts = contacts
       interval%places = places
-      interval%bodies = size(origin)
-      interval%origin = origin
+      allocate (interval%origin(0:size(origin)), source=[0.0_wp, origin])
       interval%may_gain = .true.
       allocate (interval%seen(contacts))
       allocate (interval%ends(4, contacts + 1 + size(origin)), interval%line(2, contacts + places), &
@@ -82,7 +82,7 @@ contains
 
       cubic_index = row%number
       if (row%number > self%contacts + 1) then
-         ! bodies are the rows after the straight lines
+         ! displacements that are not of the beam are the rows after the straight lines
          cubic_index = row%number - size(self%line, 2)
          if (cubic_index <= self%contacts + 1) cubic_index = 0
       end if

@@ -5,7 +5,6 @@
 module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
-   use body_modes, only: count_bodies
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
@@ -117,7 +116,7 @@ contains
       allocate (map%contacts(size(contacts)), map%value(size(map%modes%square), size(contacts)))
       do k = 1, size(contacts)
          call make_contact_state(contacts(k), map%contacts(k))
-         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), count_bodies(settings), &
+         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), model%mass%order, &
             map%modes%mode)
       end do
       allocate (map%branch_contacts(0))
