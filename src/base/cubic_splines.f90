@@ -24,7 +24,7 @@ contains
 
       ! lengths of the intervals; 0 for the two intervals beyond the ends
       real(wp) :: length(0:size(x))
-      ! slopes of the intervals; 0 for the two intervals beyond the ends, which makes the slope there zero
+      ! slopes of the intervals; 0 for the two intervals beyond the ends, which makes the slope at the ends zero
       real(wp) :: slope(0:size(x))
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor

@@ -24,7 +24,7 @@ module program_identity
 
 contains
 
-   !> Command name of a program; of several, the first one.
+   !> Command name of a program; of several programs, of the first.
    pure function name_of_program(program) result(name)
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program

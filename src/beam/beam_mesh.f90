@@ -24,7 +24,7 @@ module beam_mesh
    type :: mesh_t
       !> Number of elements n, more than requested if elements were split
       integer :: elements = 0
-      !> Lengths of the elements in L, from the clamp, [n]
+      !> Lengths of the elements in L, from the root, [n]
       real(wp), allocatable :: length(:)
       !> Positions x/L of the nodes, [0:n]
       real(wp), allocatable :: position(:)
@@ -52,7 +52,7 @@ contains
    pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, further_positions, further_stop_count, nodes)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
-      !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
+      !> Ratio of neighbouring lengths, > 0; above 1 the longest element is at the root
       real(wp), intent(in) :: ratio
       !> Position Lc/L of the stop, in (0, 1]
       real(wp), intent(in) :: stop_position
@@ -277,7 +277,7 @@ contains
       call compute_positions(mesh)
    end subroutine place_node_at
 
-   !> Move the nearest interior node to the stop; split the element of a mesh that has only one.
+   !> Move the nearest interior node to the stop; split the element of a mesh that has only one element.
    pure subroutine place_stop_node(mesh, stop_position, error)
       !> Mesh to be changed
       type(mesh_t), intent(inout) :: mesh

@@ -128,7 +128,7 @@ contains
       end do
    end subroutine make_beam_model
 
-   !> Point masses ordered from the clamp to the tip.
+   !> Point masses ordered from the root to the tip.
    pure function in_order(masses) result(sorted)
       type(point_mass_t), intent(in) :: masses(:)
       type(point_mass_t) :: sorted(size(masses))
@@ -141,7 +141,7 @@ contains
       end do
    end function in_order
 
-   !> Add the free degrees of freedom of the root behind all others, whose numbers do not change.
+   !> Add the free degrees of freedom of the root after all others, whose numbers do not change.
    pure subroutine add_root_dofs(root, model)
       type(beam_root_t), intent(in) :: root
       type(beam_model_t), intent(inout) :: model

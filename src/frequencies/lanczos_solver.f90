@@ -271,7 +271,7 @@ contains
       real(wp), intent(inout) :: eigenvectors(:, :)
       !> Number of converged eigenvalues, counted from the largest without a gap
       integer, intent(out) :: converged
-      !> Whether all eigenvalues have converged or the next one is too small to be resolved
+      !> Whether all eigenvalues have converged or the next eigenvalue is too small to be resolved
       logical, intent(out) :: finished
       !> Set if DSTEVD fails
       type(failure_t), allocatable, intent(out) :: error

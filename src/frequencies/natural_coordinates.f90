@@ -159,7 +159,7 @@ contains
       end associate
    end subroutine make_elements
 
-   !> The product B q, by sums from the clamp to the tip.
+   !> The product B q, by sums from the root to the tip.
    pure subroutine deflect(natural, q, deflection, nodal)
       type(natural_beam_t), intent(in) :: natural
       !> Coordinates, [order]
@@ -234,7 +234,7 @@ contains
       end associate
    end subroutine root_motion
 
-   !> The product B^T f, by sums of forces and moments from the tip to the clamp.
+   !> The product B^T f, by sums of forces and moments from the tip to the root.
    pure subroutine deflect_transposed(natural, f, q)
       type(natural_beam_t), intent(in) :: natural
       !> f, [rows]

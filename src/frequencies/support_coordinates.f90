@@ -12,9 +12,8 @@
 !> A projection leaves a rounding error of q in the excluded direction. In a high mode displacements are smaller than q
 !> by a factor lambda_i^2, and the excluded direction deflects the beam like a force at the support, so that the
 !> rounding error relative to B^T B q would be lambda_i^4 times that relative to q. Displacements at supports are
-!> therefore computed by the
-!> sums that give B q, with the rounding error of displacements, and a multiple of the deflection under a force at the
-!> support is subtracted from B q so that the displacement satisfies the constraint.
+!> therefore computed by the sums that give B q, with the rounding error of displacements, and a multiple of the
+!> deflection under a force at the support is subtracted from B q so that the displacement satisfies the constraint.
 module support_coordinates
    use beam_model, only: beam_model_t, has_pinned_root
    use kinds, only: wp

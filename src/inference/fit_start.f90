@@ -30,11 +30,11 @@ contains
       extras_of_fit = parameters + 2
    end function extras_of_fit
 
-   !> Fit from a start by minimisations in passes. The first pass fits only the beginning of the signal and each further
-   !> pass more of it, because the later part depends more strongly on the parameters and has many local minima. If a
-   !> signal jumps at impacts, the sum of squares jumps whenever a change of the parameters moves an impact across the
-   !> instant of a sample. All passes but the last therefore fit the integrals of the residuals over time, which are
-   !> continuous.
+   !> Fit from a start by minimisations in passes. The first pass fits only the beginning of the signal, each further
+   !> pass a longer part of the signal, because the later part depends more strongly on the parameters and has many
+   !> local minima. If a signal jumps at impacts, the sum of squares jumps whenever a change of the parameters moves an
+   !> impact across the instant of a sample. All passes but the last therefore fit the integrals of the residuals over
+   !> time, which are continuous.
    subroutine fit_from(runner, start_values, measures, reason, sets, extras)
       type(runner_t), target, intent(inout) :: runner
       !> Start: parameters of the sweep, in the order of the axes
@@ -88,7 +88,7 @@ contains
          sum_of_squares = huge(1.0_wp)
          do i = 1, passes
             samples = nint(fitted_fraction(i)*real(all_samples, wp))
-            ! fewer than two samples for each parameter do not determine it
+            ! fewer than two samples for each parameter do not determine the parameters
             if (samples < min(max(2*n, 8), all_samples)) cycle
             if (total_evaluations >= model%fit%evaluations) exit
             if (.not. has_jumps .and. i == passes) exit

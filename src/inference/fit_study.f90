@@ -183,7 +183,7 @@ contains
       real(wp), parameter :: precision = 1.0e-5_wp
       ! number of searches
       integer, parameter :: rounds = 2
-      ! maximum number of points in each
+      ! maximum number of points in each search
       integer, parameter :: max_points = 600
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), residual(:), sums(:)

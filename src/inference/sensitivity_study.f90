@@ -137,7 +137,7 @@ contains
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
       step = first_steps(scene)
       sensitivity%measures = chosen_measures(scene, scene%sensitivity%measures)
-      ! if the scene names no measures, those that have a value
+      ! if the scene names no measures, all measures that have a value
       if (.not. allocated(scene%sensitivity%measures)) sensitivity%measures = pack(sensitivity%measures, &
          .not. ieee_is_nan(rows(sensitivity%measures, 1)))
       sensitivity%measured = rows(sensitivity%measures, 1)

@@ -1,5 +1,5 @@
 !> Discretisation errors of the measures of some runs, estimated from three meshes of which each has twice as many
-!> elements as the one before.
+!> elements as the preceding mesh.
 module mesh_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp

@@ -89,7 +89,7 @@ contains
       end do
    end function symbol_named
 
-   !> A number with its unit, if there is one.
+   !> A number with its unit, if the number has a unit.
    pure function with_unit(value, unit) result(words)
       real(wp), intent(in) :: value
       character(*), intent(in) :: unit

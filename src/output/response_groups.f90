@@ -25,7 +25,7 @@ contains
       !> Parent of the groups
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
-      !> Positions x/L of the nodes, clamp first; without them no shapes are written
+      !> Positions x/L of the nodes, root first; without them no shapes are written
       real(wp), contiguous, intent(in), optional :: node_position(:)
 
       call write_histories(group%subgroup('response'), response)

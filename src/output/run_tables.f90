@@ -57,7 +57,7 @@ module run_tables
       measure_column_t('mean_impulse', 'mean impulse'), &
       measure_column_t('work_rate', 'work rate'), &
       measure_column_t('rms_displacement', 'RMS displacement')]
-   !> Those of them after which the half width of their 95 % interval is printed
+   !> Statistics among these columns after which the half width of the 95 % interval is printed
    character(*), parameter :: with_interval(*) = [character(12) :: 'mean_force', 'rms_force', 'impact_rate', &
       'work_rate']
 

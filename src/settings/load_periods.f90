@@ -1,4 +1,5 @@
-!> Instants of loads: the period of one harmonic load on a beam and the common period of all, and the onsets of loads.
+!> Instants of loads: the period of one harmonic load on a beam and the common period of all harmonic loads, and the
+!> onsets of loads.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_harmonic, course_step, course_table, time_course_t

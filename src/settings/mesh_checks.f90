@@ -1,4 +1,4 @@
-!> Result of the search for a mesh: the mesh, and its comparison with a finer one.
+!> Result of the search for a mesh: the mesh, and its comparison with a finer mesh.
 module mesh_checks
    use kinds, only: wp
    implicit none (type, external)

@@ -252,7 +252,7 @@ module run_settings
       real(wp) :: phase = 0.0_wp
       !> Number of Poincare sections that are discarded at the start
       integer :: skip = 100
-      !> Number of sections recorded after them
+      !> Number of sections recorded after the discarded sections
       integer :: keep = 100
       !> Number of the harmonic load whose period is used, &force counts before &base; 0: the common period of all loads
       integer :: load = 0
@@ -296,7 +296,7 @@ module run_settings
       type(start_settings_t) :: start
       !> Mass-proportional damping C = alpha M: zeta_mass = alpha / (2 omega1)
       real(wp) :: zeta_mass = 0.0_wp
-      !> Damping ratios of the modes, in place of `zeta` and `zeta_mass`; the last one holds for all higher modes too.
+      !> Damping ratios of the modes, in place of `zeta` and `zeta_mass`; the last ratio holds for all higher modes too.
       !> Unallocated: not given
       real(wp), allocatable :: mode_ratios(:)
       !> Unallocated: no stresses are computed

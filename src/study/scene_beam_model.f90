@@ -45,8 +45,8 @@ contains
       end select
    end function section_of
 
-   !> Period of the loads of a run that is driven throughout, tau: the common period of its harmonic loads, or of the
-   !> slowest if they have none in common. 0: the run is not driven.
+   !> Period of the loads of a run that is driven throughout, tau: the common period of its harmonic loads, or that of
+   !> the slowest load if the loads have no common period. 0: the run is not driven.
    pure function load_period_of(scene) result(period)
       type(scene_t), intent(in) :: scene
       real(wp) :: period
@@ -165,7 +165,7 @@ contains
    pure subroutine check_supports(scene, mesh, error)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
-      !> Set if two are not compatible
+      !> Set if two supports, or a support and a stop, are not compatible
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: conflict

@@ -1,6 +1,6 @@
 !> The MPI processes (ranks) that share a sweep; without MPI there is one process. The first process assigns the numbers
 !> of the chunks to all processes from a queue, between the cases that it runs itself; the other processes request
-!> numbers from it.
+!> numbers from the first process.
 module sweep_ranks
    use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: failure_t
@@ -17,10 +17,10 @@ module sweep_ranks
    integer, protected :: rank_total = 1
 
    !> Procedures that call MPI (rank_calls.c); not associated: there is only this process. The result of
-   !> `has_request(waits)` is 1 if another process has requested a number, else 0; with waits = 1 it waits until one
-   !> has. `answer(number)` sends the number to the process whose request `has_request` found. `request(0)` requests a
-   !> number from the first process and waits for the answer. `barrier(0)` waits for all processes, `maximum(value)`
-   !> returns the maximum over all of them, and `stop_mpi(0)` finalises MPI.
+   !> `has_request(waits)` is 1 if another process has requested a number, else 0; with waits = 1 the call waits until
+   !> another process has requested a number. `answer(number)` sends the number to the process whose request
+   !> `has_request` found. `request(0)` requests a number from the first process and waits for the answer. `barrier(0)`
+   !> waits for all processes, `maximum(value)` returns the maximum over all processes, and `stop_mpi(0)` finalises MPI.
    procedure(rank_call_t), pointer :: request => null(), has_request => null(), answer => null(), barrier => null(), &
       maximum => null(), stop_mpi => null()
 

@@ -125,7 +125,7 @@ contains
       type(shared_t), intent(inout) :: shared
 
       type(runner_t) :: runner
-      ! not a component of the runner, because a compiler loses its other components when one component is finalised
+      ! not a component of the runner, because gfortran 12 deallocates the other components if a component is finalised
       type(set_store_t), target :: sets
       type(chunk_rows_t) :: chunk
       type(failure_t), allocatable :: failure

@@ -86,7 +86,7 @@ contains
    end subroutine print_sweep
 
    !> Name each parameter whose value in the best case is the minimum or maximum of its range, because better cases may
-   !> lie beyond it.
+   !> lie beyond this limit.
    subroutine print_parameters_at_limits(unit, scene, plan, values)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
