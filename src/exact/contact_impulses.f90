@@ -49,13 +49,14 @@ contains
 
       velocity = [(velocity_of(self, flights(i), motion), i=1, size(flights))]
       call arrest(self, flights, velocity, motion, response, impulse)
+      ! one of several contacts may gain energy from the others, for example if a body is between both
+      call charge_event(motion%recorder%energy_balance, 0.5_wp*sum(impulse*velocity))
       do i = 1, size(flights)
          associate (capture => captures(flights(i)), state => self%states(flights(i)))
             capture%is_captured = .true.
             capture%velocity = velocity(i)
             capture%impulse = impulse(i)
             capture%energy_change = 0.5_wp*impulse(i)*velocity(i)
-            call charge_event(motion%recorder%energy_balance, capture%energy_change)
             state%lost_at_impacts = state%lost_at_impacts - capture%energy_change
          end associate
       end do
