@@ -179,26 +179,20 @@ contains
       !> Bounds of the signal itself at 0, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
-      ! instant t of the present evaluation, and of that `before`; length of the step to the next evaluation
-      real(wp) :: t, before, step
+      ! instant of the present evaluation, and length of the step to the next one
+      real(wp) :: t, step
       type(bounds_t) :: bounds
       integer(i8) :: budget
       integer :: order
-      logical :: is_found
 
       budget = huge(budget)
       if (present(max_evaluations)) budget = max_evaluations
       t = 0.0_wp
-      before = 0.0_wp
       call bounds_at_start(signal, order, bounds, search, at_start)
       if (present(history)) history%count = 0
       search%ceiling = merge(bounds%signal, huge(1.0_wp), order == 0)
       do
          search%max_value = max(search%max_value, bounds%signal)
-         if (order > 0 .and. t > 0.0_wp) then
-            call lower_order(signal, before, t, order, bounds, search, is_found)
-            if (is_found) return
-         end if
          if (present(history) .and. order == 0) call record_bounds(history, t, bounds)
          if (order == 0 .and. falls_to_zero(bounds)) then
             call find_bracketed_zero(signal, t, bounds, limit, search)
@@ -229,10 +223,9 @@ contains
             call end_at_zero(signal, t, order, bounds, search)
             return
          end if
-         before = t
          t = t + step
-         call signal%find_bounds(t, order, bounds)
-         search%evaluations = search%evaluations + 1_i8
+         call evaluate_step(signal, t - step, t, order, bounds, search)
+         if (search%outcome == found_zero) return
       end do
    end subroutine first_zero
 
@@ -327,31 +320,33 @@ contains
       end if
    end subroutine bounds_at_start
 
-   !> Search a lower derivative, or the signal itself, as soon as its value is clearly (64 times) above rounding.
-   subroutine lower_order(signal, before, t, order, bounds, search, is_found)
+   !> Evaluate at the end of a step. A lower derivative, or the signal itself, is searched from there on as soon as its
+   !> value is clearly (64 times) above rounding.
+   subroutine evaluate_step(signal, before, t, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
-      !> Instants of the last evaluation but one (`before`) and of the last one (`t`)
+      !> Start and end of the step
       real(wp), intent(in) :: before, t
-      !> Order of the derivative, > 0
+      !> Order of the derivative that is searched
       integer, intent(inout) :: order
       !> Values and bounds of that derivative at t
-      type(bounds_t), intent(inout) :: bounds
+      type(bounds_t), intent(out) :: bounds
+      !> `found_zero` on return if the signal has a zero before t
       type(search_t), intent(inout) :: search
-      !> Whether the signal has a zero before t
-      logical, intent(out) :: is_found
 
       type(bounds_t) :: lower
 
-      is_found = bounds%signal < -max(max_dip, 64.0_wp*bounds%signal_rounding)
-      if (is_found) then
+      call signal%find_bounds(t, 0, bounds)
+      search%evaluations = search%evaluations + 1_i8
+      if (order > 0 .and. bounds%signal < -max(max_dip, 64.0_wp*bounds%signal_rounding)) then
          ! the derivative that should have made the signal positive was lost in rounding error
          search%outcome = found_zero
          search%time = start_of_dip(signal, before, t)
-      else if (bounds%signal > 64.0_wp*bounds%signal_rounding) then
+      else if (order == 0 .or. bounds%signal > 64.0_wp*bounds%signal_rounding) then
          order = 0
+      else
          call signal%find_bounds(t, order, bounds)
          search%evaluations = search%evaluations + 1_i8
-      else if (order > 1) then
+         if (order == 1) return
          call signal%find_bounds(t, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
@@ -359,7 +354,7 @@ contains
             bounds = lower
          end if
       end if
-   end subroutine lower_order
+   end subroutine evaluate_step
 
    !> Whether the signal has decayed so far that its digits underflow.
    elemental function has_decayed(bounds) result(is)
@@ -445,8 +440,9 @@ contains
       type(search_t), intent(inout) :: search
 
       type(bracket_t) :: bracket
-      real(wp) :: t, value, slope, t_before, value_before, slope_before
+      real(wp) :: t, value, slope, t_before, value_before, slope_before, t_next
 
+      bracket = bracket_t(step_spacings=2.0_wp, value_tolerance=max(0.25_wp*at_start%rounding, tiny(1.0_wp)))
       associate (value => at_start%value, slope => at_start%slope)
          bracket%low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%two_sided_bound*value) - slope)
          bracket%high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*curvature_bound(at_start)*value) - slope)
@@ -454,9 +450,6 @@ contains
          ! first estimate: the zero of the parabola through value, slope and curvature
          t = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*at_start%curvature*value) - slope)
       end associate
-      bracket%step_spacings = 2.0_wp
-      bracket%value_tolerance = max(0.25_wp*at_start%rounding, tiny(1.0_wp))
-      bracket%max_evaluations = 100
       bracket%point = min(max(t, bracket%low), bracket%high)
       t_before = start
       value_before = at_start%value
@@ -466,8 +459,15 @@ contains
          call signal%evaluate(t, value, slope)
          search%evaluations = search%evaluations + 1_i8
          call enter_value(bracket, value)
-         call choose_point(bracket, t + inverse_cubic_step(t - t_before, value_before, slope_before, value, slope))
+         t_next = t + inverse_cubic_step(t - t_before, value_before, slope_before, value, slope)
          t_before = t
+         if (.not. bracket%is_found .and. t_next > bracket%low .and. t_next < bracket%high .and. &
+            0.5_wp*at_start%two_sided_bound*(t_next - t)**2 <= bracket%value_tolerance) then
+            ! from t to the zero the signal leaves its tangent by less than the tolerance
+            bracket%is_found = .true.
+            t = t_next
+         end if
+         call choose_point(bracket, t_next)
          value_before = value
          slope_before = slope
       end do

@@ -193,7 +193,26 @@ contains
          if (search%outcome == found_zero) return
       end if
       call first_zero(self, limit, search, history, at_start=at_start)
+      if (associated(self%last) .and. search%outcome == found_zero) call shift_state(self%oscillators, search%time, &
+         self%last)
    end subroutine find_zero
+
+   !> Shift a state to another instant, if the rounding error of the state exceeds the square of the change.
+   pure subroutine shift_state(oscillators, time, state)
+      type(oscillators_t), intent(in) :: oscillators
+      real(wp), intent(in) :: time
+      type(modal_state_t), intent(inout) :: state
+
+      ! maximum of the interval times the fastest modal rate
+      real(wp), parameter :: max_angle = 1.0e-8_wp
+      real(wp) :: step
+
+      step = time - state%time
+      if (.not. abs(step)*maxval(oscillators%decay + 2.0_wp*oscillators%spread) < max_angle) return
+      state%time = time
+      state%z(:) = state%z + step*state%v
+      state%v(:) = state%v + step*acceleration(oscillators, state%z, state%v)
+   end subroutine shift_state
 
    !> The end of a short flight, in which the signal rises from zero, by `find_short_flight`.
    subroutine find_end_of_short_flight(self, limit, search, slope, harmonics, frequency)

@@ -126,6 +126,8 @@ contains
       if (.not. max(abs(slope), abs(curvature), jerk) < max_magnitude) return
       trial_step = step
       do while (trial_step > 0.0_wp .and. trial_step < max_magnitude)
+         ! a cubic that vanishes within the step vanishes within all its multiples
+         if (.not. value + trial_step*(slope + trial_step*(0.5_wp*curvature - trial_step*jerk/6.0_wp)) > 0.0_wp) exit
          !$omp simd private(curvature_term, jerk_term, h, lower_bound) reduction(max:longest)
          do j = 1, size(multiples)
             h = min(multiples(j)*trial_step, max_magnitude)
