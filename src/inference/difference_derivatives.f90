@@ -165,11 +165,11 @@ contains
       !> Error of the limit
       real(wp), intent(out) :: error
 
-      ! the changes between the estimates of the smallest steps, twice extrapolated, are due to errors of the values
+      ! changes between the estimates of the smallest steps, extrapolated up to twice, are due to errors of the values
       integer, parameter :: extrapolations = 2, last_steps = 2
       ! two entries contradict each other if they differ by more than this multiple of their errors
       real(wp), parameter :: contradiction = 3.0_wp
-      real(wp) :: table(size(estimates), 0:size(estimates) - 1), change, error_of_values
+      real(wp) :: table(size(estimates), 0:size(estimates) - 1), error_of_values
       ! errors of the entries of one step, [extrapolations]
       real(wp) :: errors(size(estimates) - 1)
       integer :: j, k, n
@@ -183,13 +183,17 @@ contains
             table(j + 1:, j) = (factor*table(j + 1:, j - 1) - table(j:n - 1, j - 1))/(factor - 1.0_wp)
          end associate
       end do
-      error_of_values = rounding
-      associate (last => min(extrapolations, n - 1))
-         do k = max(last + 2, n - last_steps + 1), n
-            change = 2.0_wp*abs(table(k, last) - table(k - 1, last))*h(k)
-            if (ieee_is_finite(change)) error_of_values = max(error_of_values, change)
-         end do
-      end associate
+      ! an event among the steps changes the columns that extrapolate across it; errors of the values change all columns
+      error_of_values = huge(1.0_wp)
+      do j = 0, min(extrapolations, n - 2)
+         associate (first => max(j + 2, n - last_steps + 1))
+            associate (changes => 2.0_wp*abs(table(first:, j) - table(first - 1:n - 1, j))*h(first:))
+               if (any(ieee_is_finite(changes))) error_of_values = min(error_of_values, &
+                  maxval(changes, mask=ieee_is_finite(changes)))
+            end associate
+         end associate
+      end do
+      error_of_values = max(merge(error_of_values, 0.0_wp, error_of_values < huge(1.0_wp)), rounding)
       limit = ieee_value(1.0_wp, ieee_quiet_nan)
       error = huge(1.0_wp)
       do k = n, 2, -1

@@ -3,7 +3,7 @@
 module fit_model
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use analyses, only: analysed_t, of_run
-   use case_runs, only: run_next, runner_t
+   use case_runs, only: run_case, runner_t, set_case
    use failures, only: failure_t
    use history_list, only: force_stop
    use inference_settings, only: fit_settings_t, observed_acceleration_tip, observed_force, observed_impacts, &
@@ -14,7 +14,7 @@ module fit_model
    use motion_run, only: set_store_t
    use quantities, only: quantity_named, units_t
    use response_types, only: event_contact, event_impact, response_t
-   use run_settings, only: output_settings_t
+   use run_settings, only: count_samples, output_settings_t, response_settings_t
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_plan, only: fraction_at_value, plan_t, value_at_fraction
@@ -227,15 +227,21 @@ contains
       type(output_settings_t) :: output
       type(units_t) :: units
       real(wp) :: unit_of_time, last
-      real(wp), allocatable :: instants(:), values_of_shape(:)
+      real(wp), allocatable :: instants(:)
       integer, allocatable :: place(:)
-      integer :: i, node
 
       if (allocated(self%reason)) deallocate (self%reason)
       found = 0.0_wp
+      call set_case(self%runner, values, error)
+      if (allocated(error)) then
+         self%reason = error%message
+         return
+      end if
       units = units_in(self%runner%scene)
       unit_of_time = 1.0_wp
       if (units%are_physical) unit_of_time = units%factor(quantity_named('time'))
+      if (.not. observed_table(self%fit%observed)%is_feature) call lengthen(self%runner%scene%response, &
+         self%fit%time(size(self%fit%time))/unit_of_time)
       last = self%runner%scene%response%duration
       output%history = .false.
       output%history(force_stop) = self%fit%observed == observed_force
@@ -254,40 +260,75 @@ contains
          call request_shapes(instants, output, place)
       end if
       self%runner%scene%output = output
-      call run_next(self%runner, values, response, analysed, error, self%sets, of_run)
+      call run_case(self%runner, response, analysed, error, self%sets, of_run)
       if (allocated(error)) then
          self%reason = error%message
          return
       end if
-      units = units_in(self%runner%scene)
       if (observed_table(self%fit%observed)%is_feature) then
          call find_features(response, self%fit%observed, nint(time), last, found)
       else if (self%fit%observed == observed_force) then
          call interpolate(response%tau, response%history(force_stop)%values, time/unit_of_time, found)
       else
-         associate (position => self%runner%beam%model%mesh%position)
-            node = ubound(response%shape_displacement, 1)
-            if (.not. observed_table(self%fit%observed)%is_of_tip) node = lbound(response%shape_displacement, 1) - 1 + &
-               minloc(abs(position - self%runner%scene%stop%position), dim=1)
-         end associate
-         ! an instant at the end of the run may exceed the last shape by rounding
-         place = min(place, size(response%shape_tau))
-         if (self%fit%observed == observed_acceleration_tip) then
-            values_of_shape = response%shape_velocity(node, place)
-            do i = 1, size(found)
-               if (instants(i + 1) > instants(i)) found(i) = (values_of_shape(i + 1) - values_of_shape(i)) &
-                  /(instants(i + 1) - instants(i))
-            end do
-         else if (observed_table(self%fit%observed)%quantity == 'velocity') then
-            found = response%shape_velocity(node, place)
-         else
-            found = response%shape_displacement(node, place)
-         end if
+         call sample_shapes(self, response, instants, place, found)
       end if
       if (units%are_physical) found = found*units%factor(quantity_named(observed_table(self%fit%observed)%quantity))
       if (.not. all(ieee_is_finite(found))) self%reason = 'the run has no finite values'
       if (present(response_of_run)) response_of_run = response
    end subroutine find_signal_of_run
+
+   !> Lengthen a run to the end of the signal. A duration in periods is shorter in time for a shorter beam, but the
+   !> signal keeps its length.
+   pure subroutine lengthen(response, end_of_signal)
+      type(response_settings_t), intent(inout) :: response
+      !> Instant of the last sample of the signal, tau
+      real(wp), intent(in) :: end_of_signal
+
+      ! the end of a signal exceeds the last sample of its run by rounding at most
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp) :: last_sample
+
+      last_sample = real(count_samples(response%duration, response%step), wp)*response%step
+      if (end_of_signal > (1.0_wp + rounding)*last_sample) response%duration = end_of_signal + response%step
+   end subroutine lengthen
+
+   !> Evaluate a displacement, a velocity or a mean acceleration in the deflected shapes of a run.
+   subroutine sample_shapes(model, response, instants, place, found)
+      type(fit_model_t), intent(in) :: model
+      !> Response with shapes
+      type(response_t), intent(in) :: response
+      !> Instants of the samples or, for accelerations, limits of their cells, tau
+      real(wp), intent(in) :: instants(:)
+      !> Index of the shape of each instant, [instants]
+      integer, intent(in) :: place(:)
+      !> Dimensionless signal, [samples]
+      real(wp), intent(out) :: found(:)
+
+      real(wp), allocatable :: values(:)
+      ! index of the shape of each instant that exists
+      integer :: existing(size(place))
+      integer :: i, node
+
+      found = 0.0_wp
+      associate (position => model%runner%beam%model%mesh%position)
+         node = ubound(response%shape_displacement, 1)
+         if (.not. observed_table(model%fit%observed)%is_of_tip) node = lbound(response%shape_displacement, 1) - 1 + &
+            minloc(abs(position - model%runner%scene%stop%position), dim=1)
+      end associate
+      ! an instant at the end of the run may exceed the last shape by rounding
+      existing = min(place, size(response%shape_tau))
+      if (model%fit%observed == observed_acceleration_tip) then
+         values = response%shape_velocity(node, existing)
+         do i = 1, size(found)
+            if (instants(i + 1) > instants(i)) found(i) = (values(i + 1) - values(i)) &
+               /(instants(i + 1) - instants(i))
+         end do
+      else if (observed_table(model%fit%observed)%quantity == 'velocity') then
+         found = response%shape_velocity(node, existing)
+      else
+         found = response%shape_displacement(node, existing)
+      end if
+   end subroutine sample_shapes
 
    !> Find features of a motion by their numbers. An impact that the run does not have gets the instant of the end of
    !> the run; a rebound that the run does not have gets the height 0.

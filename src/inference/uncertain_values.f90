@@ -8,7 +8,10 @@ module uncertain_values
    use fit_model, only: max_name_length
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: wp
+   use number_text, only: to_text
+   use reader_units, only: scene_unit_of
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use sweep_plan, only: axis_t, fraction_at_value, plan_t
    implicit none (type, external)
    private
@@ -18,6 +21,8 @@ module uncertain_values
    type :: estimate_t
       !> Names of the fitted parameters, [parameters]
       character(max_name_length), allocatable :: names(:)
+      !> Unit of each parameter; '1': none, [parameters]
+      character(max_name_length), allocatable :: units(:)
       !> Estimates of the parameters, [parameters]
       real(wp), allocatable :: values(:)
       !> Covariance of the estimates, [parameters, parameters]
@@ -39,6 +44,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(estimate_t) :: estimate
+      character(:), allocatable :: unit
       integer, allocatable :: of_fit(:)
       integer :: k
 
@@ -58,10 +64,20 @@ contains
       end if
       do k = 1, size(of_fit)
          if (of_fit(k) == 0) cycle
-         if (.not. ieee_is_nan(estimate%covariance(of_fit(k), of_fit(k)))) cycle
-         call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': "// &
-            trim(estimate%names(of_fit(k)))//' has no covariance: the signal of the fit does not depend on it')
-         return
+         associate (j => of_fit(k))
+            if (ieee_is_nan(estimate%covariance(j, j))) then
+               call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': "// &
+                  trim(estimate%names(j))//' has no covariance: the signal of the fit does not depend on it')
+               return
+            end if
+            unit = scene_unit_of(units_in(scene), plan%axes(k)%parameter%quantity)
+            if (unit == '') unit = '1'
+            if (estimate%units(j) == unit) cycle
+            call fail(error, status_bad_input, "&uncertainty fit = '"//scene%uncertainty%fit//"': "// &
+               trim(estimate%names(j))//" has the unit '"//trim(estimate%units(j))//"' there and '"//unit//"' here: " &
+               //'both scenes need the same units')
+            return
+         end associate
       end do
       call distribute_jointly(plan, of_fit, estimate)
       if (.not. allocated(scene%uncertainty%normal)) return
@@ -127,6 +143,8 @@ contains
       ! numbers from the standard normal distribution, [cases, parameters of the fit]
       real(wp), allocatable :: scores(:, :)
       real(wp) :: value
+      ! number of cases that are set to an end of the range
+      integer :: at_an_end
       integer :: i, j, k
 
       axes = pack([(k, k=1, size(of_fit))], of_fit > 0)
@@ -139,14 +157,17 @@ contains
       call factorise(factor)
       do k = 1, size(axes)
          associate (axis => plan%axes(axes(k)))
-            axis%distribution = 'normal, as fitted'
+            at_an_end = 0
             do i = 1, plan%cases
                value = estimate%values(of_fit(axes(k)))
                do j = 1, k
                   value = value + factor(k, j)*scores(i, j)
                end do
                axis%values(i) = min(max(value, axis%minimum), axis%maximum)
+               if (value < axis%minimum .or. value > axis%maximum) at_an_end = at_an_end + 1
             end do
+            axis%distribution = 'normal, as fitted'
+            if (at_an_end > 0) axis%distribution = trim(axis%distribution)//', '//to_text(at_an_end)//' at an end'
          end associate
       end do
    end subroutine distribute_jointly
@@ -194,8 +215,9 @@ contains
       call file%members_of('fit', members)
       n = int(sum(members%points, mask=members%name == 'estimate'))
       deallocate (estimate%names)
-      allocate (estimate%names(n), estimate%values(n), estimate%covariance(n, n))
+      allocate (estimate%names(n), estimate%units(n), estimate%values(n), estimate%covariance(n, n))
       call file%load('fit/name', estimate%names)
+      call file%load('fit/unit', estimate%units)
       call file%load('fit/estimate', estimate%values)
       call file%load('fit/joint/covariance', estimate%covariance)
       if (.not. file%is_sound()) then

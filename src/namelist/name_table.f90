@@ -456,12 +456,13 @@ contains
                   applies = is_among(other%words(nint(other%value)), needs%words)
                end if
             end associate
-         else if (needs%without /= '') then
+         end if
+         if (needs%without /= '') then
             do i = table%groups(group)%first_entry, table%groups(group)%last_entry
                if (.not. table%entries(i)%is_given) cycle
                if (is_among(table%entries(i)%name%name, needs%without)) applies = .false.
             end do
-         else if (needs%group /= '') then
+         else if (needs%name == '' .and. needs%group /= '') then
             applies = table%groups(group)%is_wanted
          end if
          ! names of a group that may be repeated, and of &section, are in the table even if the scene lacks the group

@@ -52,10 +52,12 @@ contains
          call list_dimension(section%diameter, 63, 'diameter', 'diameter', height_range, round, 'none: give some')
          call list_dimension(section%outer_diameter, 64, 'outer_diameter', 'outer diameter', height_range, tube, &
             'none: give some')
-         call list_dimension(section%wall, 65, 'wall', 'thickness of the wall', height_range, tube, &
-            'none: give it or inner_diameter')
+         call list_dimension(section%wall, 65, 'wall', 'thickness of the wall', height_range, &
+            condition_t(name='shape', words='tube', without='inner_diameter', &
+            phrase="shape = 'tube', not with inner_diameter"), 'none: give it or inner_diameter')
          call list_dimension(section%inner_diameter, 66, 'inner_diameter', 'inner diameter', height_range, &
-            condition_t(name='shape', words='tube', without='wall'), 'that of wall')
+            condition_t(name='shape', words='tube', without='wall', phrase="shape = 'tube', not with wall"), &
+            'that of wall')
          call table%bind(section%area, name_t('area', 'area, one value or one a station', range_t(0.0_wp, 1.0e24_wp), &
             general, default='none: give some', is_optional=.true.))
          call table%bind(section%inertia, name_t('inertia', 'second moment of area, one value or one a station', &

@@ -50,7 +50,7 @@ module inference_settings
       !> First step of the finite differences, as a fraction of the value
       real(wp) :: step = 0.02_wp
       !> Number of steps, each half of the preceding one
-      integer :: steps = 12
+      integer :: steps = 16
    end type sensitivity_settings_t
 
    !> Settings of &fit.

@@ -17,7 +17,7 @@ module case_runs
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: runner_t, start_runner, run_next, case_interface, case_t, run_cases
+   public :: runner_t, start_runner, set_case, run_case, run_next, case_interface, case_t, run_cases
 
    !> State of the runs of one thread.
    type :: runner_t
@@ -95,22 +95,14 @@ contains
       if (scene%mesh%tolerance > 0.0_wp) allocate (runner%extremes(2), source=runner%scene)
    end subroutine start_runner
 
-   !> Run a case. Cases with the same beam share its modes.
-   subroutine run_next(runner, values, response, analysed, error, sets, selection)
+   !> Give the scene of a runner the parameters of a case. Its units of time and force may change with them.
+   subroutine set_case(runner, values, error)
       type(runner_t), intent(inout) :: runner
       !> Values of the parameters
       real(wp), intent(in) :: values(:)
-      type(response_t), intent(out) :: response
-      !> Analyses of the run with their results; empty if none is requested
-      type(analysed_t), allocatable, intent(out) :: analysed(:)
-      !> Set if the case fails
+      !> Set if the scene refuses them
       type(failure_t), allocatable, intent(out) :: error
-      !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
-      type(set_store_t), target, intent(inout), optional :: sets
-      !> `of_run` or `of_beam`: only analyses of this kind are computed; absent: all
-      logical, intent(in), optional :: selection
 
-      type(run_settings_t) :: settings
       character(:), allocatable :: problem
       integer :: i
 
@@ -126,9 +118,25 @@ contains
       end if
       !$omp end critical (case_scenes)
       if (allocated(problem)) call fail(error, status_run_failed, problem)
-      if (allocated(error)) return
-      runner%values = values
-      call update_case_beam(runner%scene, values, runner%parameter%changes_beam, runner%beam, runner%extremes)
+      if (.not. allocated(error)) runner%values = values
+   end subroutine set_case
+
+   !> Run the case that `set_case` set. Cases with the same beam share its modes.
+   subroutine run_case(runner, response, analysed, error, sets, selection)
+      type(runner_t), intent(inout) :: runner
+      type(response_t), intent(out) :: response
+      !> Analyses of the run with their results; empty if none is requested
+      type(analysed_t), allocatable, intent(out) :: analysed(:)
+      !> Set if the case fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
+      type(set_store_t), target, intent(inout), optional :: sets
+      !> `of_run` or `of_beam`: only analyses of this kind are computed; absent: all
+      logical, intent(in), optional :: selection
+
+      type(run_settings_t) :: settings
+
+      call update_case_beam(runner%scene, runner%values, runner%parameter%changes_beam, runner%beam, runner%extremes)
       if (allocated(runner%beam%error)) error = runner%beam%error
       if (allocated(error)) return
       settings = run_settings_of(runner%scene)
@@ -141,6 +149,25 @@ contains
       ! only a mesh that was found within a tolerance has a check
       if (runner%beam%check%finer_elements > 0) response%mesh_check = runner%beam%check
       call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, selection)
+   end subroutine run_case
+
+   !> Set a case and run it.
+   subroutine run_next(runner, values, response, analysed, error, sets, selection)
+      type(runner_t), intent(inout) :: runner
+      !> Values of the parameters
+      real(wp), intent(in) :: values(:)
+      type(response_t), intent(out) :: response
+      !> Analyses of the run with their results; empty if none is requested
+      type(analysed_t), allocatable, intent(out) :: analysed(:)
+      !> Set if the case fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> As for `run_case`
+      type(set_store_t), target, intent(inout), optional :: sets
+      !> As for `run_case`
+      logical, intent(in), optional :: selection
+
+      call set_case(runner, values, error)
+      if (.not. allocated(error)) call run_case(runner, response, analysed, error, sets, selection)
    end subroutine run_next
 
    !> Run all cases of a scene, in the order of the values.

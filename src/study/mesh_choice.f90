@@ -193,7 +193,9 @@ contains
 
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
-   !> graded mesh differs less from the next finer uniform one.
+   !> graded mesh differs less from the next finer uniform one. Stops, supports and masses force nodes, so that meshes
+   !> of different requested numbers can have almost the same nodes: meshes are compared if the finer one has at least
+   !> 5/4 of the elements of the other.
    subroutine refine_mesh(scene, settings, work_fraction, beam)
       type(scene_t), intent(in) :: scene
       !> Settings of the runs that are compared; those of a search that the scene does not request become shorter
@@ -224,12 +226,18 @@ contains
             reserve*horizon_of(coarse%response, settings%response%duration))
       end if
       i = 1
+      last = 1
       do while (i < size(meshes))
          call run_on_mesh(scene, settings, meshes(i + 1), grading, fine)
          work = work + work_of(fine%response, settings)
          check(i) = mesh_check_t(elements=coarse%elements, finer_elements=fine%elements, tolerance=tolerance, &
             ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed, &
-            is_relative=scene%mesh%is_sought)
+            is_relative=scene%mesh%is_sought, difference=huge(1.0_wp))
+         if (4*fine%beam%model%mesh%elements < 5*coarse%beam%model%mesh%elements) then
+            coarse = fine
+            i = i + 1
+            cycle
+         end if
          call compare(settings%response%duration, coarse, fine, check(i))
          if (check(i)%difference <= agreement*tolerance) then
             beam = coarse%beam

@@ -34,7 +34,7 @@ module sweep_plan
       !> Whether the values from minimum to maximum are evenly spaced on a logarithmic scale
       logical :: is_logarithmic = .false.
       !> Distribution of the values, in words; empty: they are evenly spaced
-      character(24) :: distribution = ''
+      character(40) :: distribution = ''
       !> Index of the axis whose values this one follows, value by value; 0: it is an axis of its own
       integer :: leader = 0
    end type axis_t
