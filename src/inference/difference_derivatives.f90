@@ -1,6 +1,6 @@
-!> Derivatives of computed values by Richardson's extrapolation of differences, with an estimate of their errors
-!> (C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75). A value may have a kink or a jump where an event appears or
-!> disappears, so the one-sided derivatives are computed too, and a derivative exists only if they agree.
+!> Derivatives of computed values by Richardson's extrapolation of differences, with an estimate of their errors (C. J.
+!> F. Ridders, Adv. Eng. Softw. 4 (1982) 75). A value may have a kink or a jump where an event appears or disappears, so
+!> the one-sided derivatives are computed too, and a derivative exists only if both agree.
 module difference_derivatives
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -49,7 +49,7 @@ module difference_derivatives
    !> One-sided derivatives agree if they differ by at most this multiple of their errors plus a fraction of their
    !> magnitude.
    real(wp), parameter :: error_multiple = 10.0_wp
-   !> This fraction.
+   !> Fraction of their magnitude by which one-sided derivatives that agree may differ.
    real(wp), parameter :: relative_tolerance = 1.0e-4_wp
    !> Maximum relative error of a derivative that exists; for example, estimates at a square root grow without limit.
    real(wp), parameter :: max_relative_error = 0.05_wp
@@ -152,7 +152,7 @@ contains
    !> large steps, which an event may disturb, can agree by coincidence. The error of an entry is twice its difference
    !> from its two neighbours, and the error of the values over the step.
    pure subroutine extrapolate(estimates, h, power, rounding, limit, error)
-      !> Estimates, the one with the largest step first; NaN: unknown
+      !> Estimates, in the order of decreasing steps; NaN: unknown
       real(wp), intent(in) :: estimates(:)
       !> Steps, [estimates]
       real(wp), intent(in) :: h(:)

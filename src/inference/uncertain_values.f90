@@ -93,7 +93,7 @@ contains
       type(axis_t), intent(in) :: axis
       real(wp) :: probability(size(axis%values))
 
-      ! least distance from the probabilities 0 and 1, whose normal quantiles are infinite
+      ! minimum distance from the probabilities 0 and 1, whose normal quantiles are infinite
       real(wp), parameter :: min_distance = 1.0e-12_wp
 
       probability = fraction_at_value(axis%minimum, axis%maximum, axis%is_logarithmic, axis%values)

@@ -49,7 +49,7 @@ module inference_settings
       integer, allocatable :: measures(:)
       !> First step of the finite differences, as a fraction of the value
       real(wp) :: step = 0.02_wp
-      !> Number of steps, each half of the preceding one
+      !> Number of steps, each half of the preceding step
       integer :: steps = 16
    end type sensitivity_settings_t
 

@@ -6,7 +6,7 @@ module warning_list
    public :: warning_thick_beam, warning_first_frequency, warning_position_ratio, warning_dimensionless_time, &
       warning_identical_stops, warning_default_start
    public :: warning_youngs_modulus, warning_former_name, warning_large_slope, warning_over_strength
-   public :: warning_uncounted_cycles, warning_table_end
+   public :: warning_uncounted_cycles, warning_table_end, warning_stress_start
 
    !> Indices of the warnings in `warning_names`. The beam is so thick that shear, which the theory neglects, is not
    !> small.
@@ -33,10 +33,13 @@ module warning_list
    integer, parameter :: warning_uncounted_cycles = 11
    !> The table of a load ends during the run, with a value that is not zero, so that the load jumps to zero.
    integer, parameter :: warning_table_end = 12
+   !> An extreme of the stress lies at the start, where the velocity does not fulfil the conditions at the root or a
+   !> support: the damping moment has no limit on finer meshes.
+   integer, parameter :: warning_stress_start = 13
    !> Names by which users see and silence (`silent_warnings` of &scene) the warnings.
-   character(*), parameter :: warning_names(12) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
+   character(*), parameter :: warning_names(13) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
       'identical_stops', 'start', 'youngs_modulus', 'former_name', 'slope', &
-      'strength', 'cycles', 'table_end']
+      'strength', 'cycles', 'table_end', 'stress_start']
 
    !> A warning about a scene.
    type :: warning_t

@@ -53,7 +53,7 @@ module case_runs
    end type case_t
 
    abstract interface
-      !> Compute a case in another way than by one run; for example, fit a signal from the parameters of the case.
+      !> Compute a case otherwise than by one run; for example, fit a signal from the parameters of the case.
       subroutine case_interface(runner, values, row, reason, sets, extras)
          import :: runner_t, set_store_t, wp
          implicit none (type, external)

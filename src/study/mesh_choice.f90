@@ -193,9 +193,9 @@ contains
 
    !> Refine the mesh until the motion converges within the tolerance. The elements have equal lengths; for a beam that
    !> is thinner at the tip, from `graded_elements` on they have lengths proportional to the local wavelength, if this
-   !> graded mesh differs less from the next finer uniform one. Stops, supports and masses force nodes, so that meshes
-   !> of different requested numbers can have almost the same nodes: meshes are compared if the finer one has at least
-   !> 5/4 of the elements of the other.
+   !> graded mesh differs less from the next finer mesh than the uniform mesh does. Stops, supports and masses force
+   !> nodes, so that meshes of different requested numbers can have almost the same nodes: meshes are compared if the
+   !> finer one has at least 5/4 of the elements of the other.
    subroutine refine_mesh(scene, settings, work_fraction, beam)
       type(scene_t), intent(in) :: scene
       !> Settings of the runs that are compared; those of a search that the scene does not request become shorter
@@ -251,7 +251,7 @@ contains
             if (of_graded%difference < check(i)%difference) then
                grading = other_grading
                coarse = graded
-               ! the graded mesh is now compared with a finer graded one
+               ! the graded mesh is now compared with a finer graded mesh
                cycle
             end if
          end if
@@ -272,9 +272,9 @@ contains
       beam%check = check(i)
    end subroutine refine_mesh
 
-   !> If nothing touches in the first of the runs that are compared, lengthen them: they then end as long after the
-   !> first contact as they ended after the start or, if no contact occurs in the whole run, after the last onset of a
-   !> load.
+   !> If the beam touches nothing in the first of the runs that are compared, lengthen the runs: they then end as long
+   !> after the first contact as they ended after the start or, if no contact occurs in the whole run, after the last
+   !> onset of a load.
    subroutine await_motion(requested, settings, first, work)
       !> Settings of the run
       type(run_settings_t), intent(in) :: requested
@@ -287,7 +287,7 @@ contains
 
       ! a longer run has at most this number of samples
       integer, parameter :: max_samples = 4096
-      ! ratio of the duration of a run to that of the run before, as long as nothing touches
+      ! ratio of the duration of a run to that of the run before, as long as the beam touches nothing
       real(wp), parameter :: growth = 4.0_wp
       real(wp) :: end, length, onset
 
@@ -325,10 +325,10 @@ contains
 
    end subroutine await_motion
 
-   !> The mesh if no mesh is within the tolerance: the coarsest one whose difference is at most twice the minimum
+   !> The mesh if no mesh is within the tolerance: the coarsest mesh whose difference is at most twice the minimum
    !> difference.
    pure function coarsest_near_minimum(difference) result(place)
-      !> Difference of each mesh from the next finer one, > 0
+      !> Difference of each mesh from the next finer mesh, > 0
       real(wp), intent(in) :: difference(:)
       integer :: place
 
@@ -461,7 +461,7 @@ contains
    pure subroutine gradings_of(scene, grading, other)
       type(scene_t), intent(in) :: scene
       real(wp), intent(out) :: grading
-      !> Second grading; equal to `grading` if there is only one
+      !> Second grading; equal to `grading` if there is only one grading
       real(wp), intent(out) :: other
 
       type(section_t) :: section
@@ -472,7 +472,7 @@ contains
       other = grading
       if (abs(scene%mesh%ratio - 1.0_wp) > 0.0_wp) return
       section = section_of(scene%beam)
-      ! sections are functions of the distance to the tip: 1 at the clamp, and the middle of the element at the tip
+      ! sections are functions of the distance to the tip: 1 at the root, and the middle of the element at the tip
       thickest = area(section, 1.0_wp)
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
       ! the wavelength of bending waves varies as the square root of the height; a slight taper needs no grading

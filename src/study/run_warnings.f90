@@ -1,7 +1,9 @@
-!> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength.
+!> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength, stresses
+!> without a limit on finer meshes.
 module run_warnings
    use history_list, only: eta_tip
    use kinds, only: wp
+   use load_settings, only: field_mode, start_drop, start_velocity
    use number_text, only: rounded
    use quantities, only: quantity_named, units_of, units_t
    use reader_units, only: phrase, with_unit, unit_in
@@ -10,7 +12,7 @@ module run_warnings
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_warnings, only: add_warning
-   use warning_list, only: warning_large_slope, warning_over_strength, warning_uncounted_cycles
+   use warning_list, only: warning_large_slope, warning_over_strength, warning_stress_start, warning_uncounted_cycles
    implicit none (type, external)
    private
    public :: warn_of_run
@@ -23,7 +25,8 @@ module run_warnings
 
 contains
 
-   !> Add warnings to a scene in units: of a slope that is not small, and of a stress beyond the strength.
+   !> Add warnings to a scene: of cycles that are not counted and of stresses that depend on the mesh; in units, of a
+   !> slope that is not small, and of a stress beyond the strength.
    subroutine warn_of_run(scene, response)
       type(scene_t), intent(inout) :: scene
       !> The run of the scene
@@ -45,6 +48,9 @@ contains
                //'measures have no stress_cycles, /stress those until then')
          end associate
       end if
+      if (has_unlimited_stress(scene, response)) call add_warning(scene, warning_stress_start, 'the stress has an ' &
+         //'extreme at the start, where the velocity does not fit the root or a support: with damping in proportion ' &
+         //'to stiffness it grows with the number of elements; measures after a start of &statistics leave it out')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it
@@ -64,5 +70,22 @@ contains
          //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run
+
+   !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a
+   !> support. The curvature of such a velocity, and with it the moment, grow with the number of elements.
+   pure function has_unlimited_stress(scene, response) result(answer)
+      type(scene_t), intent(in) :: scene
+      !> The run of the scene
+      type(response_t), intent(in) :: response
+      logical :: answer
+
+      answer = .false.
+      if (.not. allocated(response%moments) .or. scene%zeta <= 0.0_wp .or. allocated(scene%mode_ratios)) return
+      associate (start => scene%start, moments => response%moments)
+         if (start%kind /= start_drop .and. (start%kind /= start_velocity .or. start%field == field_mode)) return
+         answer = any((moments%minimum_tau <= 0.0_wp .and. moments%minimum < 0.0_wp) .or. &
+            (moments%maximum_tau <= 0.0_wp .and. moments%maximum > 0.0_wp))
+      end associate
+   end function has_unlimited_stress
 
 end module run_warnings

@@ -35,7 +35,7 @@ module sweep_plan
       logical :: is_logarithmic = .false.
       !> Distribution of the values, in words; empty: they are evenly spaced
       character(40) :: distribution = ''
-      !> Index of the axis whose values this one follows, value by value; 0: it is an axis of its own
+      !> Index of the axis whose values this axis follows, value by value; 0: it is an axis of its own
       integer :: leader = 0
    end type axis_t
 
@@ -51,8 +51,8 @@ module sweep_plan
       integer :: chunk_cases = 0
       !> Number of chunks
       integer :: chunks = 0
-      !> Number of cases in a chain, a sequence of cases of which each starts from the final state of the preceding one;
-      !> a chunk has whole chains. 0: the cases are independent
+      !> Number of cases in a chain, a sequence of cases of which each starts from the final state of the preceding
+      !> case; a chunk has whole chains. 0: the cases are independent
       integer :: chain = 0
       !> Whether the second half of a chain has the values of the first half in reverse order
       logical :: goes_back = .false.
