@@ -4,18 +4,18 @@ module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
-   use body_modes, only: damping_rate_of, squared_frequency_of
+   use body_modes, only: append_bodies, count_bodies
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
-   use mode_choice, only: rates_of_modes
+   use mode_choice, only: common_zeta, rates_of_modes
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: frequency_response_settings_t, scene_t
-   use stop_contacts, only: contact_t, contacts_of
+   use stop_contacts, only: contact_t, contacts_of, shape_of_contact
    implicit none (type, external)
    private
    public :: frequency_response_t
@@ -56,8 +56,9 @@ contains
       type(free_modes_t) :: modes
       type(applied_loads_t) :: loads
       type(contact_t), allocatable :: contacts(:)
-      real(wp), allocatable :: damping(:), force(:, :)
-      complex(wp), allocatable :: coordinate(:)
+      ! modal forces, and values of the modes at tip, bodies and contacts, [modes, number]
+      real(wp), allocatable :: damping(:), force(:, :), row(:, :)
+      complex(wp), allocatable :: amplitude(:)
       integer :: bodies, i, k, mode_count
 
       call find_modes_of_run(model, settings, modes, error)
@@ -65,39 +66,36 @@ contains
       mode_count = size(modes%square)
       ! a given number of modes excludes residual modes, and the higher modes of a small mesh
       if (settings%response%mode_count > 0) mode_count = min(mode_count, settings%response%mode_count)
+      bodies = count_bodies(settings)
+      if (bodies > 0) call append_bodies(settings%bodies, mode_count, modes)
+      mode_count = mode_count + bodies
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
-      force = matmul(transpose(modes%mode(:, :mode_count)), loads%vector(:size(modes%mode, 1), :))
-      ! coefficient 2 zeta W^2 + alpha of each modal velocity
-      damping = 2.0_wp*settings%zeta*modes%square(:mode_count) + rates_of_modes(settings, modes%square(:mode_count))
-      associate (unused => response, points => scene%frequency_response%points)
-         self%frequency = frequencies_of(scene%frequency_response)
-         bodies = 0
-         if (allocated(settings%bodies)) bodies = size(settings%bodies)
-         allocate (self%tip(points), self%stop(size(contacts), points), self%body(bodies, points))
-      end associate
-      do i = 1, size(self%frequency)
-         associate (omega => self%frequency(i), amplitude => amplitudes_at(settings, self%frequency(i)))
-            coordinate = matmul(force, amplitude)/cmplx(modes%square(:mode_count) - omega**2, omega*damping, wp)
-            do k = 1, bodies
-               associate (body => settings%bodies(k))
-                  self%body(k, i) = sum(loads%vector(size(loads%vector, 1) - bodies + k, :)*amplitude) &
-                     /(body%mass_ratio*cmplx(squared_frequency_of(body) - omega**2, omega*damping_rate_of(body), wp))
-               end associate
-            end do
-         end associate
-         self%tip(i) = sum(modes%mode(modes%tip_dof, :mode_count)*coordinate)
+      associate (order => model%mass%order, mode => modes%mode(:, :mode_count), square => modes%square(:mode_count))
+         force = matmul(transpose(mode), loads%vector)
+         ! coefficient 2 zeta W^2 + alpha of each modal velocity
+         damping = 2.0_wp*common_zeta(settings)*square + rates_of_modes(settings, square, modes%body)
+         allocate (row(mode_count, 1 + bodies + size(contacts)))
+         row(:, 1) = mode(modes%tip_dof, :)
+         row(:, 2:1 + bodies) = transpose(mode(order + 1:, :))
          do k = 1, size(contacts)
-            associate (dof => model%stop_dofs(contacts(k)%stop), number => contacts(k)%number, &
-               body => contacts(k)%settings%body)
-               self%stop(number, i) = (0.0_wp, 0.0_wp)
-               if (.not. contacts(k)%settings%is_of_base) self%stop(number, i) = sum(modes%mode(dof, &
-                  :mode_count)*coordinate)
-               if (body > 0) self%stop(number, i) = self%stop(number, i) &
-                  + merge(1.0_wp, -1.0_wp, contacts(k)%settings%is_of_base)*self%body(body, i)
-            end associate
+            row(:, 1 + bodies + contacts(k)%number) = contacts(k)%sign*shape_of_contact(contacts(k), &
+               model%stop_dofs(contacts(k)%stop), order, mode)
          end do
-      end do
+         self%frequency = frequencies_of(scene%frequency_response)
+         associate (unused => response, points => size(self%frequency))
+            allocate (self%tip(points), self%body(bodies, points), self%stop(size(contacts), points))
+         end associate
+         do i = 1, size(self%frequency)
+            associate (omega => self%frequency(i))
+               amplitude = matmul(matmul(force, amplitudes_at(settings, omega)) &
+                  /cmplx(square - omega**2, omega*damping, wp), row)
+            end associate
+            self%tip(i) = amplitude(1)
+            self%body(:, i) = amplitude(2:1 + bodies)
+            self%stop(:, i) = amplitude(2 + bodies:)
+         end do
+      end associate
    end subroutine compute
 
    !> Equally or logarithmically spaced frequencies; both ends of the range are exact.

@@ -26,10 +26,11 @@ module contact_phase
       phase_state_t, signal_of, start_phase, observed_gap
    use phase_sums, only: sample_accelerations
    use phase_transitions, only: apply_transition, project_gap
+   use response_records, only: record_bodies
    use response_types, only: body_record_t, response_t, contact_record_t
    use run_observers, only: reads_losses, observe, observe_events
    use run_recorder, only: requested_t, sample_t
-   use section_states, only: record_bodies, record_modes, state_at
+   use section_states, only: motion_of, record_modes, state_at
    use section_types, only: section_state_t
    use set_motions, only: find_end_terms
    use stop_contacts, only: datum_of
@@ -231,8 +232,8 @@ contains
       real(wp) :: state(size(self%now%z), 4)
       ! values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp) :: term(merge(self%now%set%coupled%count, 0, size(self%now%set%compliant) > 0))
-      ! gap of a contact and its rate; displacement and velocity of a massless node; `total` of all contact forces
-      real(wp) :: gap, rate, node(2), total
+      ! gap of a contact and its rate; displacement and velocity of a massless node; force Pbar of each contact
+      real(wp) :: gap, rate, node(2), force(size(self%records))
       integer :: k
       ! whether the contact is closed and rigid, so that gap and rate are zero
       logical :: is_constrained
@@ -256,7 +257,7 @@ contains
             z = unforced + z
             v = unforced_rate + v
          end if
-         total = 0.0_wp
+         force = 0.0_wp
          do k = 1, size(now%states)
             associate (record => self%records(k), sign => now%states(k)%contact%sign)
                node = node_motion_at(now%states(k), time)
@@ -269,9 +270,8 @@ contains
                if (allocated(record%eta)) record%eta(self%recorded) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%recorded) = sign*rate
                if (requested%history(force_stop) .and. set%is_closed(k)) then
-                  record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, term, &
-                     rate)
-                  total = total + record%force(self%recorded)
+                  force(k) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, term, rate)
+                  record%force(self%recorded) = force(k)
                end if
                ! the histories of the run refer to the release contact: eta = 0 at its undeformed surface
                if (k /= now%release_contact) cycle
@@ -288,8 +288,10 @@ contains
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
-         if (size(self%bodies) > 0) call record_bodies(now, z, v, self%recorded, self%records, self%bodies)
-         sample%history(force_stop) = total
+         if (allocated(self%bodies)) call record_bodies(self%recorded, reshape([(motion_of(now, z, v, &
+            now%beam%displacement(k)), k=1, size(self%bodies))], [2, size(self%bodies)]), now%states%contact, force, &
+            self%bodies)
+         sample%history(force_stop) = sum(force)
          if (any(requested%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
             self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)
          if (requested%energy) call sample_energy(self, time, state, term, sample)

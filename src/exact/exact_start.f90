@@ -22,7 +22,7 @@ module exact_start
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_set_store, phase_state_t
    use phase_transitions, only: begin_contacts_at_start, update_contacts
-   use response_records, only: open_body_record, open_contact_record
+   use response_records, only: open_bodies, open_contact_record
    use response_types, only: response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -128,12 +128,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer :: b
-
-      allocate (phase%bodies(size(phase%now%beam%displacement)))
-      do b = 1, size(phase%bodies)
-         call open_body_record(settings%bodies(b), settings%output, samples + 1, phase%bodies(b))
-      end do
+      call open_bodies(settings, samples + 1, phase%bodies)
       call find_opposite_contacts(phase%now)
       call open_observers(settings, phase%now%states%contact%number, .not. phase%now%states%is_rigid, &
          phase%now%release_contact, response, motion%observers, size(motion%q))
@@ -324,7 +319,7 @@ contains
       do k = 1, size(phase%records)
          response%contacts(phase%now%states(k)%contact%number) = phase%records(k)
       end do
-      if (size(phase%bodies) > 0) call move_alloc(phase%bodies, response%bodies)
+      call move_alloc(phase%bodies, response%bodies)
       lost_stop = sum(phase%now%states%dissipated)
       associate (balance => motion%recorder%energy_balance, measures => motion%observers%measures)
          ! dissipation in the beam is the remainder of the energy balance, because phases compute it only if energies

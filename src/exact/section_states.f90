@@ -7,13 +7,10 @@ module section_states
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
-   use response_records, only: record_body
-   use response_types, only: body_record_t, contact_record_t
    use section_types, only: run_sections_t, section_state_t
-   use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: state_at, record_modes, record_bodies, motion_of, restore_state
+   public :: state_at, record_modes, motion_of, restore_state
 
 contains
 
@@ -99,33 +96,6 @@ contains
       end associate
       motion = displacement%value*motion + [displacement%origin, 0.0_wp]
    end function motion_of
-
-   !> Record the bodies at a sample.
-   pure subroutine record_bodies(self, z, v, place, contacts, bodies)
-      type(phase_state_t), intent(in) :: self
-      !> Displacements of the constrained modes, [modes]
-      real(wp), intent(in) :: z(:)
-      !> Velocities of the constrained modes, [modes]
-      real(wp), intent(in) :: v(:)
-      !> Index of the sample in the histories
-      integer, intent(in) :: place
-      !> Contacts with the forces of the sample, in the order of `self%states`, not of the scene
-      type(contact_record_t), intent(in) :: contacts(:)
-      type(body_record_t), intent(inout) :: bodies(:)
-
-      real(wp) :: force, motion(2)
-      integer :: b, k
-
-      do b = 1, size(bodies)
-         force = 0.0_wp
-         do k = 1, size(contacts)
-            if (allocated(contacts(k)%force)) force = force + contacts(k)%force(place) &
-               *force_on_body(self%states(k)%contact, b)
-         end do
-         motion = motion_of(self, z, v, self%beam%displacement(b))
-         call record_body(place, motion(1), motion(2), force, bodies(b))
-      end do
-   end subroutine record_bodies
 
    !> Record the free modes at the sections in a phase.
    subroutine record_modes(self, tau, length, first, sections)

@@ -5,15 +5,11 @@ module newmark_bodies
    use beam_model, only: beam_model_t
    use body_modes, only: damping_rate_of, squared_frequency_of
    use kinds, only: lambda1_power4, wp
-   use newmark_run, only: newmark_run_t
-   use response_records, only: record_body
-   use response_types, only: body_record_t
    use run_settings, only: body_settings_t
    use skyline_matrix, only: skyline_t
-   use stop_contacts, only: force_on_body
    implicit none (type, external)
    private
-   public :: add_bodies, damp_bodies, record_bodies
+   public :: add_bodies, damp_bodies
 
 contains
 
@@ -60,23 +56,5 @@ contains
          damping%values(place) = bodies%mass_ratio*(damping_rate_of(bodies) - 2.0_wp*zeta*squared_frequency_of(bodies))
       end associate
    end subroutine damp_bodies
-
-   !> Record the bodies at a sample.
-   pure subroutine record_bodies(run, place, bodies)
-      type(newmark_run_t), intent(in) :: run
-      !> Index of the sample in the histories
-      integer, intent(in) :: place
-      type(body_record_t), intent(inout) :: bodies(:)
-
-      integer :: b
-
-      associate (state => run%states(run%now), last => run%stepper%length - size(bodies))
-         do b = 1, size(bodies)
-            call record_body(place, run%interval%origin(b) + state%beam%displacement(last + b), &
-               state%beam%velocity(last + b), &
-               run%height_ratio*sum(state%force*force_on_body(run%contacts%contact, b)), bodies(b))
-         end do
-      end associate
-   end subroutine record_bodies
 
 end module newmark_bodies

@@ -34,7 +34,7 @@ module newmark_motion
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: to_text
-   use response_records, only: open_body_record, open_records, open_contact_record
+   use response_records, only: open_bodies, open_contact_record, open_records
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -140,12 +140,7 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
-      if (allocated(settings%bodies)) then
-         allocate (response%bodies(size(settings%bodies)))
-         do k = 1, size(settings%bodies)
-            call open_body_record(settings%bodies(k), settings%output, samples + 1, response%bodies(k))
-         end do
-      end if
+      call open_bodies(settings, samples + 1, response%bodies)
       run%records_energy_balance = allocated(response%energy) .or. settings%output%measures &
          .or. allocated(settings%statistics)
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &

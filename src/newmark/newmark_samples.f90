@@ -4,12 +4,12 @@ module newmark_samples
    use contact_rows, only: row_value
    use history_list, only: acceleration_stop, acceleration_tip, eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use newmark_bodies, only: record_bodies
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_modes, only: nodal_state
    use newmark_moments, only: moments_now
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
+   use response_records, only: record_bodies
    use response_types, only: response_t
    use run_recorder, only: record_sample, sample_t
    implicit none (type, external)
@@ -71,7 +71,14 @@ contains
             end associate
          end do
       end associate
-      if (allocated(response%bodies)) call record_bodies(run, place, response%bodies)
+      if (allocated(response%bodies)) then
+         associate (state => run%states(run%now), origin => run%interval%origin(1:))
+            k = run%stepper%length - size(origin)
+            call record_bodies(place, transpose(reshape([origin + state%beam%displacement(k + 1:k + size(origin)), &
+               state%beam%velocity(k + 1:k + size(origin))], [size(origin), 2])), run%contacts%contact, &
+               run%height_ratio*state%force, response%bodies)
+         end associate
+      end if
       if (allocated(run%place_weights)) sample%moment = moments_now(run)
       call record_sample(place, sample, run%energy_balance, response)
    end subroutine take_sample

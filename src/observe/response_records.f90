@@ -5,12 +5,12 @@ module response_records
    use kinds, only: wp
    use measure_list, only: owner_of
    use response_types, only: body_record_t, response_t, contact_record_t
-   use run_settings, only: body_settings_t, count_samples, output_settings_t
+   use run_settings, only: count_samples, output_settings_t, run_settings_t
    use sorting, only: ascending_order
-   use stop_contacts, only: contact_t, observed_height
+   use stop_contacts, only: contact_t, force_on_body, observed_height
    implicit none (type, external)
    private
-   public :: open_records, open_contact_record, open_body_record, record_body
+   public :: open_records, open_contact_record, open_bodies, record_bodies
 
 contains
 
@@ -124,36 +124,47 @@ contains
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
    end subroutine open_contact_record
 
-   !> Allocate the histories of a body: displacement, velocity and force, if the histories of these quantities at the
-   !> stop are requested.
-   pure subroutine open_body_record(body, output, samples, record)
-      type(body_settings_t), intent(in) :: body
-      type(output_settings_t), intent(in) :: output
+   !> Allocate the histories of all bodies: displacement, velocity and force, if the histories of these quantities at
+   !> the stop are requested.
+   pure subroutine open_bodies(settings, samples, bodies)
+      type(run_settings_t), intent(in) :: settings
       integer, intent(in) :: samples
-      type(body_record_t), intent(out) :: record
+      !> Unallocated: there are no bodies
+      type(body_record_t), allocatable, intent(out) :: bodies(:)
 
-      record%position = body%position
-      record%rest = body%rest
-      if (output%history(eta_stop)) allocate (record%displacement(samples), source=0.0_wp)
-      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
-      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
-   end subroutine open_body_record
+      integer :: b
 
-   !> Record a sample of a body.
-   pure subroutine record_body(place, displacement, velocity, force, record)
+      if (.not. allocated(settings%bodies)) return
+      allocate (bodies(size(settings%bodies)))
+      bodies%position = settings%bodies%position
+      bodies%rest = settings%bodies%rest
+      associate (history => settings%output%history)
+         do b = 1, size(bodies)
+            if (history(eta_stop)) allocate (bodies(b)%displacement(samples), source=0.0_wp)
+            if (history(velocity_stop)) allocate (bodies(b)%velocity(samples), source=0.0_wp)
+            if (history(force_stop)) allocate (bodies(b)%force(samples), source=0.0_wp)
+         end do
+      end associate
+   end subroutine open_bodies
+
+   !> Record a sample of all bodies.
+   pure subroutine record_bodies(place, motion, contacts, force, bodies)
       !> Index in the histories, from 1
       integer, intent(in) :: place
-      !> Displacement z of the body
-      real(wp), intent(in) :: displacement
-      !> Velocity of the body
-      real(wp), intent(in) :: velocity
-      !> Sum of the contact forces on the body, as Pbar
-      real(wp), intent(in) :: force
-      type(body_record_t), intent(inout) :: record
+      !> Displacement z and velocity of each body, [2, bodies]
+      real(wp), intent(in) :: motion(:, :)
+      type(contact_t), intent(in) :: contacts(:)
+      !> Force Pbar of each contact, [contacts]
+      real(wp), intent(in) :: force(:)
+      type(body_record_t), intent(inout) :: bodies(:)
 
-      if (allocated(record%displacement)) record%displacement(place) = displacement
-      if (allocated(record%velocity)) record%velocity(place) = velocity
-      if (allocated(record%force)) record%force(place) = force
-   end subroutine record_body
+      integer :: b
+
+      do b = 1, size(bodies)
+         if (allocated(bodies(b)%displacement)) bodies(b)%displacement(place) = motion(1, b)
+         if (allocated(bodies(b)%velocity)) bodies(b)%velocity(place) = motion(2, b)
+         if (allocated(bodies(b)%force)) bodies(b)%force(place) = sum(force*force_on_body(contacts, b))
+      end do
+   end subroutine record_bodies
 
 end module response_records
