@@ -61,9 +61,9 @@ class Response:
     def __init__(self, path, wanted):
         with plots.open_results(path) as file:
             if "cases" in file:
-                raise plots.Unplottable(f"{path}: holds several cases: draw it with plot_paper.py")
+                raise plots.Unplottable(f"{path}: holds several cases: impactbeam-plot paper draws it")
             if "sweep" in file:
-                raise plots.Unplottable(f"{path}: holds a sweep: draw it with plot_sweep.py")
+                raise plots.Unplottable(f"{path}: holds a sweep: impactbeam-plot sweep draws it")
             if "response" not in file and "events" in file:
                 raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
             group = plots.group_of(file, "response", "&response")

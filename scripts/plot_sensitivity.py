@@ -54,6 +54,9 @@ def draw_measure(axes, sensitivity, measure):
     axes.tick_params(axis="y", which="both", length=0)
     axes.set_title(measure)
     axes.margins(x=0.08)
+    # rounding errors alone would fill the panel
+    if bars and max(abs(value) for _, values in bars for value in values) < 1e-9:
+        axes.set_xlim(-1.0, 1.0)
     if not bars:
         axes.text(0.5, 0.5, "no derivative, or a value of 0", transform=axes.transAxes, ha="center", va="center")
         axes.set_xticks([])
