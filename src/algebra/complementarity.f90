@@ -1,5 +1,6 @@
 !> Linear complementarity problem: z >= 0, w = A z + q >= 0 and z_i w_i = 0, with z contact forces or impulses, w gaps
-!> or their rates (docs/theory.md, section 17). If A is positive definite, the solution is unique.
+!> or their rates (docs/theory.md, section 17). If A is positive definite, the solution is unique. Besides, `close_gaps`
+!> finds forces of either sign that make negative gaps zero.
 module complementarity
    use kinds, only: wp
    implicit none (type, external)

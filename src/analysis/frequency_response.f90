@@ -27,8 +27,8 @@ module frequency_response
       real(wp), allocatable :: frequency(:)
       !> Amplitude of the beam at the tip, [frequencies]
       complex(wp), allocatable :: tip(:)
-      !> Amplitude of the beam at each contact in the scene's order, less that of the body there; of a body at its floor
-      !> or ceiling, [contacts, frequencies]
+      !> Amplitude at each contact in the scene's order: of the beam, less that of the body if it is a contact with a
+      !> body; of the body at its floor or ceiling, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
       !> Amplitude of each body, which moves alone on its spring and damper, [bodies, frequencies]
       complex(wp), allocatable :: body(:, :)

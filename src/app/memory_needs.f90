@@ -15,7 +15,8 @@ module memory_needs
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Bytes of libraries and small arrays.
    real(wp), parameter :: overhead = 1.6e7_wp
-   !> Maximum number n of elements for which LAPACK's workspace of the modes, 2 (2 n)^2 + 12 n, is a 31-bit integer.
+   !> Maximum number n of elements for which the length 2 (2 n)^2 + 12 n of LAPACK's workspace for all modes does not
+   !> exceed the largest default integer.
    integer, parameter :: max_dense_elements = 16383
 
    !> The memory that a scene needs, and the parts of the message if the memory does not suffice.
@@ -26,7 +27,7 @@ module memory_needs
       real(wp) :: largest_bytes = 0.0_wp
       !> Purpose of the largest contribution
       character(:), allocatable :: purpose
-      !> Advice how to reduce the largest contribution
+      !> Advice how to reduce the largest contribution or, with `refusal`, what to change
       character(:), allocatable :: advice
       !> Reason why no amount of memory suffices; unallocated: there is none
       character(:), allocatable :: refusal
@@ -40,8 +41,8 @@ contains
       !> Set if the need is refused
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! bytes that count as free, because to ask the operating system takes as long as a short run
-      real(wp), parameter :: certain = 2.0_wp*overhead
+      ! a smaller need is accepted unchecked, because to ask the operating system takes as long as a short run
+      real(wp), parameter :: unchecked_bytes = 2.0_wp*overhead
       ! free memory, bytes
       real(wp) :: memory
       ! free address space (limited by ulimit -v), bytes
@@ -51,7 +52,7 @@ contains
          call fail(error, status_bad_input, need%refusal//': '//need%advice)
          return
       end if
-      if (.not. allocated(need%purpose) .or. need%bytes < certain) return
+      if (.not. allocated(need%purpose) .or. need%bytes < unchecked_bytes) return
       memory = free_memory()
       ! the linear algebra library will allocate its buffer later
       addresses = free_addresses() - real(blas_buffer(), wp)
@@ -94,12 +95,12 @@ contains
       need%advice = advice
    end subroutine refuse_need
 
-   !> Add the memory for all modes of a mesh by singular values: six full matrices (flexibility, its copy, singular
-   !> vectors, workspace) over the two degrees of freedom of each element.
-   subroutine add_modes(elements, solves, advice, need)
+   !> Add the memory for all modes of a mesh of n elements by singular values (docs/theory.md, section 5), estimated as
+   !> six full matrices of order 2 n for the flexibility matrix, its copy, singular vectors, mode shapes and workspace.
+   subroutine add_modes(elements, computations, advice, need)
       integer, intent(in) :: elements
-      !> Number of simultaneous solutions
-      integer, intent(in) :: solves
+      !> Number of simultaneous computations of the modes
+      integer, intent(in) :: computations
       !> Advice how to reduce the need
       character(*), intent(in) :: advice
       type(memory_need_t), intent(inout) :: need
@@ -108,7 +109,7 @@ contains
          call refuse_need(need, 'the modes of '//to_text(elements)// &
             ' elements cannot be found at once, only those of up to '//to_text(max_dense_elements), advice)
       else
-         call add_need(need, 6.0_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2*real(solves, wp), &
+         call add_need(need, 6.0_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2*real(computations, wp), &
             'all modes of '//to_text(elements)//' elements', advice)
       end if
    end subroutine add_modes

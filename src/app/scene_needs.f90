@@ -2,7 +2,7 @@
 !> tables and sweeps.
 module scene_needs
    use auto_solver, only: uses_lanczos
-   use few_modes, only: base_count, takes_few_modes
+   use few_modes, only: common_count, takes_few_modes
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: is_in_mode
@@ -279,7 +279,7 @@ contains
       real(wp), parameter :: matrices = 40.0_wp
 
       if (moves_in_modes(scene%response) .and. takes_few_modes(elements, run_settings_of(scene))) then
-         associate (modes => max(scene%response%mode_count, base_count))
+         associate (modes => max(scene%response%mode_count, common_count))
             call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
                to_text(modes)//' modes of '//to_text(elements)//' elements', advice)
          end associate

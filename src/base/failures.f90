@@ -1,5 +1,5 @@
 !> An error that procedures return to their caller instead of stopping the program: an allocatable, unallocated if there
-!> is no error. Only the main program prints it and sets the exit status.
+!> is no error. Only the run of a program (`program_run`) prints it and sets the exit status.
 module failures
    implicit none (type, external)
    private

@@ -13,11 +13,13 @@ module beam_mesh
    !> moved to the tip. The mass that takes part in an impact decreases with that element, so the number of impacts
    !> grows without limit as the element shrinks. With 1 to 32 elements, l_i/l_(i+1) from 0.7 to 3 and zeta from 0.001
    !> to 1, a run has under 1000 impacts down to this relative length; below 1/200 (if l_i/l_(i+1) = 2) or 1/2000 (if
-   !> the lengths are equal) it has over 30 000. The node at the stop is also missing in the rest of the beam. For a
-   !> stop at a relative length of 1/5000 (preload 0.1), the error of eta at its first peak, compared with a fine mesh,
-   !> is 0.069 with n = 4 and 0.008 with n = 8; after the stop has been moved to the tip it is 0.005 and 0.001.
+   !> the lengths are equal) it has over 30 000. Moreover, a node that is moved so near to the tip leaves the rest of
+   !> the beam with one element less. For a stop that leaves a last element of relative length 1/5000 (preload 0.1), the
+   !> error of eta at its first peak, compared with a fine mesh, is 0.069 with n = 4 and 0.008 with n = 8; after the
+   !> stop has been moved to the tip it is 0.005 and 0.001.
    !>
-   !> This is also the minimum length of a part of an element that is split at a position, relative to the element.
+   !> This is also the minimum length, relative to the element, of the parts of an element that is split at a position;
+   !> the only element of a mesh may be split into parts of any length.
    real(wp), parameter :: min_relative_length = 0.01_wp
 
    !> The partition. Distances to the tip are stored besides positions because 1 - x would lose digits near the tip.
@@ -45,10 +47,12 @@ module beam_mesh
 contains
 
    !> Partition with l_i / l_(i+1) = ratio, or between given nodes, with a node at the stop. The nearest interior node
-   !> is moved to the stop (of two equally near nodes that towards the root); without interior nodes the element is
-   !> split. The tip never moves: a stop closer to the tip than `min_relative_length` allows is moved to the tip.
+   !> is moved to the stop (of two equally near nodes that towards the root). If there is no interior node, or the
+   !> nearest is needed at another position, an element is split. The node at the tip never moves: a stop, support, mass
+   !> or step of the cross section closer to the tip than `min_relative_length` allows is moved to the tip.
    !>
-   !> The partition fails if an element vanishes in double precision, or if two positions are too near to each other.
+   !> The partition fails if an element vanishes in double precision, or if a position is too near to another position
+   !> or to the clamp.
    pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, further_positions, further_stop_count, nodes)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
@@ -183,14 +187,14 @@ contains
    pure subroutine place_nodes_at(mesh, positions, error)
       !> Mesh to be changed
       type(mesh_t), intent(inout) :: mesh
-      !> Positions x/L, of which the first becomes `stop_node`
+      !> Positions x/L; the node at the first becomes `stop_node`
       real(wp), intent(in) :: positions(:)
-      !> Set if two positions are too close to each other
+      !> Set if a position is too close to another position or to the clamp
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: order(size(positions)), node
-      ! position of node n - 2: if node n - 1 is moved to a stop near the tip, the neighbour of the last element begins
-      ! here
+      ! position of node n - 2: if node n - 1 is moved to a position near the tip, the neighbour of the last element
+      ! begins here
       real(wp) :: position_of_neighbour
       real(wp) :: position(size(positions))
       logical, allocatable :: is_fixed(:)
@@ -243,7 +247,7 @@ contains
       real(wp) :: right
       ! index of the element that contains x
       integer :: element
-      ! index of the interior node next to x
+      ! index of the interior node that is moved to x, the nearest one; 0: there is none, or it must not be moved
       integer :: node
 
       if (node_at(mesh, x) > 0) return
@@ -261,7 +265,7 @@ contains
          if (node == element) right = mesh%position(node + 1) - x
          mesh%length(node:node + 1) = [left, right]
       else if (min(left, right) < min_relative_length*(left + right) .and. mesh%elements > 1) then
-         ! (a single element is split anywhere, because no other node can be too near)
+         ! (the only element of a mesh may be split into parts of any length, as in `place_stop_node`)
          call fail(error, status_bad_input, &
             'the position '//to_text(x)//' of a stop, support, mass or step of the section is &
          &too near to that of another, to the clamp or to the tip for an element between them; a finer mesh has &

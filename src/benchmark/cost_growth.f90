@@ -5,8 +5,8 @@ module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
    use machine_facts, only: reset_peak_memory, peak_memory
-   use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_assembly, task_few_modes, &
-      task_modes, task_motion, task_run, task_t
+   use motion_tasks, only: events_only, histories_and_energy, prepare_task, settings_for, task_assembly, &
+      task_few_modes, task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
    use run_settings, only: name_length, output_settings_t
    use scene_types, only: integrator_average, integrator_exact, precision_settings_t, scene_t
@@ -33,11 +33,11 @@ contains
       !> Set if a part fails
       type(failure_t), allocatable, intent(out) :: error
 
-      ! the default output: all histories, no energies
+      ! the default output: the default histories, no energies
       type(output_settings_t) :: histories
       type(task_t) :: task
       ! time of a run that records only events, s
-      real(wp) :: events_only
+      real(wp) :: without_histories
       ! time of a run that records histories as well, s
       real(wp) :: with_histories
 
@@ -45,15 +45,15 @@ contains
       if (allocated(error)) return
       task%settings = settings_for(integrator_exact, scene%precision, sample_step)
       allocate (study%parts(0))
-      call add_part(task_assembly, no_output(), 'assembly', 0.0_wp)
-      if (.not. allocated(error)) call add_part(task_modes, no_output(), 'modes', 0.0_wp)
-      if (.not. allocated(error)) call add_part(task_motion, no_output(), 'events', 0.0_wp)
+      call add_part(task_assembly, events_only(), 'assembly', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_modes, events_only(), 'modes', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_motion, events_only(), 'events', 0.0_wp)
       if (allocated(error)) return
-      events_only = study%parts(size(study%parts))%timing%median
-      call add_part(task_motion, histories, 'histories', events_only)
+      without_histories = study%parts(size(study%parts))%timing%median
+      call add_part(task_motion, histories, 'histories', without_histories)
       if (allocated(error)) return
-      with_histories = events_only + study%parts(size(study%parts))%timing%median
-      call add_part(task_motion, full_output(), 'energy', with_histories)
+      with_histories = without_histories + study%parts(size(study%parts))%timing%median
+      call add_part(task_motion, histories_and_energy(), 'energy', with_histories)
 
    contains
 
@@ -216,18 +216,18 @@ contains
          type(task_t), intent(inout) :: motion_task
 
          real(wp), parameter :: fine_step = 0.001_wp
-         real(wp) :: events_only, with_samples
+         real(wp) :: without_samples, with_samples
 
-         call seconds_of(scene%precision, motion_task, task_motion, events_only, error)
+         call seconds_of(scene%precision, motion_task, task_motion, without_samples, error)
          if (allocated(error)) return
          motion_task%output%history = .true.
          motion_task%settings%step = fine_step
          call seconds_of(scene%precision, motion_task, task_motion, with_samples, error)
          if (allocated(error)) return
-         motion = [motion, events_only]
+         motion = [motion, without_samples]
          modes = [modes, real(motion_task%response%mode_check%retained, wp)]
-         sample = [sample, (with_samples - events_only)/real(size(motion_task%response%tau), wp)]
-         motion_task%output = no_output()
+         sample = [sample, (with_samples - without_samples)/real(size(motion_task%response%tau), wp)]
+         motion_task%output = events_only()
       end subroutine add_motion
    end subroutine add_growth_with_elements
 

@@ -93,7 +93,8 @@ contains
 
    !> Extract the compared quantities of a run.
    pure subroutine results_of(response, horizon, balance, results, every)
-      !> Run with all histories, energies and two shapes: at the start, where the beam is at rest, and at the horizon
+      !> Run with the default histories, energies and two shapes: at the start, where the beam is at rest, and at the
+      !> horizon
       type(response_t), intent(in) :: response
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon

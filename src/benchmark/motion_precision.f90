@@ -9,7 +9,7 @@ module motion_precision
    use motion_errors, only: energy_unit, impulse_balance_t, difference_of, extrapolate, results_of, horizon_of, &
       make_balance, &
       run_results_t
-   use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_motion, task_run, task_t
+   use motion_tasks, only: events_only, histories_and_energy, prepare_task, settings_for, task_motion, task_run, task_t
    use precision_types, only: beam_run_t, check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, &
       varied_step
    use response_types, only: balance_error
@@ -183,7 +183,7 @@ contains
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
       if (allocated(error)) return
       task%action = task_motion
-      task%output = full_output()
+      task%output = histories_and_energy()
       task%output%measures = .true.
       if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
       task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
@@ -388,7 +388,7 @@ contains
          call results_of(task%response, horizon, balance, results, max(every(1), 1))
          entry%errors = difference_of(results, exact)
          entry%errors%energy_balance = balance_error(task%response)/energy_unit(task%response)
-         task%output = no_output()
+         task%output = events_only()
          call measure_time(task, scene%precision, entry%run_time, error)
       end if
       ! Newmark's steps on the matrices of the mesh need no modes, so both times are the same

@@ -1,4 +1,5 @@
-!> Tasks that a precision study (run time against error) times: a run by any method, or one part of a run.
+!> Tasks that a precision study (run time against error) times: a run by any method, one part of a run, or the
+!> computation of frequencies by one solver.
 module motion_tasks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -16,13 +17,13 @@ module motion_tasks
    implicit none (type, external)
    private
    public :: task_t, task_assembly, task_modes, task_run, task_motion, task_few_modes, task_solver
-   public :: prepare_task, settings_for, no_output, full_output
+   public :: prepare_task, settings_for, events_only, histories_and_energy
 
    !> Kinds of tasks: assemble the beam.
    integer, parameter :: task_assembly = 1
    !> Compute all modes of the beam.
    integer, parameter :: task_modes = 2
-   !> Compute the modes and a run of the assembled beam.
+   !> Compute a run of the assembled beam, with the modes if the run needs them.
    integer, parameter :: task_run = 3
    !> Compute a run with modes that are already known.
    integer, parameter :: task_motion = 4
@@ -31,7 +32,7 @@ module motion_tasks
    !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
-   !> A task with its input and its results. The lengths of runs are in `settings`, what they record in `output`.
+   !> A task with its input and its results. `settings` and `output` replace those of the scene in a run.
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
       integer :: action = task_run
@@ -42,7 +43,7 @@ module motion_tasks
       type(free_modes_t) :: modes
       !> Number of elements of the mesh to assemble
       integer :: elements = 0
-      !> Ratio of the lengths of neighbouring elements
+      !> Length of an element over that of its neighbour towards the tip
       real(wp) :: ratio = 1.0_wp
       !> Number of modes to compute
       integer :: mode_count = 0
@@ -76,7 +77,7 @@ contains
       if (present(mass)) task%scene%mesh%mass = mass
       task%elements = elements
       task%ratio = scene%mesh%ratio
-      task%output = no_output()
+      task%output = events_only()
       task%action = task_assembly
       call task%run(error)
       if (allocated(error) .or. .not. present(with_modes)) return
@@ -84,8 +85,8 @@ contains
       if (with_modes) call task%run(error)
    end subroutine prepare_task
 
-   !> Execute the task once. Modes, runs and frequency solvers need the model of an earlier assembly, `task_motion`
-   !> needs the modes too.
+   !> Execute the task once. All tasks but `task_assembly` and `task_few_modes` need the model of an earlier assembly,
+   !> `task_motion` needs the modes too.
    subroutine run(self, error)
       class(task_t), intent(inout) :: self
       !> Set if the task fails
@@ -124,8 +125,9 @@ contains
       settings%output = self%output
    end function run_of_task
 
-   !> Settings of a run by one of the compared methods. Newmark's tolerances are those of the paper at the paper's step
-   !> of 0.01 and are proportional to the square of the step, as the error of the method is.
+   !> Settings of a run by one of the compared methods. The contact and release tolerances of Newmark's method are those
+   !> of the paper at the paper's step of 0.01 and are proportional to the square of the step, as the error of the
+   !> method is.
    pure function settings_for(integrator, precision, step) result(settings)
       !> Method, one of the `integrator_` constants
       integer, intent(in) :: integrator
@@ -139,7 +141,8 @@ contains
 
       settings%duration = precision%duration
       settings%step = step
-      ! the mode tolerance alone decides how many modes are used
+      ! without a given number of modes, the mode tolerance alone decides how many are used: an accuracy of 1 limits
+      ! nothing
       settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
       settings%mode_count = precision%mode_count
@@ -160,17 +163,17 @@ contains
    end function settings_for
 
    !> Output of events only.
-   pure function no_output() result(output)
+   pure function events_only() result(output)
       type(output_settings_t) :: output
 
       output%history = .false.
-   end function no_output
+   end function events_only
 
-   !> Output of all histories and of the energy balance.
-   pure function full_output() result(output)
+   !> Output of the default histories and of the energy balance.
+   pure function histories_and_energy() result(output)
       type(output_settings_t) :: output
 
       output%energy = .true.
-   end function full_output
+   end function histories_and_energy
 
 end module motion_tasks

@@ -6,7 +6,7 @@ module precision_study
    use kinds, only: wp
    use memory_needs, only: add_modes, add_samples, memory_need_t
    use motion_precision, only: comparison_step, compare_motion, refinement
-   use motion_tasks, only: full_output, prepare_task, settings_for, task_run, task_t
+   use motion_tasks, only: histories_and_energy, prepare_task, settings_for, task_run, task_t
    use precision_file, only: write_precision
    use precision_tables, only: print_precision
    use precision_types, only: timed_part_t, precision_t
@@ -104,7 +104,7 @@ contains
       call measure_writing(scene, folder, study, error)
    end subroutine run_precision
 
-   !> Time the writing of a results file with all histories and the energy balance.
+   !> Time the writing of a results file with the default histories and the energy balance.
    subroutine measure_writing(scene, folder, study, error)
       type(scene_t), intent(in) :: scene
       !> Folder of the results file
@@ -121,7 +121,7 @@ contains
       call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
       task%action = task_run
-      task%output = full_output()
+      task%output = histories_and_energy()
       task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       call task%run(error)
       if (allocated(error)) return

@@ -13,7 +13,7 @@ module skip_savings
    use kinds, only: wp
    use mode_choice, only: rates_of_modes
    use motion_precision, only: comparison_step
-   use motion_tasks, only: no_output, prepare_task, settings_for, task_assembly, task_motion, task_run, task_t
+   use motion_tasks, only: events_only, prepare_task, settings_for, task_assembly, task_motion, task_run, task_t
    use number_text, only: to_text
    use precision_types, only: saving_t
    use program_identity, only: program_benchmark
@@ -31,8 +31,8 @@ module skip_savings
    public :: measure_savings
 
    !> Preload delta of a stop that the beam never reaches (a negative preload is a gap). The beam is released from the
-   !> static displacement 1 + delta at the stop, so its displacement there stays above -(1 + delta), which lies above
-   !> the stop's surface at delta if delta < -0.5.
+   !> static displacement 1 + delta at the stop, so its displacement at the stop remains above -(1 + delta), which lies
+   !> above the surface of the stop at delta if delta < -0.5.
    real(wp), parameter :: contact_out_of_reach = -0.6_wp
    !> Interval of the stored shapes, tau.
    real(wp), parameter :: shape_step = 0.1_wp
@@ -181,18 +181,18 @@ contains
 
       type(output_settings_t) :: output
 
-      output = no_output()
+      output = events_only()
       output%history(eta_stop) = .true.
       output%history(eta_tip) = .true.
       output%history(velocity_stop) = .true.
       call compare_events(measured, 'histories of eta', output)
-      output = no_output()
+      output = events_only()
       output%history(force_stop) = .true.
       call compare_events(measured, 'history of the contact force', output)
-      output = no_output()
+      output = events_only()
       output%energy = .true.
       call compare_events(measured, 'energy balance', output)
-      output = no_output()
+      output = events_only()
       output%shape_step = shape_step
       call compare_events(measured, 'shapes, ten per unit of tau', output)
    end subroutine measure_output
@@ -241,8 +241,8 @@ contains
          saving%difference = max(maxval(abs(a%history(eta_stop)%values(:last) - b%history(eta_stop)%values(:last))), &
             maxval(abs(a%history(eta_tip)%values(:last) - b%history(eta_tip)%values(:last))))
       end associate
-      without%output = no_output()
-      with%output = no_output()
+      without%output = events_only()
+      with%output = events_only()
       call time_both(measured, without, with, saving)
    end subroutine compare_histories
 

@@ -4,7 +4,7 @@
 module contact_starts
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
-   use free_modes, only: max_free_square
+   use free_modes, only: max_rigid_square
    use kinds, only: wp
    use load_settings, only: start_balance, start_drop
    use number_text, only: to_text
@@ -30,13 +30,13 @@ module contact_starts
       !> contact surface. The row is zero if a support fixes that point, [coordinates, contacts]
       real(wp), allocatable :: row(:, :)
    contains
-      procedure(bend), deferred :: bend
+      procedure(find_static_shapes), deferred :: find_static_shapes
    end type flexible_beam_t
 
    abstract interface
       !> Static displacements under loads, of the beam with an elastic foundation whose stiffness is a multiple of the
       !> mass matrix.
-      pure subroutine bend(self, foundation, load, shape, error)
+      pure subroutine find_static_shapes(self, foundation, load, shape, error)
          import :: failure_t, flexible_beam_t, wp
          implicit none (type, external)
          class(flexible_beam_t), intent(in) :: self
@@ -48,7 +48,7 @@ module contact_starts
          real(wp), intent(out) :: shape(:, :)
          !> Set if the displacements cannot be found
          type(failure_t), allocatable, intent(inout) :: error
-      end subroutine bend
+      end subroutine find_static_shapes
    end interface
 
 contains
@@ -73,7 +73,7 @@ contains
       integer :: k
 
       place = pack([(k, k=1, size(is_active))], is_active)
-      call beam%bend(0.0_wp, beam%row(:, place), shape, error)
+      call beam%find_static_shapes(0.0_wp, beam%row(:, place), shape, error)
       if (allocated(error)) return
       compliance = matmul(transpose(beam%row(:, place)), shape)
       call find_static_forces(contacts(place), matmul(displacement, beam%row(:, place)) - contacts(place)%height, &
@@ -153,7 +153,7 @@ contains
          if (min_violation <= tolerance) exit
       end do
       do k = 1, size(square)
-         if (square(k) > max_free_square .or. abs(load(k)) <= 0.0_wp) cycle
+         if (square(k) > max_rigid_square .or. abs(load(k)) <= 0.0_wp) cycle
          if (any(forces > 0.0_wp .and. abs(row(k, :)) > 0.0_wp)) cycle
          if (any(body_mode == k)) then
             call fail(error, status_bad_input, 'nothing carries &body number '//to_text(findloc(body_mode, k, dim=1)) &
@@ -303,7 +303,7 @@ contains
       place = pack([(k, k=1, size(is_active))], is_active .and. .not. (forces > 0.0_wp .or. penetrates(contacts, gap)))
       associate (n => size(place))
          if (all(gap(place) >= -rounding(place))) return
-         call beam%bend(1.0_wp, beam%row(:, place), shape(:, :n), error)
+         call beam%find_static_shapes(1.0_wp, beam%row(:, place), shape(:, :n), error)
          if (allocated(error)) return
          call close_gaps(matmul(transpose(beam%row(:, place)), shape(:, :n)), gap(place), rounding(place), &
             closing_forces(:n))

@@ -27,8 +27,8 @@ module contact_states
       !> Whether the law is spring and damper: after the force has vanished the contact surface moves with the beam
       !> until the spring is undeformed
       logical :: moves_with_beam = .false.
-      !> Whether the contact is not shadowed by another contact at its point, and the energy at the start is enough to
-      !> close it
+      !> Whether the contact can close: no other rigid contact at the same point and on the same side is in front of it,
+      !> and the energy at the start is enough to close it
       logical :: is_active = .true.
       !> Index of the active rigid contact on the other side at the same point, if this contact is rigid; 0: there is
       !> none

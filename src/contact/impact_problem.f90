@@ -1,5 +1,6 @@
 !> Impacts at one instant, for every integration method: Newton's impact law with coefficients of restitution eps as one
-!> linear complementarity problem over the rigid contacts that take part (docs/theory.md, sections 7, 10 and 17).
+!> linear complementarity problem over the rigid contacts that take part (docs/theory.md, sections 7, 10 and 17); and
+!> the impulse of an impact that replaces the velocity of one node alone.
 !>
 !> The integration method supplies velocities and the mobility matrix, and applies the impulses. If these impulses make
 !> the beam approach a contact again from which it was separating, the method poses another problem at the same instant.

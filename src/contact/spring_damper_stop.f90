@@ -2,7 +2,8 @@
 !>
 !> The contact surface does not recover independently of the beam: P vanishes while the stop is still indented, and from
 !> then on spring and damper balance each other without contact force, and the surface moves with the beam. The branch
-!> force P2 = c u' is that of the damper.
+!> force P2 = c u' is that of the damper. A massless node of the beam in front of a rigid stop has the same law, but
+!> recovers independently (`make_node_spring`).
 module spring_damper_stop
    use compliant_stop, only: stop_step_t, compliant_stop_t
    use kinds, only: lambda1_power4, wp

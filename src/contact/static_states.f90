@@ -1,4 +1,5 @@
-!> Static states of beam and stops: the start of a run by release from a stop, and the equilibrium in which a run ends.
+!> Static states of beam and stops: the start of a run by release from a stop, and the equilibrium to which a motion
+!> without loads decays.
 !>
 !> Scales: displacements in D (eta), forces P in lambda1^4 E Ibar D/L^3, as in the laws of the stops.
 module static_states
@@ -25,7 +26,8 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> y and dy/dx of the nodes, [degrees of freedom]
       real(wp), allocatable, intent(out) :: displacement(:)
-      !> Set if no force at that stop moves the beam, or if the shape penetrates another contact
+      !> Set if the beam is a mechanism, if no force at that stop moves the beam, or if the shape penetrates another
+      !> contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(supported_beam_t) :: beam
@@ -64,7 +66,7 @@ contains
       type(contact_t), intent(in) :: contacts(:)
       !> Force P of each contact
       real(wp), intent(out) :: forces(:)
-      !> Strain energy of the beam and of all springs
+      !> Strain energy of the beam and of all springs, in rho Abar L omega1^2 D^2
       real(wp), intent(out) :: energy
       !> Set if the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error

@@ -9,7 +9,7 @@ module contact_reactions
       velocity_of, &
       compliant_forces
    use damped_oscillators, only: acceleration_of => acceleration
-   use free_modes, only: max_free_square
+   use free_modes, only: max_rigid_square
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use motion_phases, only: motion_t
@@ -281,7 +281,7 @@ contains
       integer :: g, k
 
       ! a mode without stiffness and load moves by contact forces alone, whose rounding errors come from all modes
-      is_free = self%beam%oscillators%square <= max_free_square
+      is_free = self%beam%oscillators%square <= max_rigid_square
       if (self%loads%count > 0) is_free = is_free .and. abs(self%load) <= 0.0_wp
       scale = merge(maxval(magnitude), magnitude, is_free)
       answer = all(abs(acceleration) <= rounding*scale) .and. &

@@ -8,7 +8,7 @@ module exact_motion
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
    use failures, only: failure_t
-   use few_modes, only: find_base_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
+   use few_modes, only: find_common_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
@@ -50,7 +50,7 @@ contains
       type(response_t), intent(out) :: response
       !> Set if the modes cannot be found or the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Modes from `find_base_modes`, shared by several runs; if absent or empty, the run computes its own
+      !> Modes from `find_common_modes`, shared by several runs; if absent or empty, the run computes its own
       type(free_modes_t), target, intent(in), optional :: shared
       !> Contact sets cached by earlier runs, for this run and later runs
       type(set_store_t), target, intent(inout), optional :: sets
@@ -59,7 +59,7 @@ contains
 
       type(free_modes_t), target :: own_modes
       type(free_modes_t), allocatable :: chosen
-      type(free_modes_t), pointer :: base
+      type(free_modes_t), pointer :: common_modes
       type(mode_check_t) :: check
       type(set_store_t), allocatable, target :: own_sets
       type(set_store_t), pointer :: store
@@ -74,29 +74,29 @@ contains
          own_sets%max_others = 2
          store => own_sets
       end if
-      base => own_modes
+      common_modes => own_modes
       if (present(shared)) then
-         if (allocated(shared%lambda)) base => shared
+         if (allocated(shared%lambda)) common_modes => shared
       end if
-      if (.not. allocated(base%lambda)) then
-         call find_base_modes(model, settings, own_modes, error)
+      if (.not. allocated(common_modes%lambda)) then
+         call find_common_modes(model, settings, own_modes, error)
          if (allocated(error)) return
       end if
       lowest = unknown_modes
       if (present(carried)) then
          if (allocated(carried%q)) lowest = carried%lowest_modes
       end if
-      call choose_modes(model, settings, base, chosen, lowest, check, error, store)
+      call choose_modes(model, settings, common_modes, chosen, lowest, check, error, store)
       if (allocated(error)) return
       if (allocated(chosen)) then
          call run_in_modes(model, chosen, check%retained, settings, store, response, error, carried)
       else
-         call run_in_modes(model, base, check%retained, settings, store, response, error, carried)
+         call run_in_modes(model, common_modes, check%retained, settings, store, response, error, carried)
       end if
       if (present(carried)) carried%lowest_modes = lowest
       response%mode_check = check
       response%evaluations = response%evaluations + check%evaluations
-      if (associated(base, own_modes)) response%factorisations = response%factorisations + 1
+      if (associated(common_modes, own_modes)) response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
    !> Choose the modes of a run: the smallest number of modes that a comparison with a larger number shows to suffice.
@@ -106,12 +106,12 @@ contains
    !> not known before the run, so the motion with few modes is compared with the motion with more modes. If both
    !> motions agree well within the requested accuracy, the smaller number is used. If trial runs would cost more than
    !> they can save, or never agree, all modes are used.
-   subroutine choose_modes(model, settings, base, modes, lowest, check, error, sets)
+   subroutine choose_modes(model, settings, common_modes, modes, lowest, check, error, sets)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> From `find_base_modes`
-      type(free_modes_t), intent(in) :: base
-      !> Chosen modes; unallocated: the modes of `base` are used
+      !> From `find_common_modes`
+      type(free_modes_t), intent(in) :: common_modes
+      !> Chosen modes; unallocated: the modes of `common_modes` are used
       type(free_modes_t), allocatable, intent(out) :: modes
       !> On entry the number of lowest modes of the run that is continued, else `unknown_modes`; on return the number
       !> chosen, 0: all
@@ -136,28 +136,30 @@ contains
       if (settings%response%mode_count > 0) then
          lowest = 0
          check%retained = min(check%all_modes, settings%response%mode_count)
-         if (check%retained <= size(base%lambda) .and. .not. takes_few_modes(model%mesh%elements, settings)) return
+         if (check%retained <= size(common_modes%lambda) .and. &
+            .not. takes_few_modes(model%mesh%elements, settings)) return
          ! moments take the static contribution of the truncated modes from the residual modes
          allocate (modes)
-         call find_few_modes(model, settings, check%retained, modes, error, base)
+         call find_few_modes(model, settings, check%retained, modes, error, common_modes)
          return
       end if
       if (lowest == unknown_modes) then
          lowest = 0
-         if (check%all_modes > max_all_modes .and. .not. (needs_all_modes(settings) .or. has_stiff_node(base))) then
-            call try_numbers(model, settings, base, store, modes, lowest, check, error)
+         if (check%all_modes > max_all_modes .and. &
+            .not. (needs_all_modes(settings) .or. has_stiff_node(common_modes))) then
+            call try_numbers(model, settings, common_modes, store, modes, lowest, check, error)
          end if
       else if (lowest > 0) then
          allocate (modes)
-         call find_few_modes(model, settings, lowest, modes, error, base)
+         call find_few_modes(model, settings, lowest, modes, error, common_modes)
       end if
       if (allocated(error)) return
-      if (lowest == 0 .and. size(base%lambda) < check%all_modes .and. &
+      if (lowest == 0 .and. size(common_modes%lambda) < check%all_modes .and. &
          takes_few_modes(model%mesh%elements, settings)) then
-         call take_maximum(model, settings, base, modes, lowest, error)
+         call take_maximum(model, settings, common_modes, modes, lowest, error)
          if (allocated(error)) return
       end if
-      check%retained = size(base%lambda)
+      check%retained = size(common_modes%lambda)
       if (allocated(modes)) check%retained = size(modes%lambda)
       check%persists = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
    end subroutine choose_modes
@@ -174,12 +176,12 @@ contains
       answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < min_flexibility
    end function has_stiff_node
 
-   !> Choose the modes if no tried number suffices and `base` does not hold all modes: all modes of the mesh, or the
-   !> maximum number of lowest modes if the mesh is too large.
-   subroutine take_maximum(model, settings, base, modes, lowest, error)
+   !> Choose the modes if no tried number suffices and `common_modes` does not hold all modes: all modes of the mesh, or
+   !> the maximum number of lowest modes if the mesh is too large.
+   subroutine take_maximum(model, settings, common_modes, modes, lowest, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(free_modes_t), intent(in) :: base
+      type(free_modes_t), intent(in) :: common_modes
       type(free_modes_t), allocatable, intent(out) :: modes
       !> Number of lowest modes, 0: all
       integer, intent(out) :: lowest
@@ -191,15 +193,15 @@ contains
          call find_free_modes(model, modes, error)
       else
          lowest = max_count
-         call find_few_modes(model, settings, lowest, modes, error, base)
+         call find_few_modes(model, settings, lowest, modes, error, common_modes)
       end if
    end subroutine take_maximum
 
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
-   subroutine try_numbers(model, settings, base, sets, modes, lowest, check, error)
+   subroutine try_numbers(model, settings, common_modes, sets, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(free_modes_t), intent(in) :: base
+      type(free_modes_t), intent(in) :: common_modes
       type(set_store_t), target, intent(inout) :: sets
       !> Modes of the smaller of two trials that agree; unallocated: no two trials agree
       type(free_modes_t), allocatable, intent(out) :: modes
@@ -223,12 +225,12 @@ contains
       integer :: count
 
       lowest = 0
-      call open_trials(settings, base, check%all_modes, trials)
-      count = first_count(settings, base)
+      call open_trials(settings, common_modes, check%all_modes, trials)
+      count = first_count(settings, common_modes)
       do while (count <= max_count)
          allocate (more)
          more%count = count
-         call find_few_modes(model, settings, count, more%modes, error, base)
+         call find_few_modes(model, settings, count, more%modes, error, common_modes)
          if (allocated(error)) return
          call try_modes(model, more, sets, trials, check)
          if (.not. more%is_done) exit

@@ -14,7 +14,7 @@ module exact_start
    use contact_values, only: gap_to_undeformed
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
-   use free_modes, only: free_modes_t, max_free_square
+   use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: common_zeta, damps_each_mode, rates_of_modes
@@ -60,7 +60,8 @@ contains
       real(wp) :: static_energy
       ! contact forces P in this equilibrium, [contacts]
       real(wp), allocatable :: static_force(:)
-      ! whether no higher contact at the same point and on the same side shadows the contact (theory, section 17)
+      ! whether no other rigid contact at the same point and on the same side is in front of the contact
+      ! (docs/theory.md, section 17)
       logical, allocatable :: is_active(:)
       integer :: k
 
@@ -158,7 +159,8 @@ contains
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      !> Whether each contact is active (not shadowed by another contact), [contacts]
+      !> Whether each contact is active: no other rigid contact at the same point and on the same side is in front of
+      !> it, [contacts]
       logical, intent(in) :: is_active(:)
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
@@ -215,7 +217,7 @@ contains
       associate (square => now%beam%oscillators%square)
          call allocate_tangent(size(square), size(now%states), 1, tangent)
          ! any start in which all modes take part serves; here all modes with a restoring force have the same energy
-         tangent%q(:, 1) = 1.0_wp/sqrt(merge(1.0_wp, square, square <= max_free_square))
+         tangent%q(:, 1) = 1.0_wp/sqrt(merge(1.0_wp, square, square <= max_rigid_square))
          tangent%v(:, 1) = 0.5_wp
       end associate
    end subroutine start_variation
@@ -289,7 +291,7 @@ contains
       logical :: is_loaded(size(is_active))
       integer :: j, k
 
-      if (any(now%beam%oscillators%square <= max_free_square)) then
+      if (any(now%beam%oscillators%square <= max_rigid_square)) then
          force = 0.0_wp
          energy = merge(no_rest, 0.0_wp, any(height_from_rest(now%states%contact) > 0.0_wp))
          return

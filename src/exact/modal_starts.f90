@@ -1,6 +1,6 @@
 !> Initial state of a motion in the free modes: release from rest, static equilibrium under the loads, or given
-!> displacements and velocities (docs/theory.md, section 18). The unit of displacement is the initial distance of the
-!> stop point from the contact from which the beam is released.
+!> displacements and velocities (docs/theory.md, section 18). In a release the unit of displacement D is the initial
+!> distance of the beam from the release contact; in other starts D is a given scale.
 module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
@@ -27,7 +27,7 @@ module modal_starts
       !> W^2, squared frequencies, [modes]
       real(wp), allocatable :: square(:)
    contains
-      procedure :: bend
+      procedure :: find_static_shapes
    end type modal_beam_t
 
 contains
@@ -40,7 +40,8 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> The beam, its contacts and the loads on it
       type(phase_state_t), intent(in) :: phase
-      !> Whether each contact is active (not shadowed by another contact), [contacts]
+      !> Whether each contact is active: no other rigid contact at the same point and on the same side is in front of
+      !> it, [contacts]
       logical, intent(in) :: is_active(:)
       !> Modal displacements, [modes]
       real(wp), allocatable, intent(out) :: q(:)
@@ -48,19 +49,23 @@ contains
       real(wp), allocatable, intent(out) :: v(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
-      !> Set if the beam penetrates a contact, no contact supports the beam, or there are more rigid stops than modes
+      !> Set if the beam penetrates a contact, no contact supports the beam or a body, or there are more rigid stops
+      !> than modes
       type(failure_t), allocatable, intent(inout) :: error
 
       type(modal_beam_t) :: beam
-      real(wp) :: momentum(model%mass%order, 2)
-      ! the motion has fewer modes than the beam, and the start is a release
+      ! M y and M dy/dtau of the start, [degrees of freedom, 2]
+      real(wp) :: mass_times_start(model%mass%order, 2)
+      ! number of modes of the beam, without those of bodies
+      integer :: beam_modes
+      ! the motion has fewer modes than the mesh, the start is a release, and no node is massless
       logical :: is_truncated
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
+      beam_modes = size(q) - size(phase%beam%displacement)
       associate (contacts => phase%states%contact)
-         call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(phase%beam%displacement), &
-            error)
+         call check_mode_count(contacts, model%stop_dofs(contacts%stop), beam_modes, error)
       end associate
       if (allocated(error)) return
       beam%row = phase%beam%value
@@ -82,22 +87,23 @@ contains
                   v(start%mode) = start%velocity/tip
                end associate
             else
-               call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
-               associate (shapes => modes%mode(:size(momentum, 1), :))
-                  q(:) = matmul(momentum(:, 1), shapes)
-                  v(:) = matmul(momentum(:, 2), shapes)
+               call find_start_momenta(model, start, mass_times_start(:, 1), mass_times_start(:, 2))
+               associate (shapes => modes%mode(:size(mass_times_start, 1), :))
+                  q(:) = matmul(mass_times_start(:, 1), shapes)
+                  v(:) = matmul(mass_times_start(:, 2), shapes)
                end associate
             end if
          end select
       end associate
-      associate (of => phase%beam%displacement)
-         if (size(of) > 0) call place_bodies(settings, phase%states%contact, &
-            matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), of%mode, of%value, q, v)
+      associate (bodies => phase%beam%displacement)
+         if (size(bodies) > 0) call place_bodies(settings, phase%states%contact, &
+            matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), bodies%mode, bodies%value, q, v)
       end associate
-      ! the static shape of a release was checked on the finite-element model before the modes were computed and has the
-      ! same displacements at the stops in all modes; a massless node belongs to the only contact
+      ! The static shape of a release was checked on the finite-element model before the modes were computed. The sum of
+      ! all modes has the same displacements at the stops, so that only truncation can make the shape penetrate a
+      ! contact; if a node is massless, there is no other contact to penetrate
       is_truncated = settings%start%kind == start_release .and. &
-         size(q) - size(phase%beam%displacement) < number_of_modes(model) .and. .not. any(phase%states%is_node)
+         beam_modes < number_of_modes(model) .and. .not. any(phase%states%is_node)
       if (settings%start%kind /= start_release .or. size(phase%beam%displacement) > 0 .or. is_truncated) then
          call check_start(beam, phase%states%contact, forces, q, error)
       end if
@@ -125,7 +131,7 @@ contains
       real(wp), intent(inout) :: q(:)
       !> Contact forces P in equilibrium, [contacts]
       real(wp), intent(inout) :: forces(:)
-      !> Set if no contact supports the beam
+      !> Set if no contact supports the beam, or a body that no spring supports
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: load(size(q))
@@ -142,7 +148,7 @@ contains
    end subroutine find_balance
 
    !> Static displacements of the modes.
-   pure subroutine bend(self, foundation, load, shape, error)
+   pure subroutine find_static_shapes(self, foundation, load, shape, error)
       class(modal_beam_t), intent(in) :: self
       !> Stiffness added to each mode by an elastic foundation
       real(wp), intent(in) :: foundation
@@ -155,6 +161,6 @@ contains
 
       if (allocated(error)) return
       shape = load/spread(foundation + self%square, 2, size(load, 2))
-   end subroutine bend
+   end subroutine find_static_shapes
 
 end module modal_starts

@@ -15,7 +15,7 @@ module moment_signals
    use constrained_sets, only: displacement_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
-   use free_modes, only: free_modes_t, max_free_square
+   use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
    use moment_places, only: find_place_weights, place_weights_t
@@ -184,7 +184,7 @@ contains
             allocate (row%weight, source=stiffness - constrained%oscillators%square*mass)
          end if
          ! the rotation about a pinned root and free bodies cause no moment
-         where (constrained%oscillators%square <= max_free_square) row%weight = 0.0_wp
+         where (constrained%oscillators%square <= max_rigid_square) row%weight = 0.0_wp
          allocate (row%force_moment, source=force_moments(now, mass, contact))
       end associate
       if (now%loads%count == 0) return

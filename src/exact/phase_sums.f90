@@ -201,8 +201,8 @@ contains
             if (state%spring%recovery_rate < huge(1.0_wp)) sums%exponent(term) = cmplx( &
                -state%spring%recovery_rate, 0.0_wp, wp)
             do i = 1, size(rows)
-               ! factor of the node's displacement in the row, not zero for contacts at its point (`colocated`) and for
-               ! the tip there
+               ! factor of the node's displacement in the row, not zero for contacts at the node (`colocated`) and for
+               ! the tip if the node is at the tip
                sign = 0.0_wp
                if (rows(i) <= size(now%states)) then
                   if (now%colocated(rows(i)) == now%colocated(k)) sign = now%colocated_sign(rows(i)) &

@@ -3,7 +3,7 @@
 module section_states
    use constrained_sets, only: displacement_t
    use contact_states, only: contact_state_t
-   use free_modes, only: max_free_square
+   use free_modes, only: max_rigid_square
    use kinds, only: wp
    use phase_losses, only: update_indentation, recover_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
@@ -119,7 +119,7 @@ contains
          sections%modes(1, :, n) = q
          ! the coordinate of a body without spring is stored from z = 0
          associate (of => self%beam%displacement)
-            where (self%beam%oscillators%square(of%mode) <= max_free_square) sections%modes(1, of%mode, n) = &
+            where (self%beam%oscillators%square(of%mode) <= max_rigid_square) sections%modes(1, of%mode, n) = &
                q(of%mode) + of%origin/of%value
          end associate
          sections%modes(2, :, n) = v

@@ -3,11 +3,13 @@
 !> In the coordinates q the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2; N q are the displacements and
 !> rotations of the degrees of freedom. `bend` and `bend_transposed` multiply by B and B^T, `displace` and
 !> `displace_transposed` by N and N^T; `deflect` multiplies by the B of the beam without supports. The coordinates of
-!> `natural_coordinates` are supplemented by: the rigid-body rotation about a pinned root, whose amount follows from a
-!> support or, without supports, from orthogonality in the mass product; coordinates of springs along the beam, sqrt(k)
-!> times the displacement; and the continuation of the displacement of a node without inertia (`redistributed_mass`).
-!> The constraints of supports are imposed by projection. Every product with B or B^T then takes two sums along the
-!> beam, without the cancellation of a factorised stiffness matrix.
+!> `natural_coordinates` are followed by coordinates of springs along the beam, sqrt(k) times the displacement or
+!> rotation. Two motions are added whose amounts are linear in the coordinates: the rigid-body rotation about a pinned
+!> root, whose amount follows from a support or, without supports, from orthogonality in the mass product; and, if the
+!> inertia of the node at the stop is redistributed (`redistributed_mass`; docs/theory.md, section 14), the motion of
+!> this inertia from the node to the continuation of its displacement. The constraints of supports are imposed by
+!> projection. Every product with B or B^T then takes two sums along the beam, without the cancellation of a factorised
+!> stiffness matrix.
 !>
 !> A projection leaves a rounding error of q in the excluded direction. In a high mode displacements are smaller than q
 !> by a factor lambda_i^2, and the excluded direction deflects the beam like a force at the support, so that the
@@ -55,8 +57,8 @@ module support_coordinates
       !> Directions that supports and a massless node exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
       !> Mass-weighted displacements (entries of B q) of additional motions per unit of their amounts, [rows, motions].
-      !> The first are weighted motions: the continuation of a node without inertia, then the rigid-body rotation about
-      !> a pinned root. The others remove rounding errors in excluded directions
+      !> The first are weighted motions: the continuation of the node whose inertia is redistributed, then the
+      !> rigid-body rotation about a pinned root. The others remove rounding errors in excluded directions
       real(wp), allocatable :: motion_rows(:, :)
       !> Displacements and rotations of these motions per unit of their amounts, [dofs, motions]. They are zero for the
       !> continuation, which moves the inertia of the node but not the node
@@ -128,26 +130,27 @@ contains
       !> Support that determines the amount; 0: there is none
       integer, intent(out) :: support
 
-      ! estimate of the weights that a support would give the constrained shapes: their displacement under a unit force,
-      ! about 1 for the beam and 1/sqrt(k) for the spring, over that of the rotation; large weights lose digits
-      real(wp) :: flexibility
-      ! minimum of this flexibility
-      real(wp) :: min_flexibility
+      ! estimate of the largest weight (component `weight`) if this support determined the amount of the rotation: the
+      ! displacement at the support per unit of a coordinate, about 1 for curvatures and 1/sqrt(k) for the spring, over
+      ! that per unit of the rotation; large weights lose digits
+      real(wp) :: largest_weight
+      ! minimum over the supports
+      real(wp) :: min_weight
       real(wp) :: direction(beam%rows), motion(beam%dofs), weight(beam%order)
       integer :: i
 
       call rigid_rotation(beam%natural, direction, motion)
       support = 0
-      min_flexibility = huge(1.0_wp)
+      min_weight = huge(1.0_wp)
       do i = 1, size(model%supports)
          associate (candidate => model%supports(i))
             if (.not. abs(motion(candidate%dof)) > 0.0_wp) cycle
-            flexibility = 1.0_wp
-            if (candidate%stiffness > 0.0_wp) flexibility = 1.0_wp + 1.0_wp/sqrt(candidate%stiffness)
-            flexibility = flexibility/abs(motion(candidate%dof))
+            largest_weight = 1.0_wp
+            if (candidate%stiffness > 0.0_wp) largest_weight = 1.0_wp + 1.0_wp/sqrt(candidate%stiffness)
+            largest_weight = largest_weight/abs(motion(candidate%dof))
          end associate
-         if (flexibility >= min_flexibility) cycle
-         min_flexibility = flexibility
+         if (largest_weight >= min_weight) cycle
+         min_weight = largest_weight
          support = i
       end do
       associate (last => size(beam%weight, 2))
@@ -169,7 +172,7 @@ contains
    end subroutine add_rotation
 
    !> Exclude the directions that supports constrain, and the motion of a massless node alone, which is orthogonal to
-   !> all modes.
+   !> all modes in strain energy.
    pure subroutine exclude_supports(model, rotation_support, beam)
       type(beam_model_t), intent(in) :: model
       !> Support that already determines the rotation; 0: there is none

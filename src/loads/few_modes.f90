@@ -20,14 +20,14 @@ module few_modes
       coordinates_of_motion
    implicit none (type, external)
    private
-   public :: takes_few_modes, needs_all_modes, number_of_modes, base_count
-   public :: find_base_modes, find_modes_of_run, find_few_modes
+   public :: takes_few_modes, needs_all_modes, number_of_modes, common_count
+   public :: find_common_modes, find_modes_of_run, find_few_modes
 
-   !> Up to this number of elements all modes are found at once, in about 0.05 s.
+   !> Up to this number of elements all modes are found in one direct solution, in about 0.05 s.
    integer, parameter :: max_elements_for_all_modes = 100
    !> Number of the lowest modes that are found of a larger mesh. If the number of modes can be chosen by trial runs,
    !> runs choose among these modes, else they use all of these.
-   integer, parameter :: base_count = 64
+   integer, parameter :: common_count = 64
 
 contains
 
@@ -41,7 +41,8 @@ contains
       answer = elements > max_elements_for_all_modes .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
-   !> Whether a run needs all modes. The replacement of the nodal velocity needs a column of the full mass matrix.
+   !> Whether a run needs all modes. The replacement of the nodal velocity changes the velocity of one degree of freedom
+   !> alone, which is a combination of all modes.
    pure function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -57,9 +58,9 @@ contains
       number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
    end function number_of_modes
 
-   !> Base modes, which several runs of a beam can share and choose from: all modes, or the lowest modes of a large
+   !> Common modes, which several runs of a beam can share and choose from: all modes, or the lowest modes of a large
    !> mesh, without residual modes.
-   subroutine find_base_modes(model, settings, modes, error)
+   subroutine find_common_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs
       type(run_settings_t), intent(in) :: settings
@@ -71,11 +72,11 @@ contains
 
       if (takes_few_modes(model%mesh%elements, settings)) then
          unloaded%has_stop = .false.
-         call find_few_modes(model, unloaded, base_count, modes, error)
+         call find_few_modes(model, unloaded, common_count, modes, error)
       else
          call find_free_modes(model, modes, error)
       end if
-   end subroutine find_base_modes
+   end subroutine find_common_modes
 
    !> Modes of a run whose number of modes is not chosen by trials: all modes, or a fixed number of the lowest modes of
    !> a large mesh, followed by residual modes.
@@ -89,7 +90,7 @@ contains
       integer :: count
 
       if (takes_few_modes(model%mesh%elements, settings)) then
-         count = base_count
+         count = common_count
          if (settings%response%mode_count > 0) count = settings%response%mode_count
          call find_few_modes(model, settings, count, modes, error)
       else
@@ -97,19 +98,20 @@ contains
       end if
    end subroutine find_modes_of_run
 
-   !> The lowest modes, followed by the residual modes of stops and loads. All modes are found instead if their number
-   !> is more than half the number of elements, or if Lanczos' method fails and the mesh is small enough.
-   subroutine find_few_modes(model, settings, count, modes, error, base)
+   !> The lowest modes, followed by the residual modes of stops and loads. All modes are found instead if more of the
+   !> lowest modes are needed than half the number of elements and `common_modes` does not contain them, or if Lanczos'
+   !> method fails and the mesh is small enough.
+   subroutine find_few_modes(model, settings, count, modes, error, common_modes)
       type(beam_model_t), intent(in) :: model
       !> Stops and loads
       type(run_settings_t), intent(in) :: settings
-      !> Number of the lowest modes
+      !> Minimum number of the lowest modes; the mode of the start may require more
       integer, intent(in) :: count
       type(free_modes_t), intent(out) :: modes
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
-      !> Modes from `find_base_modes`, which are reused
-      type(free_modes_t), intent(in), optional :: base
+      !> Modes from `find_common_modes`, which are reused
+      type(free_modes_t), intent(in), optional :: common_modes
 
       ! maximum number of elements for a solution of all modes, which takes minutes then
       integer, parameter :: max_elements_for_fallback = 2048
@@ -121,9 +123,9 @@ contains
       call make_supported_beam(model, beam)
       lowest = max(count, settings%start%mode)
       is_available = .false.
-      if (present(base)) is_available = size(base%lambda) >= lowest
+      if (present(common_modes)) is_available = size(common_modes%lambda) >= lowest
       if (is_available) then
-         call take_lowest(model, beam, lowest, base, modes, vectors)
+         call take_lowest(model, beam, lowest, common_modes, modes, vectors)
       else
          if (lowest <= model%mesh%elements/2) call find_lowest(model, beam, lowest, modes, vectors, error)
          if (.not. allocated(vectors) .or. allocated(error)) then
@@ -145,12 +147,12 @@ contains
    end subroutine find_few_modes
 
    !> Take the lowest of the modes already known.
-   subroutine take_lowest(model, beam, lowest, base, modes, vectors)
+   subroutine take_lowest(model, beam, lowest, common_modes, modes, vectors)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
       !> Number of modes
       integer, intent(in) :: lowest
-      type(free_modes_t), intent(in) :: base
+      type(free_modes_t), intent(in) :: common_modes
       !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
       !> Multiples B^T B q of the coordinates q of the modes other than the rigid-body rotation, of which only the
@@ -161,8 +163,8 @@ contains
       integer :: j, rigid_modes
 
       rigid_modes = merge(1, 0, is_mechanism(model))
-      allocate (modes%lambda, source=base%lambda(:lowest))
-      allocate (modes%mode, source=base%mode(:, :lowest))
+      allocate (modes%lambda, source=common_modes%lambda(:lowest))
+      allocate (modes%mode, source=common_modes%mode(:, :lowest))
       allocate (vectors(beam%order, lowest - rigid_modes))
       do j = 1, size(vectors, 2)
          ! q from displacements contains strains of high modes by rounding errors. The product with B^T B (`bend`

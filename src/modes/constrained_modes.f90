@@ -37,7 +37,7 @@ contains
          mode = matmul(mode, combination)
       end do
       do i = 1, size(supports)
-         ! displacements at rigid supports are exactly zero, not to rounding
+         ! displacements or slopes at rigid supports become exactly zero, not only zero to within rounding
          if (supports(i)%stiffness <= 0.0_wp) mode(supports(i)%dof, :) = 0.0_wp
       end do
    end subroutine attach_supports
@@ -59,7 +59,7 @@ contains
 
       integer, allocatable :: active(:), order(:)
       real(wp), parameter :: rounding = 1.0e-14_wp
-      ! W_i^2 - w^2, [active, new]
+      ! W_i^2 - w^2, [active, changed modes]
       real(wp), allocatable :: distance(:, :)
       ! b_i^2, then b_i, for which the computed w^2 are exact, [active]
       real(wp), allocatable :: consistent(:)
@@ -76,7 +76,8 @@ contains
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
       ! Modes whose value at the point exceeds rounding; the other modes have a node at the point. The values are
-      ! compared over the frequency, too, because the rotation of a short element may be immense in the highest modes
+      ! compared after division by the frequency, too: if the values are slopes, those of the highest modes of a mesh
+      ! with a short element may be so large that those of the low modes would seem to be rounding errors
       allocate (scaled, source=abs(value)/sqrt(max(square, 1.0_wp)))
       allocate (active, source=pack([(i, i=1, n)], abs(value) > rounding*maxval(abs(value)) .or. &
          scaled > rounding*maxval(scaled)))
@@ -127,7 +128,8 @@ contains
 
       weight = total
       if (constant > 0.0_wp) weight = -constant*distance(:, size(pole))
-      ! root k lies between poles k and k + 1: factor by factor, nothing overflows
+      ! root k lies between poles k and k + 1; its distance from pole i is divided by the distance of one of these two
+      ! from pole i, so that each factor is at most 1 and nothing overflows
       do k = 1, size(pole) - 1
          do i = 1, size(pole)
             weight(i) = weight(i)*(distance(i, k)/(pole(i) - merge(pole(k), pole(k + 1), k < i)))
@@ -232,8 +234,10 @@ contains
       real(wp), intent(in) :: slope_below
       real(wp) :: step
 
-      ! the step is a root of first x^2 - 2 half x + last = 0, with this root of the discriminant
-      real(wp) :: first, half, last, root
+      ! the step x solves first x^2 - 2 half x + last = 0
+      real(wp) :: first, half, last
+      ! square root of a quarter of the discriminant, half^2 - first last
+      real(wp) :: root
 
       first = value - below*slope_below - above*(slope - slope_below)
       half = 0.5_wp*((below + above)*value - below*above*slope)

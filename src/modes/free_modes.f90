@@ -1,6 +1,7 @@
-!> The modes of a beam without contact, and quantities that follow from them alone. They do not depend on damping, the
-!> laws of the stops and the duration of a run, and no run changes them, so all runs of a beam on one mesh, in all
-!> threads, share them.
+!> The modes of a beam without contact, and quantities that follow from modes and matrices of the mesh. As
+!> `find_free_modes` returns them, they do not depend on damping, the laws of the stops and the duration of a run, so
+!> all runs of a beam on one mesh, in all threads, share them. A run that selects or reorders modes, or adds residual
+!> modes or modes of bodies, does so in a copy.
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
@@ -10,18 +11,18 @@ module free_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, complete_modes, rigid_square, max_free_square
+   public :: free_modes_t, find_free_modes, complete_modes, rigid_square, max_rigid_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
       integer :: elements = 0
-      !> Degree of freedom of the stop point
+      !> Degree of freedom of the displacement at the first stop
       integer :: stop_dof = 0
       !> Degree of freedom of the tip
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
-      !> Wave numbers lambda_i, ascending, [modes]
+      !> Wave numbers lambda_i, [modes], ascending as computed (`append_bodies` and `select_modes` change the order)
       real(wp), allocatable :: lambda(:)
       !> Squared frequencies W_i^2 = (lambda_i/lambda1)^4 in omega1^2, [modes]
       real(wp), allocatable :: square(:)
@@ -36,8 +37,9 @@ module free_modes
       real(wp), allocatable :: truncated_square(:)
       !> Shapes of the truncated modes
       real(wp), allocatable :: truncated_mode(:, :)
-      !> Displacement of a massless node at the stop under a force on it of one unit, rho Abar L omega1^2 D, if all
-      !> other degrees of freedom are fixed; 0: the node has mass
+      !> Displacement of a massless node at the stop (of a redistributed mass matrix, docs/theory.md, section 14) under
+      !> a force on it of one unit, rho Abar L omega1^2 D, if all other degrees of freedom are fixed; 0: the node has
+      !> mass
       real(wp) :: node_flexibility = 0.0_wp
       !> Component of M phi_i at the degree of freedom of the stop, for impacts that replace the velocity of the node at
       !> the stop alone, [modes]
@@ -51,7 +53,7 @@ module free_modes
    !> Modes up to this W^2 have no restoring force: rigid-body modes, bodies without springs, and combinations of both.
    !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_bodies`) that rounding errors of the
    !> combinations do not exceed it.
-   real(wp), parameter :: max_free_square = 1.0e-30_wp
+   real(wp), parameter :: max_rigid_square = 1.0e-30_wp
 
 contains
 

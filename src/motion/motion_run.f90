@@ -6,7 +6,7 @@ module motion_run
    use contact_sets, only: set_store_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: fail, failure_t, status_bad_input
-   use few_modes, only: find_base_modes, number_of_modes
+   use few_modes, only: find_common_modes, number_of_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_release
@@ -129,7 +129,7 @@ contains
       ! trial runs are made by exact motion
       settings_in_modes%response%method = method_exact
       if (present(shared)) modes = shared
-      if (.not. allocated(modes%lambda)) call find_base_modes(model, settings_in_modes, modes, error)
+      if (.not. allocated(modes%lambda)) call find_common_modes(model, settings_in_modes, modes, error)
       if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, lowest, check, error)
       if (allocated(error)) return
       settings_in_modes%response%method = method_newmark
@@ -222,7 +222,7 @@ contains
       end if
    end subroutine check_mode_of_start
 
-   !> Find the modes that all runs of one beam share (`find_base_modes`): all modes, or the lowest of a large mesh.
+   !> Find the modes that all runs of one beam share (`find_common_modes`): all modes, or the lowest of a large mesh.
    subroutine find_shared_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Settings of one of the runs
@@ -232,7 +232,7 @@ contains
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      if (moves_in_modes(settings%response)) call find_base_modes(model, settings, modes, error)
+      if (moves_in_modes(settings%response)) call find_common_modes(model, settings, modes, error)
    end subroutine find_shared_modes
 
 end module motion_run

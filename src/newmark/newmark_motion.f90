@@ -19,6 +19,7 @@ module newmark_motion
    use moment_places, only: open_moments
    use newmark_bodies, only: add_bodies
    use newmark_contacts, only: resolve_contacts
+   use newmark_continuation, only: resolve_stored_contacts, start_from_state, state_of
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_events, only: close_touched, find_events, trigger_events
    use newmark_flights, only: record_flight_start
@@ -29,7 +30,6 @@ module newmark_motion
    use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
-   use newmark_sections, only: resume, state_of, take_over
    use newmark_start, only: begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
@@ -80,7 +80,7 @@ contains
       if (allocated(error)) return
       is_continued = .false.
       if (present(carried)) is_continued = allocated(carried%q)
-      if (is_continued) call take_over(carried, run)
+      if (is_continued) call start_from_state(carried, run)
       call open_outputs(model, settings, run, response)
       check_interval = max(1, run%samples/min_checks)
       run%records_shapes = allocated(response%shape_tau)
@@ -162,7 +162,7 @@ contains
       type(response_t), intent(inout) :: response
 
       if (is_continued) then
-         call resume(run, response)
+         call resolve_stored_contacts(run, response)
       else
          call begin_at_contacts(run, response)
       end if

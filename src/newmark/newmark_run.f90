@@ -192,7 +192,7 @@ module newmark_run
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
       type(free_modes_t), allocatable :: modes
       type(newmark_contact_t), allocatable :: contacts(:)
-      !> Index of the contact from which the beam is released, to which the histories of the run refer; 0: there are no
+      !> Index of the release contact (`history_list`), to which the histories of the run refer; 0: there are no
       !> contacts
       integer :: release_contact = 1
       !> Height d of that contact, in the unit of displacement

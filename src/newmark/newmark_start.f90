@@ -1,5 +1,5 @@
-!> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with initial velocities; and
-!> the contacts that are closed or hit in this state.
+!> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with given displacements and
+!> velocities; and the contacts that are closed or hit in this state.
 module newmark_start
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
@@ -32,7 +32,7 @@ module newmark_start
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
    contains
-      procedure :: bend
+      procedure :: find_static_shapes
    end type finite_beam_t
 
 contains
@@ -77,7 +77,7 @@ contains
          case (start_release)
             if (allocated(run%modes)) then
                associate (released => run%release_contact)
-                  call flexible%bend(0.0_wp, flexible%row(:, released:released), shape, error)
+                  call flexible%find_static_shapes(0.0_wp, flexible%row(:, released:released), shape, error)
                   if (allocated(error)) return
                   ! a gap of 1 at the release contact of height h is the displacement 1 + h along its row
                   displacement = shape(:, 1)*((1.0_wp + contacts(released)%height) &
@@ -137,7 +137,7 @@ contains
 
       allocate (load, source=shape)
       if (.not. (is_mechanism(model) .or. has_free_body(settings))) then
-         call flexible%bend(0.0_wp, load, shape, error)
+         call flexible%find_static_shapes(0.0_wp, load, shape, error)
          if (allocated(error)) return
          call find_static_equilibrium(flexible, contacts, is_active, shape(:, 1), forces, error)
       else if (allocated(modes)) then
@@ -216,7 +216,7 @@ contains
 
    !> Static displacements of the degrees of freedom under given loads. An elastic foundation, whose stiffness is
    !> proportional to the mass, makes the problem regular if the beam can move as a rigid body.
-   pure subroutine bend(self, foundation, load, shape, error)
+   pure subroutine find_static_shapes(self, foundation, load, shape, error)
       class(finite_beam_t), intent(in) :: self
       !> Stiffness of the foundation as a multiple of the mass
       real(wp), intent(in) :: foundation
@@ -238,7 +238,7 @@ contains
       do k = 1, size(load, 2)
          call solve_factorised(factors, shape(:, k))
       end do
-   end subroutine bend
+   end subroutine find_static_shapes
 
    !> Initial velocities, and for a mode or a table initial displacements. A motion that violates the boundary
    !> conditions, such as a uniform velocity, is projected: the velocities of the supported beam are M^-1 p, with p the

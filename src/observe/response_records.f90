@@ -1,5 +1,6 @@
-!> Allocation of the histories (values at equal time steps) and shapes (displacements of the whole beam at given
-!> instants) that a run records, for either method.
+!> The records of a run, for either method: allocation of histories (values at equal time steps) of beam, contacts,
+!> bodies and energies, and of shapes (displacements, slopes and their rates along the whole beam at given instants),
+!> and recording of the bodies. Other modules record the rest.
 module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
@@ -31,7 +32,7 @@ contains
 
       integer :: i, shapes
 
-      associate (n => samples + 1, nodes => elements)
+      associate (n => samples + 1)
          if (any(settings%history) .or. settings%energy) then
             allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
          end if
@@ -51,8 +52,9 @@ contains
          call find_instants(settings, real(samples, wp)*step, response%shape_tau)
          if (.not. allocated(response%shape_tau)) return
          shapes = size(response%shape_tau)
-         allocate (response%shape_displacement(0:nodes, shapes), response%shape_slope(0:nodes, shapes), &
-            response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
+         allocate (response%shape_displacement(0:elements, shapes), response%shape_slope(0:elements, shapes), &
+            response%shape_velocity(0:elements, shapes), response%shape_slope_velocity(0:elements, shapes), &
+            source=0.0_wp)
       end associate
    end subroutine open_records
 
@@ -103,11 +105,12 @@ contains
       end do
    end function merged
 
-   !> Allocate the histories of a contact.
-   pure subroutine open_contact_record(contact, output, samples, record)
+   !> Set stop, body, side, position and height in the record of a contact, and allocate its histories.
+   pure subroutine open_contact_record(contact, output, length, record)
       type(contact_t), intent(in) :: contact
       type(output_settings_t), intent(in) :: output
-      integer, intent(in) :: samples
+      !> Number of samples, including that at the start
+      integer, intent(in) :: length
       type(contact_record_t), intent(out) :: record
 
       record%body = contact%settings%body
@@ -117,18 +120,19 @@ contains
       record%sign = nint(contact%sign)
       record%position = contact%settings%position
       record%height = contact%sign*observed_height(contact)
-      if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
-      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
-      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
-      if (output%history(acceleration_stop)) allocate (record%acceleration(samples), source=0.0_wp)
-      if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
+      if (output%history(eta_stop)) allocate (record%eta(length), source=0.0_wp)
+      if (output%history(velocity_stop)) allocate (record%velocity(length), source=0.0_wp)
+      if (output%history(force_stop)) allocate (record%force(length), source=0.0_wp)
+      if (output%history(acceleration_stop)) allocate (record%acceleration(length), source=0.0_wp)
+      if (output%energy) allocate (record%energy(length), record%dissipated(length), source=0.0_wp)
    end subroutine open_contact_record
 
-   !> Allocate the histories of all bodies: displacement, velocity and force, if the histories of these quantities at
-   !> the stop are requested.
-   pure subroutine open_bodies(settings, samples, bodies)
+   !> Set position and rest in the records of all bodies, and allocate their histories: displacement, velocity and
+   !> force, if the histories of these quantities at the stop are requested.
+   pure subroutine open_bodies(settings, length, bodies)
       type(run_settings_t), intent(in) :: settings
-      integer, intent(in) :: samples
+      !> Number of samples, including that at the start
+      integer, intent(in) :: length
       !> Unallocated: there are no bodies
       type(body_record_t), allocatable, intent(out) :: bodies(:)
 
@@ -140,9 +144,9 @@ contains
       bodies%rest = settings%bodies%rest
       associate (history => settings%output%history)
          do b = 1, size(bodies)
-            if (history(eta_stop)) allocate (bodies(b)%displacement(samples), source=0.0_wp)
-            if (history(velocity_stop)) allocate (bodies(b)%velocity(samples), source=0.0_wp)
-            if (history(force_stop)) allocate (bodies(b)%force(samples), source=0.0_wp)
+            if (history(eta_stop)) allocate (bodies(b)%displacement(length), source=0.0_wp)
+            if (history(velocity_stop)) allocate (bodies(b)%velocity(length), source=0.0_wp)
+            if (history(force_stop)) allocate (bodies(b)%force(length), source=0.0_wp)
          end do
       end associate
    end subroutine open_bodies

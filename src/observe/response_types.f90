@@ -1,10 +1,10 @@
 !> Result of a run: events, histories at equal time steps, shapes of the whole beam, energies, and measures (scalar
 !> results). Both methods (`newmark`, `exact`) fill it; files and tables are written from it.
 !>
-!> All values are dimensionless (docs/theory.md, section 2): displacement eta = (y - d)/(y_c(0) - d), time tau = omega1
-!> t, mass in rho Abar L, with d the height of the contact from which the beam is released. Energies are therefore in
-!> rho Abar L omega1^2 (y_c(0) - d)^2, impulses in rho Abar L omega1 (y_c(0) - d), and forces are Pbar of Irie, Yamada
-!> and Asano (1977).
+!> All values are dimensionless (docs/theory.md, section 2): displacement eta = (y - d)/D, time tau = omega1 t, mass in
+!> rho Abar L. Here d is the height of the release contact; D is the initial distance y_c(0) - d of the beam from this
+!> contact in a release, and a given scale in other starts. Energies are therefore in rho Abar L omega1^2 D^2, impulses
+!> in rho Abar L omega1 D, and forces are Pbar of Irie, Yamada and Asano (1977).
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp

@@ -323,11 +323,11 @@ contains
    end subroutine measure_events
 
    !> Measures of a run with several contacts from the measures of each: sums, the earliest, the longest, the maximum.
-   !> Rebounds, settling time and energies are those of the contact from which the beam was released.
+   !> Rebounds, settling time and energies are those of the release contact.
    pure subroutine gather_measures(response, release_contact)
       !> The run, whose contacts have measures; receives the measures of the run
       type(response_t), intent(inout) :: response
-      !> The contact from which the beam was released
+      !> The release contact (`history_list`)
       integer, intent(in) :: release_contact
 
       integer :: k

@@ -1,6 +1,6 @@
-!> Poincare sections of a run, by either method: states of tip and contacts at intervals of one period of the load, and
-!> measures that follow from them: the period of the motion, impacts per period, and the Lyapunov exponent
-!> (docs/theory.md, section 21).
+!> Poincare sections of a run, by either method: states of tip and contacts at intervals of one period of the load (in
+!> the record of a periodic orbit, of a fraction of the orbit's period), and measures that follow from them: the period
+!> of the motion, impacts per period, and the Lyapunov exponent (docs/theory.md, section 21).
 module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input

@@ -1,6 +1,6 @@
 !> Series of cases of the figures of the paper (Irie, Yamada and Asano 1977). Each series varies one parameter; each
-!> case is computed in every variant (method and mesh) of `paper_cases`. The end of motion of a case is an instant tau
-!> by one of the definitions of `paper_outcomes`.
+!> case is computed in every variant (method, mesh, kind of impulse and mass matrix) of `paper_cases`. The end of motion
+!> of a case is an instant tau by one of the definitions of `paper_outcomes`.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
@@ -114,7 +114,7 @@ contains
    end function end_tau_of
 
    !> Whether each case may be the case whose motion ends earliest. The error of the instant of an end is estimated by
-   !> its difference from the instant in the variant for comparison (`comparison_variant`) plus a sampling interval.
+   !> its difference from the instant in the variant for comparison (`comparison_variant`).
    pure function may_end_earliest(series, variant, definition) result(may_be_earliest)
       type(series_t), intent(in) :: series
       integer, intent(in) :: variant
@@ -128,7 +128,8 @@ contains
       associate (end_tau => end_tau_of(series, variant, definition), &
          compared => end_tau_of(series, comparison_variant(variant), definition))
          first = minloc(end_tau, dim=1)
-         ! the earlier of both instants of the case lies before the later one of the case `first`, or is as late
+         ! the earlier of both instants of the case is not later than the later one of the case `first`; the instants
+         ! are multiples of the sampling interval, so an instant less than one interval later is not later
          may_be_earliest = min(end_tau, compared) < max(end_tau(first), compared(first)) + sample_step
       end associate
    end function may_end_earliest

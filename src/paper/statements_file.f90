@@ -52,7 +52,7 @@ contains
       if (allocated(error)) return
       call begin_results(root, expected_bytes, scene)
       group = root%group('statements')
-      call write_verdicts(group, study%variants, study%list)
+      call write_verdicts(group, study%variants, study%statements)
       do i = 1, size(study%series)
          call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%variants, &
             study%series(i))

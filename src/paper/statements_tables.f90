@@ -24,8 +24,8 @@ contains
 
       integer :: i, k
 
-      do i = 1, size(study%list%item)
-         associate (item => study%list%item(i), variants => study%variants)
+      do i = 1, size(study%statements%item)
+         associate (item => study%statements%item(i), variants => study%variants)
             call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
             call print_wrapped(unit, '', item%measure//':')
             call print_wrapped(unit, '', deciding_values_text(item, variants))
@@ -36,8 +36,8 @@ contains
       end do
       write (unit, '(a)') 'Verdicts:'
       do k = 1, size(verdict_names)
-         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)) == k, i=1, &
-            size(study%list%item))]), trim(verdict_names(k))
+         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%statements%item(i)) == k, i=1, &
+            size(study%statements%item))]), trim(verdict_names(k))
       end do
    end subroutine print_statements
 

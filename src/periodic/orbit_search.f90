@@ -19,8 +19,8 @@ module orbit_search
    private
    public :: find_orbits
 
-   !> Number of samples of an orbit in the results file.
-   integer, parameter :: samples = 400
+   !> Number of intervals between the samples of an orbit in the results file.
+   integer, parameter :: intervals = 400
 
 contains
 
@@ -85,7 +85,7 @@ contains
       end if
       call find_units(map, guess%state, abs((options%max_ratio - options%min_ratio)*guess%value))
       do round = 1, max_rounds
-         ! the second pass checks the shifted section
+         ! a second pass shifts the section again if the motion from the shifted section has other events near it
          do i = 1, 2
             call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
             if (allocated(error)) return
@@ -104,7 +104,7 @@ contains
          to_text(orbit%point%residual)//' of its size; try another skip, periods or load')
    end subroutine find_first_orbit
 
-   !> Record the orbit over one period from phase 0 on.
+   !> Record the orbit over one period of the orbit, from phase 0 of the loads on.
    subroutine record_orbit(map, initial, study, error)
       type(section_map_t), target, intent(inout) :: map
       type(initial_state_t), intent(in) :: initial
@@ -120,15 +120,15 @@ contains
          if (allocated(error)) return
       end if
       map%section_phase = 0.0_wp
-      call run_map(map, start%value, real(map%periods, wp), start%state, response, error, samples)
+      call run_map(map, start%value, real(map%periods, wp), start%state, response, error, intervals)
       map%section_phase = initial%section_phase
       if (allocated(error)) return
       associate (sections => response%sections)
          study%tau = [0.0_wp, sections%tau]
          study%tip = from_phase_0(sections%tip(1, :))
          study%tip_velocity = from_phase_0(sections%tip(2, :))
-         study%stop = by_stop(sections%contact(1, :, :))
-         study%stop_velocity = by_stop(sections%contact(2, :, :))
+         study%stop = of_contacts(sections%contact(1, :, :))
+         study%stop_velocity = of_contacts(sections%contact(2, :, :))
       end associate
 
    contains
@@ -143,7 +143,7 @@ contains
       end function from_phase_0
 
       !> Histories of the contacts from phase 0 on.
-      pure function by_stop(values) result(histories)
+      pure function of_contacts(values) result(histories)
          !> Samples after phase 0, [contacts, samples]
          real(wp), intent(in) :: values(:, :)
          real(wp) :: histories(size(values, 1), size(values, 2) + 1)
@@ -153,7 +153,7 @@ contains
          do k = 1, size(values, 1)
             histories(k, :) = from_phase_0(values(k, :))
          end do
-      end function by_stop
+      end function of_contacts
 
    end subroutine record_orbit
 

@@ -9,8 +9,8 @@ module section_map
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: failure_t
-   use few_modes, only: find_base_modes
-   use free_modes, only: free_modes_t, max_free_square
+   use few_modes, only: find_common_modes
+   use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
@@ -101,7 +101,7 @@ contains
       if (allocated(map%settings%stress)) deallocate (map%settings%stress)
       if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
       if (allocated(map%settings%spectrum)) deallocate (map%settings%spectrum)
-      call find_base_modes(model, settings, map%modes, error)
+      call find_common_modes(model, settings, map%modes, error)
       if (allocated(error)) return
       lowest = unknown_modes
       call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
@@ -392,7 +392,7 @@ contains
       real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: frequency(size(map%modes%square)), velocity_unit
 
-      frequency = merge(one_turn/map%period, sqrt(map%modes%square), map%modes%square <= max_free_square)
+      frequency = merge(one_turn/map%period, sqrt(map%modes%square), map%modes%square <= max_rigid_square)
       associate (square => map%modes%square)
          velocity_unit = sqrt(sum(square*state%q**2) + sum(state%v**2))
          if (.not. velocity_unit > 0.0_wp) velocity_unit = 1.0_wp

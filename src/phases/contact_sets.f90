@@ -460,7 +460,7 @@ contains
       !> Dynamic stiffnesses of the closed compliant contacts
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(contact_set_t), intent(in) :: other
-      !> Its terms point to those of the other set
+      !> Set whose terms point to the terms of the other set
       type(contact_set_t), intent(inout) :: set
 
       if (size(set%constrained%closed) == 0 .and. .not. any(has_force_row(spring))) then

@@ -288,8 +288,8 @@ contains
       places = pack([(i, i=1, size(is_harmonic))], is_harmonic)
    end function harmonic_loads
 
-   !> Whether a &base has gravity and no motion. The amplitude 0 of a &base without gravity is that of a load, from
-   !> which a sweep of it may begin.
+   !> Whether a &base has gravity and no motion. A &base without gravity is a load even with the amplitude 0, from which
+   !> a sweep of the amplitude may begin.
    elemental function has_gravity_alone(base) result(answer)
       type(base_group_t), intent(in) :: base
       logical :: answer

@@ -31,7 +31,7 @@ module scene_rules
    !> A group, or a name of a group, that requires at least one of several others.
    type :: demand_t
       character(max_name_length) :: group = ''
-      !> The name; empty: the demand is that of the group
+      !> The name that makes the demand; empty: the group makes it
       character(max_name_length) :: name = ''
       !> Groups, or names of the same group, of which one is required; separated by blanks
       character(max_list_length) :: options = ''

@@ -2,7 +2,8 @@
 !> may request and the datasets of results files follow from this table; recorders of other modules compute the values.
 !>
 !> Displacements, velocities and accelerations are relative to the base and positive upwards. If the scene has more than
-!> one contact, "the stop" is the release contact, from which the beam is released at the start.
+!> one contact, "the stop" is the release contact: the contact from which the beam is released or, in other starts,
+!> could be released (`stop_released_from`).
 module history_list
    implicit none (type, external)
    private

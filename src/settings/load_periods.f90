@@ -1,11 +1,11 @@
-!> Instants of loads: the period of one harmonic load on a beam and the common period of all harmonic loads, and the
-!> onsets of loads.
+!> Properties of the time courses of loads: the period of one harmonic load and the common period of all, the last
+!> change of the loads of a run, and whether a load is steady or still varies at the end of a run.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_harmonic, course_step, course_table, time_course_t
    implicit none (type, external)
    private
-   public :: period_of, is_steady, varies_to, last_onset
+   public :: period_of, is_steady, varies_to, last_change
 
 contains
 
@@ -19,10 +19,12 @@ contains
 
       ! maximum number of periods of the slowest load in a common period
       integer, parameter :: max_cycles = 64
-      ! maximum relative deviation of the ratio of two frequencies from a ratio of whole numbers, by rounded decimals
+      ! maximum relative deviation of the ratio of two frequencies from a ratio of whole numbers, to which the rounded
+      ! decimals of a scene may lead
       real(wp), parameter :: rounding = 1.0e-9_wp
-      ! maximum distance of a load from its phase after the common period, in its periods, however many these are
-      real(wp), parameter :: max_distance = 1.0e-6_wp
+      ! maximum phase error of a load after the common period, in periods of that load; it limits the relative deviation
+      ! if the common period has many periods of the load
+      real(wp), parameter :: max_phase_error = 1.0e-6_wp
       real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
       integer :: cycles
 
@@ -34,7 +36,7 @@ contains
       end if
       do cycles = 1, max_cycles
          associate (ratio => frequencies*(real(cycles, wp)/minval(frequencies)))
-            if (any(abs(ratio - anint(ratio)) > min(rounding*ratio, max_distance))) cycle
+            if (any(abs(ratio - anint(ratio)) > min(rounding*ratio, max_phase_error))) cycle
          end associate
          period = real(cycles, wp)*(two_pi/minval(frequencies))
          return
@@ -50,9 +52,9 @@ contains
          .and. course%end >= huge(1.0_wp)
    end function is_steady
 
-   !> The last instant before the end of a run at which a load begins, ends or, if it is a table, is greatest; 0: there
-   !> is none.
-   pure function last_onset(courses, end) result(tau)
+   !> The last instant before the end of a run at which a load begins, reaches its given `end`, or, if it is a table, is
+   !> greatest in magnitude; 0: there is none. The end of a pulse and the last point of a table do not count.
+   pure function last_change(courses, end) result(tau)
       type(time_course_t), intent(in) :: courses(:)
       !> End of the run, tau
       real(wp), intent(in) :: end
@@ -69,16 +71,18 @@ contains
          end associate
          tau = max(tau, maxval(instants, mask=instants < end))
       end do
-   end function last_onset
+   end function last_change
 
-   !> Whether a load still varies when a run ends, so that the motion does not settle.
+   !> Whether a harmonic load or a table lasts to the end of a run, so that the motion does not settle. A pulse does not
+   !> count.
    pure function varies_to(course, end) result(answer)
       type(time_course_t), intent(in) :: course
       !> End of the run, tau
       real(wp), intent(in) :: end
       logical :: answer
 
-      ! share of the run at the end of which a table may have ended, because its last point is rounded
+      ! a table that ends within this last fraction of the run counts as lasting to the end of the run, because the
+      ! instant of its last point may be rounded
       real(wp), parameter :: rounding = 1.0e-3_wp
       real(wp) :: last
 

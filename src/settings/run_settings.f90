@@ -1,12 +1,12 @@
 !> Settings of one run besides its beam: stops, loads, initial conditions, method of integration, requested results.
 !>
-!> Dimensionless scales (docs/theory.md, section 2): lengths along the beam in its length L, displacements eta in D =
-!> |y_c(0) - d|, times tau = omega1 t, contact forces Pbar in lambda1^4 E Ibar D / (hbar L^2). Here y_c(0) is the
-!> initial displacement at the stop from which the beam is released, and d the height of the surface of this stop, both
-!> above the undeformed beam. omega1 is the first natural circular frequency of the uniform cantilever of mean section
-!> without tip mass; lambda1 = 1.875 is its frequency parameter, omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)). A bar
-!> marks the mean section: hbar is the mean height. eta_c is the gap, the distance of the beam from the surface of a
-!> stop.
+!> Dimensionless scales (docs/theory.md, section 2): lengths along the beam in its length L, displacements eta in D,
+!> times tau = omega1 t, contact forces Pbar in lambda1^4 E Ibar D / (hbar L^2). If the beam is released above a stop, D
+!> is |y_c(0) - d|, with y_c(0) the initial displacement at this stop and d the height of its surface, both above the
+!> undeformed beam; in other starts D is a given scale. omega1 is the first natural circular frequency of the uniform
+!> cantilever of mean section without tip mass; lambda1 = 1.875 is its frequency parameter, omega1 = lambda1^2 sqrt(E
+!> Ibar / (rho Abar L^4)). A bar marks the mean section: hbar is the mean height. eta_c is the gap, the distance of the
+!> beam from the surface of a stop.
 module run_settings
    use history_list, only: history_count, history_table
    use kinds, only: wp

@@ -229,8 +229,8 @@ contains
       end do
    end subroutine first_zero
 
-   !> End the search at t, where the signal is zero. If a signal that was searched itself started at zero, either it has
-   !> stayed there, or the first step has ended at the next zero; the value in the middle decides.
+   !> End the search at t, where the signal is zero. If the search ran on the signal itself and the signal started at
+   !> zero, either it has remained zero, or the first step has ended at the next zero; the value in the middle decides.
    subroutine end_at_zero(signal, t, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
       real(wp), intent(in) :: t
@@ -281,7 +281,7 @@ contains
    end function max_within_step
 
    !> Begin the search. If the signal starts at zero without a slope (`start_order` > 1), the search runs on the first
-   !> derivative that is positive there: as long as it is positive, so are the lower ones and the signal.
+   !> derivative that is positive at the start: as long as it is positive, so are the lower derivatives and the signal.
    subroutine bounds_at_start(signal, order, bounds, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Order of the derivative; 0: the signal itself
@@ -320,8 +320,8 @@ contains
       end if
    end subroutine bounds_at_start
 
-   !> Evaluate at the end of a step. A lower derivative, or the signal itself, is searched from there on as soon as its
-   !> value is clearly (64 times) above rounding.
+   !> Evaluate at the end of a step. As soon as the value of a lower derivative, or of the signal itself, is clearly (64
+   !> times) above rounding, the search continues on this derivative or on the signal.
    subroutine evaluate_step(signal, before, t, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
       !> Start and end of the step

@@ -1,5 +1,6 @@
-!> A sum of decaying complex exponentials as a signal with guaranteed bounds: the force of the three-element stop. No
-!> term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
+!> A sum of decaying complex exponentials as a signal with guaranteed bounds: a gap, a contact force or a bending moment
+!> while compliant contacts are closed. No term grows, so from any instant on the second derivative is at most sum |c
+!> s^2 exp(s t)|.
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
       term_columns, term_curvature, term_rate, term_value, transformable_signal_t

@@ -1,5 +1,5 @@
-!> A linear combination of damped oscillators z_i(t) as a signal with guaranteed bounds: the gap during a flight, or the
-!> reaction of a closed contact.
+!> A linear combination of damped oscillators z_i(t) as a signal with guaranteed bounds, if no compliant contact is
+!> closed: a gap, the reaction of a closed rigid contact, or a bending moment.
 !>
 !> Every derivative z_i^(k) obeys the same oscillator equation, whose energy never grows. So, whatever the damping, the
 !> value of sqrt((z_i^(k))^2 + (z_i^(k+1)/W_i)^2) at an instant bounds |z_i^(k)| at all later times.

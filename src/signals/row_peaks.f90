@@ -211,7 +211,7 @@ contains
 
    !> Whether a signal may exceed the maximum found until now by more than a tolerance. If that maximum is at an end of
    !> the interval, the signal is compared with the maximum per distance, or per squared distance, from that end,
-   !> because there the error of the polynomial vanishes with the distance, too.
+   !> because the error of the polynomial vanishes with the distance from an end, too.
    pure function may_exceed(b, size_of_error, maximum, tolerance) result(may)
       !> Bernstein coefficients of the quintic Hermite polynomial
       real(wp), intent(in) :: b(0:5)

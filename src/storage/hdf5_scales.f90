@@ -17,8 +17,8 @@ module hdf5_scales
       integer(c_int) :: axis = 0_c_int
    end type use_t
 
-   !> A scale, known by the identifier of its group and its name, and its uses. The group stays open as long as datasets
-   !> are attached: a group that is opened a second time has another identifier.
+   !> A scale, known by the identifier of its group and its name, and its uses. The caller must not close the group
+   !> before the last dataset is attached, because a group that is opened a second time has another identifier.
    type :: scale_t
       integer(hid_t) :: group = -1_hid_t
       character(:), allocatable :: name
@@ -137,8 +137,8 @@ contains
       scale%uses(scale%count) = added
    end subroutine add_use
 
-   !> Write the uses of all scales, before the file is closed; no scale can be attached afterwards, and the
-   !> object serves no other file.
+   !> Write the uses of all scales, before the file is closed. Afterwards no dataset may be attached, and the object
+   !> must not be used for another file.
    subroutine write_uses(self, file, status)
       class(scales_t), target, intent(inout) :: self
       integer(hid_t), intent(in) :: file

@@ -8,7 +8,7 @@ module mesh_choice
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use load_periods, only: last_onset
+   use load_periods, only: last_change
    use mesh_checks, only: mesh_check_t
    use mode_trials, only: compare_runs, horizon_of, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
@@ -294,7 +294,7 @@ contains
       associate (response => settings%response)
          length = response%duration
          end = length
-         onset = last_onset(courses_of(requested), requested%response%duration)
+         onset = last_change(courses_of(requested), requested%response%duration)
          do while (end < requested%response%duration .and. requested%has_stop)
             if (allocated(first%error) .or. first%response%event_count > 0) exit
             end = min(requested%response%duration, growth*end)

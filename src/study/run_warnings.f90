@@ -1,5 +1,5 @@
 !> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength, stresses
-!> without a limit on finer meshes.
+!> without a limit on finer meshes, and stress cycles that are counted in a part of the run only.
 module run_warnings
    use history_list, only: eta_tip
    use kinds, only: wp

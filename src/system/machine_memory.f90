@@ -8,7 +8,7 @@ module machine_memory
    public :: free_memory, free_addresses, in_bytes
 
    interface
-      !> Free memory and swap of this process within the limits of its control groups, in bytes; huge: unknown.
+      !> Free memory and swap of this process within the limits of its control groups, in bytes; infinite: unknown.
       function free_memory() bind(c, name='impactbeam_free_memory') result(bytes)
          import :: c_double
          implicit none (type, external)

@@ -1,6 +1,7 @@
-!> Start of a Newmark run from a stored state, mostly the final state of an earlier run, and storage of its own final
-!> state. Such states are used as Poincare sections: one state in each period of the load (docs/theory.md, section 21).
-module newmark_sections
+!> Continuation of a motion by a Newmark run: its start from the stored final state of an earlier run, and storage of
+!> its own final state. In a chain of cases each motion is continued in this way, after whole periods of the loads
+!> (docs/theory.md, section 21).
+module newmark_continuation
    use contact_rows, only: row_value
    use kinds, only: wp
    use newmark_contacts, only: resolve_contacts
@@ -12,7 +13,7 @@ module newmark_sections
    use section_types, only: section_state_t
    implicit none (type, external)
    private
-   public :: state_of, take_over, resume
+   public :: state_of, start_from_state, resolve_stored_contacts
 
 contains
 
@@ -35,8 +36,9 @@ contains
       end associate
    end subroutine state_of
 
-   !> Start a run from a stored state. Its contacts must be those of the run that stored the state.
-   subroutine take_over(state, run)
+   !> Start a run from a stored state. The run must have the same contacts in the same order as the run that stored the
+   !> state; the parameters of their laws may differ.
+   subroutine start_from_state(state, run)
       type(section_state_t), intent(in) :: state
       !> The run, ready to start
       type(newmark_run_t), intent(inout) :: run
@@ -70,11 +72,11 @@ contains
          run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, now), k=1, size(run%contacts))])
       end associate
       run%states(3 - run%now) = run%states(run%now)
-   end subroutine take_over
+   end subroutine start_from_state
 
-   !> Find the contact forces of the first instant; under the loads of this run, contacts that were closed may open at
-   !> this instant.
-   pure subroutine resume(run, response)
+   !> Find the contact forces at the first instant, and the contacts that open at this instant under the loads of this
+   !> run, although they were closed when the state was stored.
+   pure subroutine resolve_stored_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Receives the events, and which contacts were closed
       type(response_t), intent(inout) :: response
@@ -89,6 +91,6 @@ contains
          end associate
       end do
       call resolve_contacts(run, response)
-   end subroutine resume
+   end subroutine resolve_stored_contacts
 
-end module newmark_sections
+end module newmark_continuation
