@@ -14,7 +14,7 @@ module phase_intervals
    use phase_curves, only: signal_curve_t
    use phase_integrals, only: find_signals, integrate_on_path
    use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
-   use phase_rows, only: is_on_path, signal_of_row
+   use phase_rows, only: can_square_rows, is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_acceleration, find_sums, integrate_accelerations
    use response_types, only: settling_level
@@ -346,7 +346,7 @@ contains
          end do
          n = n + 1
          rows(n) = output_row_t(self%tip_row())
-         are_on_path = .true.
+         are_on_path = can_square_rows(now)
          ! a tip at a contact needs no sum of its own
          m = merge(n - 1, n, tip_place > 0)
          do i = 1, m

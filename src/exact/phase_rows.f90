@@ -16,7 +16,7 @@ module phase_rows
    use row_signals, only: max_steps, row_signal_t
    implicit none (type, external)
    private
-   public :: can_search_rows, search_contacts, is_on_path, signal_of_row
+   public :: can_search_rows, can_square_rows, search_contacts, is_on_path, signal_of_row
 
    !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
    !> the amplitudes of the two terms become too large.
@@ -43,6 +43,15 @@ contains
       if (.not. self%set%has_rows) call make_rows(self)
       can = self%set%can_search_rows
    end function can_search_rows
+
+   !> Whether squares of rows can be integrated. The quadratic form of the rows would lose the small values of a slow
+   !> harmonic in the rounding error of its large amplitude.
+   pure logical function can_square_rows(self)
+      type(phase_state_t), intent(in) :: self
+
+      can_square_rows = .true.
+      if (self%loads%count > 0) can_square_rows = all(self%loads%frequencies >= min_modulus)
+   end function can_square_rows
 
    !> Make the output rows of the set.
    subroutine make_rows(self)

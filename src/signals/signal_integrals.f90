@@ -4,6 +4,7 @@
 !> The integral of a square is a sum over pairs of exponents: a quadratic form of the amplitudes, whose real matrix
 !> serves all intervals of one length.
 module signal_integrals
+   use beam_element, only: gauss_rule
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials_less_one
    use kinds, only: wp
@@ -52,6 +53,12 @@ module signal_integrals
    !> Two exponents are a close pair if the magnitude of their sum is below this fraction of the larger magnitude. The
    !> quotient (exp((s_m + s_n) t) - 1)/(s_m + s_n) would lose digits; `integral` computes it for these pairs.
    real(wp), parameter :: close_fraction = 1.0e-2_wp
+
+   !> An exponent is slow if its magnitude times the length of the interval is below this. The sine of a slow harmonic
+   !> with a large amplitude is small, and its square would be lost as the difference of 1 and a cosine.
+   real(wp), parameter :: max_slow = 0.1_wp
+   !> Number of points of Gauss's quadrature, which is exact to rounding for products of slow exponentials.
+   integer, parameter :: gauss_points = 4
 
 contains
 
@@ -229,18 +236,15 @@ contains
             m = squares%close(1, i)
             n = squares%close(2, i)
             power = cmplx(squares%power([m, n], 1), squares%power([m, n], 2), wp)
-            total = s(m) + s(n)
-            product_sign = -1.0_wp
-            if (squares%close(3, i) == 2) then
-               total = s(m) + conjg(s(n))
-               power(2) = conjg(power(2))
-               product_sign = 1.0_wp
-            end if
+            product_sign = merge(1.0_wp, -1.0_wp, squares%close(3, i) == 2)
+            total = s(m) + merge(conjg(s(n)), s(n), product_sign > 0.0_wp)
+            if (product_sign > 0.0_wp) power(2) = conjg(power(2))
             half_integral = 0.5_wp*integral(total, length, power(1)*power(2))
             call add(m, n, half_integral, product_sign, matrix)
             if (m /= n) call add(n, m, merge(conjg(half_integral), half_integral, product_sign > 0.0_wp), &
                product_sign, matrix)
          end do
+         call integrate_slow_pairs(length, s, matrix)
       end associate
 
    contains
@@ -259,6 +263,42 @@ contains
          matrix(m + k, n) = matrix(m + k, n) - aimag(half_integral)
       end subroutine add
    end subroutine make_squares
+
+   !> Compute the entries of pairs of slow exponents by quadrature.
+   pure subroutine integrate_slow_pairs(length, exponent, matrix)
+      real(wp), intent(in) :: length
+      complex(wp), intent(in) :: exponent(:)
+      !> The quadratic form
+      real(wp), intent(inout) :: matrix(:, :)
+
+      ! real parts of the slow exponentials at the points, then minus their imaginary parts
+      real(wp) :: parts(gauss_points, 2*size(exponent))
+      real(wp), allocatable :: point(:), weight(:)
+      ! their indices in the form
+      integer :: place(2*size(exponent))
+      integer :: i, j, n, slow
+
+      slow = 0
+      do n = 1, size(exponent)
+         if (.not. abs1(exponent(n))*length < max_slow) cycle
+         slow = slow + 1
+         place(slow) = n
+      end do
+      if (slow == 0) return
+      call gauss_rule(gauss_points, point, weight)
+      place(slow + 1:2*slow) = place(:slow) + size(exponent)
+      do n = 1, slow
+         associate (powers => exp(exponent(place(n))*(length*point)))
+            parts(:, n) = real(powers, wp)
+            parts(:, slow + n) = -aimag(powers)
+         end associate
+      end do
+      do j = 1, 2*slow
+         do i = 1, 2*slow
+            matrix(place(i), place(j)) = length*sum(weight*parts(:, i)*parts(:, j))
+         end do
+      end do
+   end subroutine integrate_slow_pairs
 
    !> Integral of t exp(s t) from 0 to t, without loss of digits if s t is small.
    elemental function ramp_integral(s, t, power) result(value)
