@@ -9,10 +9,10 @@ module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use measure_list, only: first_of_stops, first_peak, first_statistic, force_window, measure_count, measure_status, &
-      measure_table, &
-      peak_count
+      measure_table, measure_tolerance, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       settled_energy, response_t, run_measures_t
+   use signal_peaks, only: peak_tolerance
    use sorting, only: ascending_order
    implicit none (type, external)
    private
@@ -404,6 +404,7 @@ contains
          row(findloc(name, 'greatest_stress_position', 1)) = measures%greatest_stress_position
          row(findloc(name, 'stress_range', 1)) = measures%stress_range
       end if
+      if (measures%extremes_tolerance > peak_tolerance) row(measure_tolerance) = measures%extremes_tolerance
       associate (first => findloc(name, 'minimum_moment', 1))
          if (allocated(measures%steady)) row(first:first + 5) = measures%steady
          if (allocated(measures%fatigue)) row(first + 6:first + 7) = measures%fatigue

@@ -4,11 +4,12 @@ module measure_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
    use measure_list, only: measure_count, measure_force, measure_mean_force, measure_table
+   use number_text, only: rounded, to_text
    use quantities, only: quantity_named, units_t
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: write_measures_of_run, write_measure_lists, row_in_units
+   public :: write_measures_of_run, write_measure_lists, row_in_units, extremes_in_words
 
 contains
 
@@ -71,5 +72,20 @@ contains
          end if
       end do
    end subroutine write_measure_lists
+
+   !> How certain the extremes of some runs are, in words; empty: all are certain to the usual tolerance.
+   pure function extremes_in_words(tolerance) result(words)
+      !> Tolerance of the extremes of each run; NaN: the usual tolerance
+      real(wp), intent(in) :: tolerance(:)
+      character(:), allocatable :: words
+
+      words = ''
+      associate (raised => pack(tolerance, .not. ieee_is_nan(tolerance)))
+         if (size(raised) == 0) return
+         words = 'certain within '//rounded(maxval(raised))//' of themselves'
+         if (size(tolerance) > 1) words = 'in '//to_text(size(raised))//' of '//to_text(size(tolerance)) &
+            //' cases '//words
+      end associate
+   end function extremes_in_words
 
 end module measure_rows

@@ -154,7 +154,7 @@ contains
       integer, intent(in) :: measure
       logical :: answer
 
-      answer = all(measure_table(measure)%name /= [character(24) :: 'status', 'mesh_elements'])
+      answer = all(measure_table(measure)%name /= [character(24) :: 'status', 'mesh_elements', 'extremes_tolerance'])
    end function is_shown
 
 end module mesh_errors

@@ -4,8 +4,8 @@ module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use measure_list, only: first_peak, first_statistic, force_window, measure_count, measure_decay, measure_force, &
-      measure_mean_force, measure_named, measure_settling, measure_table, peak_count
-   use measure_rows, only: row_in_units
+      measure_mean_force, measure_named, measure_settling, measure_table, measure_tolerance, peak_count
+   use measure_rows, only: extremes_in_words, row_in_units
    use mesh_checks, only: mesh_check_t
    use mesh_errors, only: mesh_errors_t
    use number_text, only: rounded, to_text
@@ -14,7 +14,6 @@ module run_tables
    use response_types, only: mode_check_t, run_measures_t, contact_name, contact_record_t, moment_record_t, &
       moment_window_t
    use run_measures, only: row_of
-   use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
    use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, two_digits, whole, with_two_digits
    implicit none (type, external)
@@ -166,8 +165,8 @@ contains
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
             //window_in_words(i))
       end do
-      if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
-         'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
+      if (.not. ieee_is_nan(row(measure_tolerance))) call print_line(unit, 'extremes', &
+         extremes_in_words(row(measure_tolerance:measure_tolerance)))
       if (decays) call print_rebounds()
       if (present(errors)) call print_line(unit, '', '+- discretisation error, by '//to_text(2*errors%elements(1)) &
          //' and '//to_text(4*errors%elements(1))//' elements')

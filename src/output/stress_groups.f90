@@ -59,18 +59,14 @@ contains
          real(wp), intent(in) :: values(:)
          !> Instants of the extremes, tau
          real(wp), intent(in) :: instants(:)
-         !> Maximum over the places of the tolerance of the search, as a fraction of the extreme. It exceeds
-         !> `peak_tolerance` only if a search ran out of evaluations and raised its tolerance
+         !> Maximum over the places of the tolerance of the search, as a fraction of the extreme
          real(wp), intent(in) :: tolerance
 
          call group%put(which//'_moment', values, 'moment', which//' bending moment, with its sign{, Pbar L}', &
             place_scale)
          if (has_stress) call group%put(which//'_stress', moments%stress_per_moment*values, 'stress', &
             which//' stress, with its sign{, in E D/L}', place_scale)
-         if (tolerance > peak_tolerance) then
-            call group%attribute('tolerance', tolerance, group%named(which//'_moment'))
-            if (has_stress) call group%attribute('tolerance', tolerance, group%named(which//'_stress'))
-         end if
+         call mark_tolerance(group, which, tolerance, has_stress)
          call group%put(which//'_tau', instants, 'time', 'instant of the '//which//' bending moment{, tau}', &
             place_scale)
       end subroutine add_extreme
@@ -85,6 +81,21 @@ contains
          call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, 'tau '//place_scale)
       end subroutine add_history
    end subroutine write_stress
+
+   !> Write the tolerance of extremes as an attribute, if a search ran out of evaluations and raised it.
+   subroutine mark_tolerance(group, which, tolerance, has_stress)
+      type(quantity_group_t), intent(in) :: group
+      !> Begin of the names of the datasets
+      character(*), intent(in) :: which
+      !> Maximum over the places, as a fraction of the extreme
+      real(wp), intent(in) :: tolerance
+      !> Whether there are stresses beside the moments
+      logical, intent(in) :: has_stress
+
+      if (.not. tolerance > peak_tolerance) return
+      call group%attribute('tolerance', tolerance, group%named(which//'_moment'))
+      if (has_stress) call group%attribute('tolerance', tolerance, group%named(which//'_stress'))
+   end subroutine mark_tolerance
 
    !> Write extremes within the window of &statistics, and cycles of stresses.
    subroutine write_windows(group, moments, windows, place_scale)
@@ -105,6 +116,7 @@ contains
          if (all(moments%has_stress)) call group%put(which(i)//'_stress', [(moments(p)%stress_per_moment &
             *windows(p)%extremes(i), p=1, size(windows))], 'stress', &
             which(i)//' stress within the window{, in E D/L}', place_scale)
+         call mark_tolerance(group, which(i), maxval(windows%tolerance), all(moments%has_stress))
       end do
       if (.not. all([(allocated(windows(p)%class_edge), p=1, size(windows))])) return
       call group%attribute('fatigue_slope', windows(1)%slope)

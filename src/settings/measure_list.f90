@@ -7,7 +7,7 @@ module measure_list
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
       first_statistic, former_names, formerly_named
-   public :: force_window, measure_decay, measure_force, measure_mean_force
+   public :: force_window, measure_decay, measure_force, measure_mean_force, measure_tolerance
    public :: measured_groups, measured_stops, measured_bodies, owner_of, statistics_of_stop, first_of_stops, demand_of
 
    !> A measure.
@@ -127,6 +127,8 @@ module measure_list
       'and at', '{x/L~x} =', group='stress'), &
       measure_t('stress_range', 'stress_range', 'maximum less minimum stress of a place, the maximum of all places: ' &
       //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', group='stress'), &
+      measure_t('extremes_tolerance', 'extremes_tolerance', 'part of themselves within which peaks and extremes are ' &
+      //'certain, if it is more than 1e-6', 'number', .false., group='stress'), &
       measure_t('minimum_moment', 'minimum_moment', 'minimum bending moment within the window of &statistics, of all ' &
       //'places of &stress{, Pbar L}', 'moment', .false., group='steady'), &
       measure_t('maximum_moment', 'maximum_moment', 'maximum bending moment within the window of &statistics, of all ' &
@@ -257,6 +259,8 @@ module measure_list
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    !> Index of the settling time.
    integer, parameter :: measure_settling = findloc(measure_table%name, 'settling_time', dim=1)
+   !> Index of the tolerance of extremes.
+   integer, parameter :: measure_tolerance = findloc(measure_table%name, 'extremes_tolerance', dim=1)
    !> Index of the instant from which the energy counts as decayed.
    integer, parameter :: measure_decay = findloc(measure_table%name, 'spent_time', dim=1)
    !> Former names of measures, which scenes may still use, and the indices of these measures

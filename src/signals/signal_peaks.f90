@@ -12,15 +12,22 @@ module signal_peaks
    ! used up, the tolerance is raised tenfold: a beam without damping keeps oscillating, and the cost of a search would
    ! have no limit with a fixed tolerance.
    !> Number of evaluations at the start of a run.
-   integer(i8), parameter :: initial_evaluations = 20000_i8
+   integer(i8), parameter :: initial_evaluations = 50000_i8
    !> Number of further evaluations after the tolerance was raised.
-   integer(i8), parameter :: further_evaluations = 2000_i8
-   !> Number of evaluations that each phase adds, up to a remainder of `further_evaluations`.
-   integer(i8), parameter :: phase_evaluations = 100_i8
+   integer(i8), parameter :: further_evaluations = 10000_i8
+   !> Number of evaluations that each phase adds, up to a remainder of `max_evaluations`.
+   integer(i8), parameter :: phase_evaluations = 5000_i8
+   !> Maximum number of evaluations that remain at the start of a phase.
+   integer(i8), parameter :: max_evaluations = 500000_i8
+   !> Tolerance above which an extreme counts as uncertain. The following phases are then also sampled, because a search
+   !> with such a tolerance alone may pass over the highest peak.
+   real(wp), parameter :: max_tolerance = 1.0e-3_wp
    !> Number of samples of the rest of a phase if ripples make many local maxima, and about each highest sample.
    integer(i8), parameter :: few_samples = 100_i8
-   !> Number of samples of the rest of a phase if the evaluations are used up.
-   integer(i8), parameter :: many_samples = 2000_i8
+   !> Maximum number of samples of a phase if the extreme is uncertain.
+   integer(i8), parameter :: phase_samples = 5000_i8
+   !> Maximum number of samples of the rest of a phase if the evaluations are used up.
+   integer(i8), parameter :: many_samples = 5000_i8
 
    !> Tolerance of the searches for an extreme, and effort that remains for them, over the phases of a run.
    type :: extreme_search_t
@@ -57,7 +64,8 @@ contains
    !>
    !> The search skips every interval in which the signal certainly stays below the maximum found until now. If the
    !> signal rises above that maximum, the next zero of its slope gives a higher maximum. If ripples on a rise make many
-   !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first.
+   !> local maxima, or the permitted evaluations are used up, samples of the rest of the phase raise the maximum first;
+   !> if earlier phases have left the extreme uncertain, samples of the whole phase do.
    subroutine find_maximum(signal, length, threshold, is_found, still_rises, value, time, scale, extreme_search)
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -83,6 +91,7 @@ contains
       type(extreme_search_t) :: state
       type(search_t) :: search
       real(wp) :: min_scale, level, slope, t, candidate
+      integer(i8) :: samples
       integer :: attempt
 
       min_scale = 0.0_wp
@@ -91,18 +100,12 @@ contains
          call signal%find_bounds(0.0_wp, 0, bounds)
          min_scale = max(scale, bounds%rounding/peak_tolerance)
       end if
-      state%remaining = min(state%remaining + phase_evaluations, max(state%remaining, further_evaluations))
-      is_found = .false.
+      state%remaining = min(state%remaining + phase_evaluations, max_evaluations)
       value = threshold
-      time = 0.0_wp
-      level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
+      call begin_maximum(signal, length, state%tolerance > max_tolerance, value, time)
+      is_found = value > threshold
+      level = merge(raised_level(value, min_scale, state), threshold, is_found .or. min_scale > 0.0_wp)
       t = 0.0_wp
-      call signal%evaluate(t, candidate, slope)
-      if (candidate > threshold) then
-         is_found = .true.
-         value = candidate
-         level = raised_level(candidate, min_scale, state)
-      end if
       attempt = 0
       do
          call signal%transform(t, -1.0_wp, level, 0, transformed)
@@ -128,8 +131,9 @@ contains
          attempt = attempt + 1
          ! Samples are taken at attempts 16, 32, 64, ... and when the evaluations are used up
          if (search%outcome == found_exhausted .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
-            call sample_ahead(signal, t, length, &
-               merge(many_samples, few_samples, search%outcome == found_exhausted), value, time)
+            samples = few_samples
+            if (search%outcome == found_exhausted) samples = dense_samples(signal, t, length, many_samples)
+            call sample_ahead(signal, t, length, samples, value, time)
             is_found = is_found .or. value > threshold
          end if
          level = raised_level(max(value, level), min_scale, state)
@@ -137,6 +141,27 @@ contains
       still_rises = is_found .and. .not. time < length
       if (present(extreme_search)) extreme_search = state
    end subroutine find_maximum
+
+   !> Begin the search for a maximum: with the value at the start or, if earlier phases have left the maximum uncertain,
+   !> with samples of the whole phase.
+   subroutine begin_maximum(signal, length, is_uncertain, value, time)
+      class(transformable_signal_t), intent(in) :: signal
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      logical, intent(in) :: is_uncertain
+      !> On entry the value that the maximum must exceed; on return the maximum found until now
+      real(wp), intent(inout) :: value
+      !> Instant of that maximum
+      real(wp), intent(out) :: time
+
+      real(wp) :: start, slope
+
+      time = 0.0_wp
+      call signal%evaluate(0.0_wp, start, slope)
+      value = max(value, start)
+      if (is_uncertain) call sample_ahead(signal, 0.0_wp, length, dense_samples(signal, 0.0_wp, length, &
+         phase_samples), value, time)
+   end subroutine begin_maximum
 
    !> The first zero within the evaluations that remain; if they are used up, the tolerance is raised tenfold.
    subroutine search_with_budget(signal, limit, extreme_search, search)
@@ -151,6 +176,27 @@ contains
       extreme_search%remaining = further_evaluations
       extreme_search%tolerance = 10.0_wp*extreme_search%tolerance
    end subroutine search_with_budget
+
+   !> Number of intervals between samples that follow the fastest terms of a signal, about six in each of their periods.
+   !> The ratio of the bounds of its third and of its second derivative is a mean of the frequencies of the terms.
+   function dense_samples(signal, from, to, limit) result(count)
+      class(transformable_signal_t), intent(in) :: signal
+      !> Start of the samples
+      real(wp), intent(in) :: from
+      !> End of the samples
+      real(wp), intent(in) :: to
+      !> Maximum of the number; the minimum is `few_samples`
+      integer(i8), intent(in) :: limit
+      integer(i8) :: count
+
+      type(bounds_t) :: bounds
+
+      call signal%find_bounds_without_step(from, 0, bounds)
+      count = limit
+      ! a comparison of products, because the third derivative may have no bound and the second may vanish
+      if (bounds%bound_jerk/real(limit, wp)*(to - from) < bounds%two_sided_bound) count = max(few_samples, &
+         int(bounds%bound_jerk/bounds%two_sided_bound*(to - from), i8))
+   end function dense_samples
 
    !> The maximum over samples, then over ever closer samples about the highest sample. Samples are taken at least three
    !> times, because the first closer samples need not be higher, and then as long as the maximum increases.

@@ -7,8 +7,8 @@ module cases_study
    use case_runs, only: case_t, run_cases
    use failures, only: failure_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table, measured_groups
-   use measure_rows, only: row_in_units, write_measure_lists
+   use measure_list, only: measure_count, measure_table, measure_tolerance, measured_groups
+   use measure_rows, only: extremes_in_words, row_in_units, write_measure_lists
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimates, only: estimate_cases, sample_cases
    use number_text, only: to_text
@@ -25,7 +25,7 @@ module cases_study
    use scene_words, only: print_model
    use study_job, only: job_t
    use sweep_settings, only: varies_scales
-   use table_columns, only: add_numbers, all_digits, print_table, table_t
+   use table_columns, only: add_numbers, all_digits, print_line, print_table, table_t
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
@@ -118,7 +118,7 @@ contains
       type(table_t) :: table
       real(wp) :: rows(measure_count, size(cases)), highest(measure_count, size(cases))
       type(units_t) :: units
-      character(:), allocatable :: group, heading, place
+      character(:), allocatable :: group, heading, place, words
       integer :: i
 
       ! in the rows of `highest`, all measures equal the highest rebound; only the column `peak_1`, a displacement, is
@@ -156,6 +156,8 @@ contains
          end do
       end if
       call print_table(unit, table)
+      words = extremes_in_words(rows(measure_tolerance, :))
+      if (words /= '') call print_line(unit, 'extremes', words)
    end subroutine print_cases
 
 end module cases_study

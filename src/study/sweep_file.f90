@@ -7,7 +7,7 @@ module sweep_file
    use hdf5_writing, only: hdf5_column_t
    use joined_texts, only: joined
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: measure_count, measure_table, measure_tolerance
    use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantity_groups, only: quantity_group_t
@@ -53,6 +53,8 @@ module sweep_file
       integer, allocatable :: failed_cases(:)
       !> Reasons of their failures
       character(max_reason_length), allocatable :: reasons(:)
+      !> Tolerance of the extremes of each case; NaN: the usual tolerance, [cases]
+      real(wp), allocatable :: tolerance(:)
       !> Selected measures of all cases, [cases, measures]; unallocated: none is selected
       real(wp), allocatable :: values(:, :)
       !> Analyses of the beam of the scene, independent of the cases
@@ -79,7 +81,7 @@ contains
       integer :: number, i
 
       call start_best(scene, plan, survey%best)
-      allocate (survey%failed_cases(0), survey%reasons(0))
+      allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
       if (present(measures)) allocate (survey%values(plan%cases, size(measures)))
       do number = 1, plan%chunks
          call load_chunk(plan, number, chunk, error)
@@ -87,6 +89,7 @@ contains
          associate (first => first_of_chunk(plan, number))
             do i = 1, size(chunk%rows, 2)
                call insert_case(survey%best, first + i - 1, chunk%values(:, i), chunk%rows(:, i))
+               survey%tolerance(first + i - 1) = chunk%rows(measure_tolerance, i)
                if (present(measures)) survey%values(first + i - 1, :) = chunk%rows(measures, i)
             end do
          end associate

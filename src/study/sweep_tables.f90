@@ -2,6 +2,7 @@
 module sweep_tables
    use kinds, only: wp
    use measure_list, only: measure_table
+   use measure_rows, only: extremes_in_words
    use number_text, only: to_text
    use quantities, only: name_in_results, units_t
    use reader_units, only: with_unit, scene_unit_of, unit_in
@@ -74,6 +75,8 @@ contains
          call print_line(unit, '', 'case '//to_text(survey%failed_cases(k))//' failed: '//trim(survey%reasons(k)), &
             width=0)
       end do
+      words = extremes_in_words(survey%tolerance)
+      if (words /= '') call print_line(unit, 'extremes', words)
       if (.not. scene%wants_best) return
       call print_best(unit, scene, plan, survey%best)
       if (survey%best%count == 0) return
