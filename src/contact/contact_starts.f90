@@ -17,8 +17,8 @@ module contact_starts
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
       check_mode_count, move_onto_contacts, place_bodies
 
-   !> Maximum relative tension or penetration of a contact that counts as rounding error.
-   real(wp), parameter :: tolerance = 1.0e-10_wp
+   !> Maximum relative tension or penetration of a contact that counts as rounding error in `find_slow_balance`.
+   real(wp), parameter :: balance_tolerance = 1.0e-10_wp
 
    !> Maximum number of contacts of which all subsets are tried as supports of a beam with a mode of nearly zero
    !> frequency.
@@ -150,7 +150,7 @@ contains
             forces(subset) = max(real(contact_force, wp), 0.0_wp)
          end if
          deallocate (contact_force)
-         if (min_violation <= tolerance) exit
+         if (min_violation <= balance_tolerance) exit
       end do
       do k = 1, size(square)
          if (square(k) > max_rigid_square .or. abs(load(k)) <= 0.0_wp) cycle
@@ -276,9 +276,9 @@ contains
          //"kind = 'balance' in &start begins in equilibrium on the stops")
    end subroutine check_start
 
-   !> Project penetrations within the tolerance onto the contact surfaces. The displacements are those of forces at the
-   !> contacts on a beam with an elastic foundation, because a beam with a rigid-body rotation has no static
-   !> displacements without a foundation.
+   !> Project penetrations within `penetration_tolerance` onto the contact surfaces. The displacements are those of
+   !> forces at the contacts on a beam with an elastic foundation, because a beam with a rigid-body rotation has no
+   !> static displacements without a foundation.
    pure subroutine move_onto_contacts(beam, contacts, is_active, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)

@@ -25,7 +25,8 @@ contains
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (measure%run_name == '') cycle
-            ! a ratio of energies is NaN if no energy is dissipated, and is written nevertheless
+            ! shares of the initial energy are NaN if the beam starts at rest, or if it has no static equilibrium; they
+            ! are written nevertheless
             if (ieee_is_nan(row(i)) .and. (measure%quantity /= 'number' .or. measure%group /= '')) cycle
             if (measure%is_whole) then
                call group%put(trim(measure%run_name), nint(row(i)), measure%meaning)

@@ -26,7 +26,7 @@ module measure_list
       !> Label of the line on the console; empty: the measure is not printed
       character(24) :: label = ''
       !> Text between the label and the number, such as 'at tau =' before an instant; empty: the number follows the
-      !> label. A whole number with such a text is an ordinal number, of which 0 means none
+      !> label. If a whole number has such a text, 0 means that none was found
       character(16) :: lead = ''
       !> Whether each contact of a run with several contacts has its own value
       logical :: is_of_contact = .false.

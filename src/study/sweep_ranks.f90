@@ -16,7 +16,7 @@ module sweep_ranks
    !> Number of processes; set once at the start.
    integer, protected :: rank_total = 1
 
-   !> Procedures that call MPI (rank_calls.c); not associated: there is only this process. The result of
+   !> Procedures that call MPI (rank_calls_mpi.c); not associated: there is only this process. The result of
    !> `has_request(waits)` is 1 if another process has requested a number, else 0; with waits = 1 the call waits until
    !> another process has requested a number. `answer(number)` sends the number to the process whose request
    !> `has_request` found. `request(0)` requests a number from the first process and waits for the answer. `barrier(0)`
@@ -82,7 +82,8 @@ contains
       rank_count = rank_total
    end function rank_count
 
-   !> Whether this is the process that reads, writes and prints.
+   !> Whether this is the first process, which alone writes results files and prints. All processes read the scenes and
+   !> write the chunks of cases that they run.
    logical function is_first_rank()
       is_first_rank = this_rank == 0
    end function is_first_rank
