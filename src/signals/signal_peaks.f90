@@ -190,12 +190,16 @@ contains
       integer(i8) :: count
 
       type(bounds_t) :: bounds
+      ! bound of the third derivative times the length
+      real(wp) :: change
 
       call signal%find_bounds_without_step(from, 0, bounds)
       count = limit
-      ! a comparison of products, because the third derivative may have no bound and the second may vanish
-      if (bounds%bound_jerk/real(limit, wp)*(to - from) < bounds%two_sided_bound) count = max(few_samples, &
-         int(bounds%bound_jerk/bounds%two_sided_bound*(to - from), i8))
+      ! an unknown bound is huge: its products must not overflow
+      change = min(bounds%bound_jerk, 1.0e100_wp)*(to - from)
+      ! a comparison of products, because the second derivative may vanish
+      if (change < real(limit, wp)*bounds%two_sided_bound) count = max(few_samples, &
+         int(change/bounds%two_sided_bound, i8))
    end function dense_samples
 
    !> The maximum over samples, then over ever closer samples about the highest sample. Samples are taken at least three
