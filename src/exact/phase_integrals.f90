@@ -134,7 +134,7 @@ contains
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
       ! signals per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
       real(wp) :: weight_of_signal(size(signals%offset), 2)
-      ! index of each contact in `constrained%closed`
+      ! index of each contact in `constrained%closed`; 0: a compliant contact, at which the modes have nodes
       integer :: of_constrained(size(closed))
       ! number of signals before the moments
       integer :: forces
@@ -169,9 +169,10 @@ contains
          do j = 1, size(modes)
             weight_of_signal(:n, 1) = constrained%value(modes(j), places)
             weight_of_signal(n + 1, 1) = constrained%tip_value(modes(j))
-            if (size(self%set%compliant) == 0) then
-               weight_of_signal(n + 2:forces, 2) = constrained%reaction(of_constrained, modes(j))
-            end if
+            do p = 1, size(closed)
+               if (of_constrained(p) > 0) weight_of_signal(n + 1 + p, 2) = &
+                  constrained%reaction(of_constrained(p), modes(j))
+            end do
             do p = 1, size(bending)
                weight_of_signal(forces + p, merge(2, 1, bending(p)%is_viscous)) = bending(p)%weight(modes(j))
             end do

@@ -82,6 +82,11 @@ contains
          place = findloc(constrained%closed, k, dim=1)
          if (size(set%compliant) > 0) then
             force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
+            if (size(set%coupled%inactive) == 0) return
+            associate (inactive => set%coupled%inactive, &
+               elastic => elastic_and_viscous(constrained%oscillators, z, v, time, now%z, now%v))
+               force = force + sum(constrained%reaction(place, inactive)*elastic(inactive))
+            end associate
          else
             force = force + constrained%static_force(place) + sum(constrained%reaction(place, :) &
                *elastic_and_viscous(constrained%oscillators, z, v, time, now%z, now%v))
@@ -348,39 +353,58 @@ contains
       real(wp) :: impulse
 
       complex(wp), allocatable :: amplitude(:)
-      real(wp), dimension(size(now%z)) :: z, v
       ! constant part of the force
       real(wp) :: offset
-      ! integral of p + 2 zeta p' of a mode
-      real(wp) :: part
       integer :: i, place
 
-      if (size(now%set%compliant) > 0) then
-         associate (set => now%set)
+      associate (set => now%set, constrained => now%set%constrained)
+         place = findloc(constrained%closed, k, dim=1)
+         if (size(set%compliant) > 0) then
             call prepare_losses(set, .false.)
             call find_interval_terms(set%losses(2), now%amplitude, time, set%span)
             call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
-         end associate
-         impulse = offset*time + sum(real(amplitude, wp))
-      else
-         ! the contribution of a mode p (`z`) to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2,
-         ! with alpha the rate of mass-proportional damping
-         call find_homogeneous_state(now, time, z, v)
-         associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
-            place = findloc(constrained%closed, k, dim=1)
-            impulse = constrained%static_force(place)*time
-            do i = 1, size(z)
-               if (square(i) < slow_frequency**2) then
-                  part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), now%v(i)], &
-                     time) + constrained%oscillators%two_zeta*(z(i) - now%z(i))
-               else
-                  part = (now%v(i) - v(i) + constrained%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
-               end if
-               impulse = impulse + constrained%reaction(place, i)*part
-            end do
-         end associate
-      end if
+            impulse = offset*time + sum(real(amplitude, wp))
+            if (place > 0 .and. size(set%coupled%inactive) > 0) impulse = impulse &
+               + impulse_of_modes(now, place, set%coupled%inactive, time)
+         else
+            impulse = constrained%static_force(place)*time + impulse_of_modes(now, place, [(i, i=1, size(now%z))], time)
+         end if
+      end associate
       if (now%loads%count > 0) impulse = impulse + load_response_impulse(now, k, time)
    end function impulse_in
+
+   !> Contribution of modes without coupling to compliant contacts to the impulse of a closed rigid contact. The
+   !> contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2, with alpha the
+   !> rate of mass-proportional damping.
+   function impulse_of_modes(now, place, modes, time) result(impulse)
+      type(phase_state_t), intent(in) :: now
+      !> Index of the contact among the closed rigid contacts
+      integer, intent(in) :: place
+      !> Indices of the modes
+      integer, intent(in) :: modes(:)
+      !> Time from the start of the phase to the end of the integral
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      real(wp), dimension(size(now%z)) :: z, v
+      ! integral of p + 2 zeta p' of a mode
+      real(wp) :: part
+      integer :: i, m
+
+      call find_homogeneous_state(now, time, z, v)
+      impulse = 0.0_wp
+      associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
+         do m = 1, size(modes)
+            i = modes(m)
+            if (square(i) < slow_frequency**2) then
+               part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), now%v(i)], &
+                  time) + constrained%oscillators%two_zeta*(z(i) - now%z(i))
+            else
+               part = (now%v(i) - v(i) + constrained%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
+            end if
+            impulse = impulse + constrained%reaction(place, i)*part
+         end do
+      end associate
+   end function impulse_of_modes
 
 end module phase_losses
