@@ -62,7 +62,9 @@ contains
          state(displacements, :size(z)) = z
          state(rates, :size(z)) = v
          call sum_over_modes(size(modes%decay), beam, modes%weight_parts, state, total)
-         if (.not. modes%has_own_rates) mass_damping = modes%mass_rate(1)*total(:, :, displacements)
+         ! the rate that all modes have; a set without modes has no rate
+         if (.not. modes%has_own_rates) mass_damping = sum(modes%mass_rate(:min(1, size(modes%mass_rate)))) &
+            *total(:, :, displacements)
       end associate
       ! the modes add -(s + alpha + 2 zeta W^2) z to the direct form, s = -decay + i omega, and W^2 z to the alternative
       ! form
