@@ -6,7 +6,7 @@ module component_statements
    use paper_cases, only: fine, variant_count
    use paper_outcomes, only: outcome_t
    use paper_series, only: series_t, vary_mass, vary_position, vary_preload, vary_taper, vary_zeta
-   use statement_types, only: add_statement, listed, number, statements_t
+   use statement_types, only: listed, number, statement_t
    implicit none (type, external)
    private
    public :: judge_components
@@ -18,7 +18,7 @@ contains
    subroutine judge_components(series, list)
       !> All series, indexed by the `vary_` constants
       type(series_t), intent(in) :: series(:)
-      type(statements_t), intent(inout) :: list
+      type(statement_t), allocatable, intent(inout) :: list(:)
 
       ! number of remedies; a remedy is one changed parameter
       integer, parameter :: remedy_count = 5
@@ -39,53 +39,54 @@ contains
       character(:), allocatable :: detail
       ! list of the remedies that do not reduce all three values
       character(:), allocatable :: exceptions
-      integer :: variant, k, reductions
+      integer :: variant, k
+      ! number of the three values that a remedy reduces
+      integer :: reductions(variant_count)
 
       detail = ''
       exceptions = ''
+      reduced = 0.0_wp
       ! reference: first case of the series of zeta, 0.001, which is the paper's first example; heavy_tip: mu = 2
-      do variant = 1, variant_count
-         associate (reference => series(vary_zeta)%outcome(1, variant), &
-            heavy_tip => series(vary_mass)%outcome(6, variant))
-            ratio(variant) = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
-            scatter(variant) = scatter_of(reference)/max(scatter_of(heavy_tip), 1.0e-12_wp)
-            reduced(variant) = 0.0_wp
-            do k = 1, remedy_count
-               associate (other => series(parameter_of(k))%outcome(case_of(k), variant))
-                  ! number of the three values that this remedy reduces
-                  reductions = count([other%high_mode_velocity < reference%high_mode_velocity, &
-                     other%main_peak < reference%main_peak, other%later_velocity < reference%later_velocity])
-                  reduced(variant) = reduced(variant) + real(reductions, wp)
-                  if (variant == fine .and. reductions < 3) exceptions = exceptions &
-                     //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
-                  if (variant == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))// &
-                     ': '//listed([other%high_mode_velocity/reference%high_mode_velocity, &
-                     other%main_peak/reference%main_peak, other%later_velocity/reference%later_velocity], 2)
-               end associate
-            end do
-         end associate
-      end do
+      associate (reference => series(vary_zeta)%outcome(1, :), heavy_tip => series(vary_mass)%outcome(6, :))
+         ratio = reference%high_mode_velocity/max(reference%high_mode_displacement, 1.0e-12_wp)
+         scatter = [(scatter_of(reference(variant))/max(scatter_of(heavy_tip(variant)), 1.0e-12_wp), variant=1, &
+            variant_count)]
+         do k = 1, remedy_count
+            associate (other => series(parameter_of(k))%outcome(case_of(k), :))
+               reductions = merge(1, 0, other%high_mode_velocity < reference%high_mode_velocity) &
+                  + merge(1, 0, other%main_peak < reference%main_peak) &
+                  + merge(1, 0, other%later_velocity < reference%later_velocity)
+               reduced = reduced + real(reductions, wp)
+               if (reductions(fine) < 3) exceptions = exceptions &
+                  //trim(merge(', ', '  ', exceptions /= ''))//' '//trim(name_of(k))
+               detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': ' &
+                  //listed([other(fine)%high_mode_velocity/reference(fine)%high_mode_velocity, &
+                  other(fine)%main_peak/reference(fine)%main_peak, &
+                  other(fine)%later_velocity/reference(fine)%later_velocity], 2)
+            end associate
+         end do
+      end associate
       associate (reference => series(vary_zeta)%outcome(1, fine), heavy_tip => series(vary_mass)%outcome(6, fine), &
          damped => series(vary_zeta)%outcome(3, fine))
-         call add_statement(list, '9a', &
+         list = [list, statement_t('9a', &
             'After an impact the velocity shows high components far more than the displacement.', &
             'part of the modes above the second in the velocity of the stop point over that in its displacement; '// &
             'required: over 2', &
             ratio, ratio > 2.0_wp, 'parts '//number(reference%high_mode_velocity, 3)//' and '// &
-            number(reference%high_mode_displacement, 3), '')
-         call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
+            number(reference%high_mode_displacement, 3))]
+         list = [list, statement_t('9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
             'scatter of log10(peak) about a parabola in tau, reference over mu = 2; required: over 2', &
             min(scatter, 1.0e6_wp), scatter > 2.0_wp, &
             'scatter: reference '//number(scatter_of(reference), 3)//', mu = 2 '// &
-            number(scatter_of(heavy_tip), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
+            number(scatter_of(heavy_tip), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3))]
       end associate
-      call add_statement(list, '10', &
+      list = [list, statement_t('10', &
          'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
          'components, displacements and contact velocities.', &
          'number of values that fall, of 15: high part of the velocity, main peak and maximum later velocity for '// &
          'each of 5 remedies; required: all', &
          reduced, reduced > 14.5_wp, "of the reference's:"//detail, &
-         'the remedies that do not reduce all three:'//exceptions)
+         'the remedies that do not reduce all three:'//exceptions)]
    end subroutine judge_components
 
    !> Root mean square deviation of log10 of the peaks from their least-squares parabola in tau.

@@ -9,8 +9,7 @@ module frequency_statements
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
-   use paper_cases, only: variant_count
-   use statement_types, only: add_statement, listed, number, statements_t
+   use statement_types, only: listed, number, statement_t
    implicit none (type, external)
    private
    public :: judge_frequencies
@@ -28,7 +27,7 @@ contains
 
    !> Compute the frequencies of the full wedge, the beam of the paper's tables, and judge statement 1.
    subroutine judge_frequencies(list, error)
-      type(statements_t), intent(inout) :: list
+      type(statement_t), allocatable, intent(inout) :: list(:)
       !> Set if a mesh cannot be made, or a solver fails
       type(failure_t), allocatable, intent(out) :: error
 
@@ -43,8 +42,6 @@ contains
       real(wp) :: worst(size(ratios))
       ! maximum error of the first 6 modes with 8 elements, [ratios]
       real(wp) :: worst_six(size(ratios))
-      ! lambda of the third mode
-      real(wp) :: lambda_3
       ! frequency of the second mode over omega1, the first frequency of the uniform beam
       real(wp) :: frequency_ratio
       real(wp), allocatable :: lambda(:)
@@ -65,65 +62,47 @@ contains
          worst_six(i) = maxval(abs(error_8(:6, i)))
       end do
       ! for 8 elements, the suitable r is 1.2, which the paper calls the best (1c); for 16 elements it names none
-      call add_to_all_variants(list, '1a', &
+      list = [list, statement_t('1a', &
          'With 8 elements and a suitable r the first 6 frequencies are within 1 %.', &
          'number of the lowest modes within 1 % at r = 1.2; required: at least 6', within_8(at_12), &
          within_8(at_12) > 5.5_wp, &
-         'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0), '')
-      call add_to_all_variants(list, '1b', &
+         'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0))]
+      list = [list, statement_t('1b', &
          'With 16 elements and a suitable r the first 12 frequencies are within 1 %.', &
          'number of the lowest modes within 1 % at the best r; required: at least 12', maxval(within_16), &
-         maxval(within_16) > 11.5_wp, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_16, 0), '')
-      call add_to_all_variants(list, '1c', 'r = 1.2 is best for 8 elements.', &
+         maxval(within_16) > 11.5_wp, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_16, 0))]
+      list = [list, statement_t('1c', 'r = 1.2 is best for 8 elements.', &
          'r with the minimum of the maximum errors of the 8 printed modes; required: 1.2', &
          ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == at_12, &
          'maximum error of the first 8 in percent at r = 1 ... 1.5: '// &
          listed(100.0_wp*worst, 2)//'; of the first 6: '//listed(100.0_wp*worst_six, 3)//'; modes within 1 %: '// &
          listed(within_8, 0), '', 'by the maximum error of the 8 printed modes; by that of the first 6 it is '// &
          number(ratios(minloc(worst_six, dim=1)), 1)//', by the modes within 1 % '// &
-         number(ratios(maxloc(within_8, dim=1)), 1))
-      call add_to_all_variants(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', &
+         number(ratios(maxloc(within_8, dim=1)), 1))]
+      list = [list, statement_t('1d', 'r = 1.3 brings 7 modes within 1 %.', &
          'number of the lowest modes within 1 % at r = 1.3; required: 7', within_8(at_13), &
-         nint(within_8(at_13)) == 7, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0), '')
+         nint(within_8(at_13)) == 7, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(within_8, 0))]
       min_error = min(minval(error_8), minval(error_16))
       call model_of_wedge(16, 1.2_wp, model, error)
       if (allocated(error)) return
       call dsygv_modes(model, 3, lambda, error)
       if (allocated(error)) return
-      lambda_3 = lambda(3)
-      call add_to_all_variants(list, '1e', 'All values lie somewhat above the exact ones.', &
+      list = [list, statement_t('1e', 'All values lie somewhat above the exact ones.', &
          'minimum relative error over all modes and meshes; required: not below -1e-12', min_error, &
          min_error > -1.0e-12_wp, 'third mode at n = 16, exact '//number(exact(3), 5)// &
-         ", by the paper's eigen-solver in double precision "//number(lambda_3, 5), &
-         'the printed 7.743 lies below the exact value: a misprint, see tests/regression/slips.txt')
+         ", by the paper's eigen-solver in double precision "//number(lambda(3), 5), &
+         'the printed 7.743 lies below the exact value: a misprint, see tests/regression/slips.txt')]
       call model_of_wedge(8, 1.2_wp, model, error)
       if (allocated(error)) return
       call dsygv_modes(model, 2, lambda, error)
       if (allocated(error)) return
       frequency_ratio = (lambda(2)/lambda1)**2
-      call add_to_all_variants(list, '1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
+      list = [list, statement_t('1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
          'omega_2/omega1 of the wedge over lambda_2; required: 1', frequency_ratio/lambda(2), &
          abs(frequency_ratio/lambda(2) - 1.0_wp) < 1.0e-3_wp, &
          'lambda_2 = '//number(lambda(2), 4)//', omega_2/omega1 = '//number(frequency_ratio, 4), &
-         'omega_i = (lambda_i/1.875)^2 omega1: lambda is in proportion to the square root of the frequency')
+         'omega_i = (lambda_i/1.875)^2 omega1: lambda is in proportion to the square root of the frequency')]
    end subroutine judge_frequencies
-
-   !> Append a statement whose deciding value is the same for every variant.
-   subroutine add_to_all_variants(list, label, text, measure, deciding_value, holds, detail, reason, remark)
-      type(statements_t), intent(inout) :: list
-      !> Components of the statement, as in `statement_t`
-      character(*), intent(in) :: label
-      character(*), intent(in) :: text
-      character(*), intent(in) :: measure
-      real(wp), intent(in) :: deciding_value
-      logical, intent(in) :: holds
-      character(*), intent(in) :: detail
-      character(*), intent(in) :: reason
-      character(*), intent(in), optional :: remark
-
-      call add_statement(list, label, text, measure, spread(deciding_value, 1, variant_count), &
-         spread(holds, 1, variant_count), detail, reason, remark)
-   end subroutine add_to_all_variants
 
    !> The model of the full wedge, a beam whose height decreases linearly to 0 at the tip.
    subroutine model_of_wedge(elements, ratio, model, error)

@@ -44,39 +44,31 @@ contains
       integer, intent(in) :: parameter
       type(series_t), intent(out) :: series
 
+      integer :: i
+
       select case (parameter)
       case (vary_preload)
          series%value = [0.0_wp, 0.1_wp, 0.2_wp, 0.3_wp, 0.4_wp, 0.5_wp]
+         series%cases = [(paper_case_t(preload=series%value(i)), i=1, size(series%value))]
       case (vary_restitution)
          series%value = [0.0_wp, 0.2_wp, 0.4_wp, 0.6_wp, 0.8_wp, 0.9_wp]
+         series%cases = [(paper_case_t(restitution=series%value(i)), i=1, size(series%value))]
       case (vary_position)
          series%value = [0.5_wp, 0.7_wp, 0.75_wp, 0.87_wp, 0.875_wp, 1.0_wp]
+         series%cases = [(paper_case_t(position=series%value(i)), i=1, size(series%value))]
       case (vary_zeta)
          series%value = [0.001_wp, 0.01_wp, 0.05_wp, 0.1_wp]
+         series%cases = [(paper_case_t(zeta=series%value(i)), i=1, size(series%value))]
       case (vary_mass)
          ! the last two values extend the figure towards the oscillator of one degree of freedom
          series%value = [0.0_wp, 0.1_wp, 0.25_wp, 0.5_wp, 1.0_wp, 2.0_wp, 10.0_wp, 30.0_wp]
+         series%cases = [(paper_case_t(tip_mass=series%value(i)), i=1, size(series%value))]
       case (vary_taper)
          series%value = [0.0_wp, 0.025_wp, 0.05_wp, 0.075_wp, 0.1_wp, 0.125_wp, 0.15_wp]
+         series%cases = [(paper_case_t(taper=series%value(i)), i=1, size(series%value))]
       case default
          series%value = [10.0_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp, 1.0e5_wp]
-      end select
-      allocate (series%cases(size(series%value)))
-      select case (parameter)
-      case (vary_preload)
-         series%cases%preload = series%value
-      case (vary_restitution)
-         series%cases%restitution = series%value
-      case (vary_position)
-         series%cases%position = series%value
-      case (vary_zeta)
-         series%cases%zeta = series%value
-      case (vary_mass)
-         series%cases%tip_mass = series%value
-      case (vary_taper)
-         series%cases%taper = series%value
-      case default
-         series%cases%stiffness = series%value
+         series%cases = [(paper_case_t(stiffness=series%value(i)), i=1, size(series%value))]
       end select
    end subroutine make_series
 
@@ -108,9 +100,7 @@ contains
       integer, intent(in) :: definition
       real(wp) :: end_tau(size(series%cases))
 
-      integer :: i
-
-      end_tau = [(series%outcome(i, variant)%end_tau(definition), i=1, size(end_tau))]
+      end_tau = series%outcome(:, variant)%end_tau(definition)
    end function end_tau_of
 
    !> Whether each case may be the case whose motion ends earliest. The error of the instant of an end is estimated by

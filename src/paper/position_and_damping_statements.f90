@@ -4,7 +4,7 @@ module position_and_damping_statements
    use paper_cases, only: coarse_nodal, fine, variant_count
    use paper_outcomes, only: definition_count, energy_end, displacement_end
    use paper_series, only: end_tau_of, find_earliest_end, series_t, may_end_earliest
-   use statement_types, only: add_statement, add_end_statement, listed, mark_ties, rank_correlation, statements_t
+   use statement_types, only: add_end_statement, listed, rank_correlation, statement_t
    implicit none (type, external)
    private
    public :: judge_position, judge_damping
@@ -16,7 +16,7 @@ contains
    subroutine judge_position(position, list)
       !> Cases with stop positions Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1
       type(series_t), intent(in) :: position
-      type(statements_t), intent(inout) :: list
+      type(statement_t), allocatable, intent(inout) :: list(:)
 
       ! index of the case Lc/L = 0.50
       integer, parameter :: at_050 = 1
@@ -39,37 +39,31 @@ contains
       logical :: first(definition_count, variant_count)
       ! whether its end is tied with the earliest of others within the error
       logical :: tied(definition_count, variant_count)
-      integer :: variant, i
 
-      do variant = 1, variant_count
-         third_mode(variant) = max(position%outcome(at_050, variant)%energy_fraction(3), &
-            position%outcome(at_087, variant)%energy_fraction(3))
-         second_mode(variant) = position%outcome(at_070, variant)%energy_fraction(2)
-         end_tau = end_tau_of(position, variant, displacement_end)
-         earliest(variant) = position%value(minloc(end_tau, dim=1))
-      end do
+      third_mode = max(position%outcome(at_050, :)%energy_fraction(3), position%outcome(at_087, :)%energy_fraction(3))
+      second_mode = position%outcome(at_070, :)%energy_fraction(2)
+      earliest = position%value(minloc(position%outcome%end_tau(displacement_end), dim=1))
       call find_earliest_end(position, at_0875, first, tied)
       end_tau = end_tau_of(position, fine, displacement_end)
-      call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
+      list = [list, statement_t('5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
          'share of the energy in mode 3 early in the main rebound, the greater of the two; required: under 0.001', &
          third_mode, third_mode < absent_fraction, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_fraction(3), i=1, size(end_tau))], 5), &
-         'nodes of mode 3 lie at 0.504 and 0.868')
-      call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
+         listed(position%outcome(:, fine)%energy_fraction(3), 5), &
+         'nodes of mode 3 lie at 0.504 and 0.868')]
+      list = [list, statement_t('5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
          'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7; required: under 0.001', &
          second_mode, second_mode < absent_fraction, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
-         listed([(position%outcome(i, fine)%energy_fraction(2), i=1, size(end_tau))], 5), &
-         'the node of mode 2 lies at 0.783, not at 0.70')
-      call add_end_statement(list, '5c', 'Contact at 0.875 ends soonest.', &
-         'Lc/L that ends soonest; required: 0.875', earliest, first, 'ends at tau = '//listed(end_tau, 1)// &
+         listed(position%outcome(:, fine)%energy_fraction(2), 5), &
+         'the node of mode 2 lies at 0.783, not at 0.70')]
+      call add_end_statement(list, statement_t('5c', 'Contact at 0.875 ends soonest.', &
+         'Lc/L that ends soonest; required: 0.875', earliest, detail='ends at tau = '//listed(end_tau, 1)// &
          " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
          listed(end_tau_of(position, coarse_nodal, displacement_end), 2)//'; energy down to 1 %: '// &
          listed(end_tau_of(position, fine, energy_end), 1), &
-         'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is '// &
-         'the tip', &
-         "on the paper's mesh by the nodal reading a tie of "// &
-         listed(pack(position%value, may_end_earliest(position, coarse_nodal, displacement_end)), 3))
-      call mark_ties(list, tied)
+         reason='from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy ' &
+         //'it is the tip', &
+         remark="on the paper's mesh by the nodal reading a tie of "// &
+         listed(pack(position%value, may_end_earliest(position, coarse_nodal, displacement_end)), 3)), first, tied)
    end subroutine judge_position
 
    !> Judge statement 6: contributions of high modes are large with small damping, the motion ends earlier with larger
@@ -77,7 +71,7 @@ contains
    subroutine judge_damping(zeta, list)
       !> Cases with zeta = 0.001, 0.01, 0.05, 0.1
       type(series_t), intent(in) :: zeta
-      type(statements_t), intent(inout) :: list
+      type(statement_t), allocatable, intent(inout) :: list(:)
 
       ! index of the case zeta = 0.001
       integer, parameter :: lowest = 1
@@ -96,39 +90,38 @@ contains
       real(wp) :: max_deviation(variant_count)
       ! whether the end of motion is earlier with larger zeta
       logical :: decreases(definition_count, variant_count)
-      integer :: variant, i, definition
+      integer :: variant, definition
 
+      ratio = zeta%outcome(lowest, :)%high_mode_velocity &
+         /max(zeta%outcome(five_percent, :)%high_mode_velocity, 1.0e-12_wp)
+      associate (small => zeta%outcome(one_percent, :)%contact_ratio, &
+         large => zeta%outcome(five_percent, :)%contact_ratio)
+         mean_ratio = 0.5_wp*(small + large)
+         max_deviation = max(abs(small - third), abs(large - third))
+      end associate
       do variant = 1, variant_count
-         ratio(variant) = zeta%outcome(lowest, variant)%high_mode_velocity &
-            /max(zeta%outcome(five_percent, variant)%high_mode_velocity, 1.0e-12_wp)
          end_correlation(variant) = rank_correlation(end_tau_of(zeta, variant, displacement_end))
-         mean_ratio(variant) = 0.5_wp*(zeta%outcome(one_percent, variant)%contact_ratio &
-            + zeta%outcome(five_percent, variant)%contact_ratio)
-         max_deviation(variant) = max(abs(zeta%outcome(one_percent, variant)%contact_ratio - third), &
-            abs(zeta%outcome(five_percent, variant)%contact_ratio - third))
-      end do
-      do variant = 1, variant_count
          do definition = 1, definition_count
             decreases(definition, variant) = rank_correlation(end_tau_of(zeta, variant, definition)) < -0.6_wp
          end do
       end do
-      call add_statement(list, '6a', 'With small damping high components are strong.', &
+      list = [list, statement_t('6a', 'With small damping high components are strong.', &
          'part of the modes above the second in the velocity of the stop point: ' &
          //'ratio of that at zeta = 0.001 to that at 0.05; required: above 2', &
          min(ratio, 1.0e6_wp), ratio > 2.0_wp, 'parts at zeta = 0.001, 0.01, 0.05, 0.1: '// &
-         listed([(zeta%outcome(i, fine)%high_mode_velocity, i=1, size(zeta%cases))], 4), '')
-      call add_end_statement(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
-         'rank correlation (Kendall) of the ends with zeta; required: under -0.6', end_correlation, decreases, &
-         'ends at tau = '//listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
-         listed(end_tau_of(zeta, fine, energy_end), 1), '')
-      call add_statement(list, '6c', &
+         listed(zeta%outcome(:, fine)%high_mode_velocity, 4))]
+      call add_end_statement(list, statement_t('6b', 'The larger the damping, the sooner the vibration ends.', &
+         'rank correlation (Kendall) of the ends with zeta; required: under -0.6', end_correlation, &
+         detail='ends at tau = '//listed(end_tau_of(zeta, fine, displacement_end), 1)//'; energy down to 1 %: '// &
+         listed(end_tau_of(zeta, fine, energy_end), 1)), decreases)
+      list = [list, statement_t('6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
          'time on the stop over time away at zeta = 0.01 and 0.05, mean; required: both nearer 1/3 than 1/4', &
          mean_ratio, max_deviation < 0.5_wp*(third - quarter), &
          'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '// &
-         listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &
+         listed(zeta%outcome(:, fine)%contact_ratio, 3), &
          'it is about 1/4: half a period of the first mode of the beam held at its tip (lambda = 3.927) over half '// &
-         'a period of the free one is 0.228')
+         'a period of the free one is 0.228')]
    end subroutine judge_damping
 
 end module position_and_damping_statements

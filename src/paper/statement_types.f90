@@ -6,7 +6,7 @@ module statement_types
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private
-   public :: statement_t, statements_t, add_statement, add_end_statement, mark_ties
+   public :: statement_t, add_end_statement, max_text_length
    public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
    public :: rank_correlation, listed, percent, number
 
@@ -25,105 +25,56 @@ module statement_types
    character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
       'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
 
+   !> Maximum length of the texts of a statement.
+   integer, parameter :: max_text_length = 500
+
    !> A statement with what was measured.
    type :: statement_t
       !> Number of the statement, such as 4a
       character(4) :: label = ''
       !> Assertion of the paper
-      character(:), allocatable :: text
+      character(max_text_length) :: text = ''
       !> Description of the measured value, then, after '; required: ', the condition on it
-      character(:), allocatable :: measure
+      character(max_text_length) :: measure = ''
       !> Value that decides, in each variant; equal in all variants if the statement does not involve motion
       real(wp) :: deciding_value(variant_count) = 0.0_wp
       !> Whether the condition is met in each variant
       logical :: holds(variant_count) = .false.
       !> Further values on the fine mesh
-      character(:), allocatable :: detail
-      !> Reason of a difference between the paper and the program
-      character(:), allocatable :: reason
+      character(max_text_length) :: detail = ''
+      !> Reason of a difference between the paper and the program; empty: none
+      character(max_text_length) :: reason = ''
+      !> Qualification of the verdict; empty: none
+      character(max_text_length) :: remark = ''
       !> Whether the statement is about the end of motion
       logical :: concerns_end = .false.
       !> Number of definitions of the end of motion for which the condition is met, in each variant
       integer :: definitions_met(variant_count) = 0
       !> Number of further definitions for which the compared values are tied, in each variant
       integer :: ties(variant_count) = 0
-      !> Qualification of the verdict; empty: none
-      character(:), allocatable :: remark
    end type statement_t
-
-   !> A list of statements, to which `add_statement` appends.
-   type :: statements_t
-      type(statement_t), allocatable :: item(:)
-   end type statements_t
 
 contains
 
-   !> Append a statement to the list.
-   subroutine add_statement(list, label, text, measure, deciding_value, holds, detail, reason, remark)
-      type(statements_t), intent(inout) :: list
-      !> Components of the statement, as in `statement_t`
-      character(*), intent(in) :: label
-      character(*), intent(in) :: text
-      character(*), intent(in) :: measure
-      real(wp), intent(in) :: deciding_value(variant_count)
-      logical, intent(in) :: holds(variant_count)
-      character(*), intent(in) :: detail
-      character(*), intent(in) :: reason
-      character(*), intent(in), optional :: remark
-
-      type(statement_t), allocatable :: longer(:)
-      integer :: n
-
-      n = 0
-      if (allocated(list%item)) n = size(list%item)
-      allocate (longer(n + 1))
-      if (n > 0) longer(:n) = list%item
-      associate (new => longer(n + 1))
-         new%label = label
-         new%text = text
-         new%measure = measure
-         new%deciding_value = deciding_value
-         new%holds = holds
-         new%detail = detail
-         new%reason = reason
-         new%remark = ''
-         if (present(remark)) new%remark = remark
-      end associate
-      call move_alloc(longer, list%item)
-   end subroutine add_statement
-
    !> Append a statement about the end of motion. In each variant the statement holds if the condition is met for most
    !> definitions of the end.
-   subroutine add_end_statement(list, label, text, measure, deciding_value, holds, detail, reason, remark)
-      type(statements_t), intent(inout) :: list
-      !> Components of the statement, as in `statement_t`
-      character(*), intent(in) :: label
-      character(*), intent(in) :: text
-      character(*), intent(in) :: measure
-      real(wp), intent(in) :: deciding_value(variant_count)
+   pure subroutine add_end_statement(list, statement, holds, is_tied)
+      type(statement_t), allocatable, intent(inout) :: list(:)
+      !> The statement without its verdict
+      type(statement_t), intent(in) :: statement
       !> Whether the condition is met, for each definition of the end of motion and each variant
       logical, intent(in) :: holds(definition_count, variant_count)
-      character(*), intent(in) :: detail
-      character(*), intent(in) :: reason
-      character(*), intent(in), optional :: remark
+      !> Whether the compared values are tied, so that the condition is not met; absent: ties are not looked for
+      logical, intent(in), optional :: is_tied(definition_count, variant_count)
 
-      call add_statement(list, label, text, measure, deciding_value, 2*count(holds, dim=1) > definition_count, &
-         detail, reason, remark)
-      associate (new => list%item(size(list%item)))
+      list = [list, statement]
+      associate (new => list(size(list)))
          new%concerns_end = .true.
          new%definitions_met = count(holds, dim=1)
+         new%holds = 2*new%definitions_met > definition_count
+         if (present(is_tied)) new%ties = count(is_tied, dim=1)
       end associate
    end subroutine add_end_statement
-
-   !> Record the ties of the last statement, which is about the end of motion.
-   pure subroutine mark_ties(list, is_tied)
-      type(statements_t), intent(inout) :: list
-      !> Whether the compared values are tied, for each definition of the end and each variant; the condition is not met
-      !> for tied values
-      logical, intent(in) :: is_tied(definition_count, variant_count)
-
-      list%item(size(list%item))%ties = count(is_tied, dim=1)
-   end subroutine mark_ties
 
    !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met on this mesh, the
    !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods that
@@ -156,7 +107,7 @@ contains
 
       verdict = verdict_of(item)
       words = trim(verdict_names(verdict))
-      if (item%remark /= '') words = words//', '//item%remark
+      if (item%remark /= '') words = words//', '//trim(item%remark)
       if (.not. item%concerns_end .or. verdict == verdict_tie) return
       variant = fine
       if (verdict == verdict_coarse) variant = coarse

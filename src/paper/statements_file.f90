@@ -12,22 +12,20 @@ module statements_file
    use number_text, only: to_text
    use paper_cases, only: variant_count, variant_t
    use paper_convergence, only: convergence_t, impulse_kinds
-   use paper_outcomes, only: definition_count, end_levels, end_fractions, never
+   use paper_outcomes, only: definition_count, displacement_end, end_fractions, end_levels, energy_end, never
    use paper_series, only: series_names, series_t
    use process, only: open_text, text_of
    use quantity_groups, only: quantity_group_t
    use results_claim, only: refuse_foreign
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
-   use statement_types, only: statements_t, verdict_in_words
+   use statement_types, only: max_text_length, statement_t, verdict_in_words
    use statements_study, only: study_t
    use statements_tables, only: print_outcomes, print_statements
    implicit none (type, external)
    private
    public :: write_statements, refuse_foreign_text
 
-   !> Length of texts in the results file.
-   integer, parameter :: max_text_length = 500
    !> First characters of the text file: the number of the first statement.
    character(*), parameter :: text_start = '1a  '
 
@@ -88,40 +86,36 @@ contains
    subroutine write_verdicts(group, variants, list)
       type(hdf5_group_t), intent(in) :: group
       type(variant_t), intent(in) :: variants(variant_count)
-      type(statements_t), intent(in) :: list
+      type(statement_t), intent(in) :: list(:)
 
-      character(max_text_length), dimension(size(list%item)) :: text, measure, detail, reason, verdict
+      character(max_text_length) :: verdict(size(list))
       integer :: i
 
-      do i = 1, size(list%item)
-         text(i) = list%item(i)%text
-         measure(i) = list%item(i)%measure
-         detail(i) = list%item(i)%detail
-         reason(i) = list%item(i)%reason
-         verdict(i) = verdict_in_words(list%item(i))
+      do i = 1, size(list)
+         verdict(i) = verdict_in_words(list(i))
       end do
-      call group%add('statement', [(i, i=1, size(list%item))], '1', 'one statement of the paper', is_scale=.true.)
+      call group%add('statement', [(i, i=1, size(list))], '1', 'one statement of the paper', is_scale=.true.)
       call group%add('way', [(i, i=1, variant_count)], '1', 'one way of computing', is_scale=.true.)
       call group%add('way_name', variants%name, 'none', 'name of the way', along='way')
-      call group%add('label', list%item%label, 'none', 'number of the statement', along='statement')
-      call group%add('text', text, 'none', 'what the paper says', along='statement')
-      call group%add('measure', measure, 'none', 'what was measured, and the condition on it', along='statement')
-      call group%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', &
+      call group%add('label', list%label, 'none', 'number of the statement', along='statement')
+      call group%add('text', list%text, 'none', 'what the paper says', along='statement')
+      call group%add('measure', list%measure, 'none', 'what was measured, and the condition on it', along='statement')
+      call group%add('detail', list%detail, 'none', 'the numbers behind it, exact motion on the fine mesh', &
          along='statement')
-      call group%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
+      call group%add('reason', list%reason, 'none', 'why the paper and the program differ', along='statement')
       call group%add('verdict', verdict, 'none', 'verdict', along='statement')
-      call group%add('has_end', merge(1, 0, list%item%concerns_end), '1', '1: the end of the motion counts', &
+      call group%add('has_end', merge(1, 0, list%concerns_end), '1', '1: the end of the motion counts', &
          along='statement')
       call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, variant_count
-         call group%add(name_of('figure', i), list%item%deciding_value(i), '1', &
+         call group%add('figure_'//to_text(i), list%deciding_value(i), '1', &
             'figure that decides: '//trim(variants(i)%name), along='statement')
-         call group%add(name_of('definitions', i), list%item%definitions_met(i), '1', &
+         call group%add('definitions_'//to_text(i), list%definitions_met(i), '1', &
             'definitions of the end for which the condition is met: '//trim(variants(i)%name), along='statement')
-         call group%add(name_of('ties', i), list%item%ties(i), '1', &
+         call group%add('ties_'//to_text(i), list%ties(i), '1', &
             'definitions of the end by which the compared cases cannot be distinguished: '//trim(variants(i)%name), &
             along='statement')
-         call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '// &
+         call group%add('holds_'//to_text(i), merge(1, 0, list%holds(i)), '1', 'condition met: '// &
             trim(variants(i)%name), along='statement')
       end do
    end subroutine write_verdicts
@@ -136,20 +130,17 @@ contains
       !> Series of the cases
       type(series_t), intent(in) :: series
 
-      character(24) :: end_name
       integer :: i
 
       call group%add(name, series%value, '1', 'what is varied', is_scale=.true.)
       call group%add('way', [(i, i=1, variant_count)], '1', 'one way of computing', is_scale=.true.)
       call group%add('way_name', variants%name, 'none', 'name of the way', along='way')
       do i = 1, size(end_levels)
-         write (end_name, '(a, i0)') 'end_level_', i
-         call add(trim(end_name), or_nan(series%outcome%end_tau(i)), 'tau when |eta_c| last exceeds '// &
+         call add('end_level_'//to_text(i), or_nan(series%outcome%end_tau(i)), 'tau when |eta_c| last exceeds '// &
             to_text(end_levels(i)))
       end do
       do i = 1, size(end_fractions)
-         write (end_name, '(a, i0)') 'end_energy_', i
-         call add(trim(end_name), or_nan(series%outcome%end_tau(size(end_levels) + i)), &
+         call add('end_energy_'//to_text(i), or_nan(series%outcome%end_tau(size(end_levels) + i)), &
             "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_fractions(i)))
       end do
       call add('first_impact', or_nan(series%outcome%impact_tau), 'first contact with the stop, tau')
@@ -203,15 +194,18 @@ contains
       call group%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
       call group%add('reading', [1, 2], '1', 'reading of the impulse: '//impulse_kinds(1)//', '//impulse_kinds(2), &
          is_scale=.true.)
-      call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', &
+      call group%add('mass_in_impact', 1.0_wp/convergence%outcome(:, 2)%inverse_mass, '1', &
+         'mass that takes part in an impact, of the beam', along='elements')
+      call group%add('first_impact', convergence%outcome(:, 2)%impact_tau, '1', 'first contact with the stop, tau', &
          along='elements')
-      call group%add('first_impact', convergence%impact_tau, '1', 'first contact with the stop, tau', along='elements')
-      call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
-      call group%add('quiet', or_nan(convergence%settling_tau), '1', 'tau when |eta_c| last exceeds 0.02', along)
-      call group%add('spent', or_nan(convergence%energy_tau), '1', &
+      call group%add('main_peak', convergence%outcome%main_peak, '1', 'highest rebound within a period, eta', along)
+      call group%add('quiet', or_nan(convergence%outcome%end_tau(displacement_end)), '1', &
+         'tau when |eta_c| last exceeds 0.02', along)
+      call group%add('spent', or_nan(convergence%outcome%end_tau(energy_end)), '1', &
          'tau when 1 percent of the energy above rest is left', along)
-      call group%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
-      call group%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
+      call group%add('lost_at_impacts', convergence%outcome%lost_at_impacts, '1', &
+         'energy lost at impacts, of the energy to lose', along)
+      call group%add('created', convergence%outcome%created, '1', 'energy created, of the energy to lose', along)
    end subroutine write_convergence
 
    !> Write the tables as a text file.
@@ -238,15 +232,5 @@ contains
       bytes(:) = transfer(text, bytes)
       call replace_file(folder, name, bytes, error)
    end subroutine write_text
-
-   !> Append a number of one digit to a name.
-   pure function name_of(name, index) result(text)
-      character(*), intent(in) :: name
-      !> Number, 0 to 9
-      integer, intent(in) :: index
-      character(:), allocatable :: text
-
-      text = name//'_'//achar(iachar('0') + index)
-   end function name_of
 
 end module statements_file

@@ -10,7 +10,7 @@ module statements_study
    use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, &
       vary_restitution, vary_stiffness, vary_taper, vary_zeta
    use position_and_damping_statements, only: judge_damping, judge_position
-   use statement_types, only: statements_t
+   use statement_types, only: statement_t
    use stop_statements, only: judge_models, judge_preload, judge_restitution
    implicit none (type, external)
    private
@@ -22,7 +22,7 @@ module statements_study
    !> The statements with their verdicts, and the results on which the verdicts are based.
    type :: study_t
       type(variant_t) :: variants(variant_count)
-      type(statements_t) :: statements
+      type(statement_t), allocatable :: statements(:)
       !> All computed series, indexed by the `vary_` constants
       type(series_t) :: series(series_count)
       type(convergence_t) :: convergence
@@ -59,6 +59,7 @@ contains
       call find_convergence(min(max_coarsest_elements, variants(coarse)%elements), 2*variants(fine)%elements, &
          min(duration, max_example_duration), study%convergence, error)
       if (allocated(error)) return
+      allocate (study%statements(0))
       call judge_frequencies(study%statements, error)
       if (allocated(error)) return
       associate (series => study%series)

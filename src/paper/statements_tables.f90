@@ -4,7 +4,7 @@ module statements_tables
    use kinds, only: wp
    use paper_cases, only: variant_count, variant_t
    use paper_convergence, only: impulse_kinds
-   use paper_outcomes, only: definition_count
+   use paper_outcomes, only: definition_count, displacement_end, energy_end
    use paper_series, only: series_symbols
    use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
    use statements_study, only: study_t
@@ -24,20 +24,20 @@ contains
 
       integer :: i, k
 
-      do i = 1, size(study%statements%item)
-         associate (item => study%statements%item(i), variants => study%variants)
-            call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
-            call print_wrapped(unit, '', item%measure//':')
+      do i = 1, size(study%statements)
+         associate (item => study%statements(i), variants => study%variants)
+            call print_wrapped(unit, trim(item%label), trim(item%text)//' -- '//verdict_in_words(item))
+            call print_wrapped(unit, '', trim(item%measure)//':')
             call print_wrapped(unit, '', deciding_values_text(item, variants))
             call print_wrapped(unit, '', item%detail)
-            if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//item%reason//'.')
+            if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//trim(item%reason)//'.')
             write (unit, '(a)') ''
          end associate
       end do
       write (unit, '(a)') 'Verdicts:'
       do k = 1, size(verdict_names)
-         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%statements%item(i)) == k, i=1, &
-            size(study%statements%item))]), trim(verdict_names(k))
+         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%statements(i)) == k, i=1, &
+            size(study%statements))]), trim(verdict_names(k))
       end do
    end subroutine print_statements
 
@@ -48,7 +48,7 @@ contains
       type(study_t), intent(in) :: study
 
       integer :: i, k, variant, definition
-      character(12) :: cells(definition_count)
+      character(14) :: cells(definition_count)
 
       associate (c => study%convergence)
          write (unit, '(/, a)') 'The first example (uniform, zeta = 0.001, eps = 0.6) on finer meshes, exact motion'
@@ -56,10 +56,13 @@ contains
             '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
          do k = 1, size(impulse_kinds)
             do i = 1, size(c%elements)
-               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%impact_tau(i), &
-                  c%mass(i), impulse_kinds(k), c%main_peak(i, k), &
-                  adjustr(padded(number(c%settling_tau(i, k), 4), 14)), &
-                  adjustr(padded(number(c%energy_tau(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
+               associate (outcome => c%outcome(i, k))
+                  cells(:2) = [character(14) :: number(outcome%end_tau(displacement_end), 4), &
+                     number(outcome%end_tau(energy_end), 4)]
+                  write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), &
+                     c%outcome(i, 2)%impact_tau, 1.0_wp/c%outcome(i, 2)%inverse_mass, impulse_kinds(k), &
+                     outcome%main_peak, adjustr(cells(:2)), outcome%lost_at_impacts, outcome%created
+               end associate
             end do
          end do
       end associate
@@ -86,16 +89,6 @@ contains
          end do
       end do
    end subroutine print_outcomes
-
-   !> A text padded with blanks.
-   pure function padded(words, length) result(cell)
-      character(*), intent(in) :: words
-      !> Length including the blanks
-      integer, intent(in) :: length
-      character(length) :: cell
-
-      cell = words
-   end function padded
 
    !> Text of the deciding value in each variant, followed by yes or no for the condition.
    function deciding_values_text(item, variants) result(text)
