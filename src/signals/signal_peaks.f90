@@ -306,7 +306,7 @@ contains
 
    !> The first turning point of a signal, a zero of its slope. If the search cannot decide at the start, because the
    !> sign of the slope is uncertain or no certain zero is found, the start is delayed, repeatedly and each time by
-   !> twice as much.
+   !> twice as much. So is the start of a search whose many steps are short because the slope remains within rounding.
    subroutine find_turn(signal, span, direction, is_found, time, evaluations)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
@@ -322,6 +322,8 @@ contains
 
       ! first delay of the start, as a fraction of the interval that is searched
       real(wp), parameter :: first_delay = 1.0e-9_wp
+      ! evaluations after which a search is interrupted, to see whether the slope was ever above rounding
+      integer(i8), parameter :: evaluations_at_once = 500_i8
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
       type(search_t) :: search
@@ -347,17 +349,18 @@ contains
          if (direction /= 0) then
             call signal%transform(time, real(direction, wp), 0.0_wp, 1, rate)
             if (is_turning) rate%start_order = 1
-            call first_zero(rate, span(2) - time, search)
+            call first_zero(rate, span(2) - time, search, max_evaluations=evaluations_at_once)
             evaluations = evaluations + search%evaluations
             if (search%outcome == found_none) return
             is_found = search%outcome == found_zero .and. time + search%time > time
+            if (is_found .or. search%outcome == found_exhausted) time = time + search%time
             if (is_found) then
-               time = time + search%time
                direction = -direction
                return
             end if
+            direction = 0
+            if (search%outcome == found_exhausted .and. search%max_value > search%rounding) cycle
          end if
-         direction = 0
          time = time + delay
          delay = 2.0_wp*delay
       end do
