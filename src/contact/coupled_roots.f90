@@ -168,9 +168,12 @@ contains
          if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*abs1(s))
          ! coalescing roots are accurate to the square root of the rounding error only
          if (iteration > normal_iterations) tolerance = coalescing*abs1(s)
-         done = length <= tolerance .or. magnitude <= tiny(1.0_wp)
+         done = length <= tolerance
          ! convergence is quadratic: the estimate of the next step is c step^2, with c = step/last_step^2
          if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*magnitude
+         ! a step is also short if another iterate is near, but then Newton's step is not
+         done = done .and. abs1(log_derivative)*max(1.0e-3_wp*magnitude, tolerance) >= 1.0_wp
+         done = done .or. magnitude <= tiny(1.0_wp)
          last_step = length
       end associate
    end subroutine step_root

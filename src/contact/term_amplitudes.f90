@@ -22,7 +22,7 @@ contains
 
    !> Amplitudes from the state at the start of a phase. A quantity of the motion is its static value plus the sum over
    !> all terms of weight times Re (amplitude value exp(s t)), with `value` the quantity per unit amplitude.
-   pure subroutine coupled_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
+   pure subroutine coupled_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude, velocity)
       !> Squared circular frequencies W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)
       type(coupled_modes_t), intent(in) :: modes
@@ -39,6 +39,9 @@ contains
       real(wp), intent(in) :: v(:)
       !> Amplitudes without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
+      !> Velocities of the stop points at the start, [stops]; those of rigid stops must be given as zero, because modal
+      !> velocities would give only their rounding error. Default: by the modal velocities
+      real(wp), intent(in), optional :: velocity(:)
 
       ! columns of `state`: modal forces W^2 z, displacements z, rates v
       integer, parameter :: forces = 1, displacements = 2, rates = 3
@@ -81,6 +84,10 @@ contains
       end associate
       form(:, :, alternative) = total(:, :, forces)
       part = -total(:, :im, rates)
+      if (present(velocity)) then
+         part = 0.0_wp
+         call add_rates(square, modes, v, velocity, part)
+      end if
       do j = 1, size(height)
          call add_stop(size(modes%decay), modes, j, height(j), indentation(j), branch_force(j), form, part)
       end do
@@ -89,6 +96,53 @@ contains
          amplitude(m) = cmplx(part(m, re), part(m, im), wp)
       end do
    end subroutine coupled_amplitudes
+
+   !> Add minus the sums of the modal velocities to the amplitudes, in the form that has the smaller magnitudes. The
+   !> second form follows from 1/D = (1 - (2 zeta W^2 + alpha) s/D - W^2/D)/s^2: the parts that cancel for large s
+   !> appear as the velocities of the stop points.
+   pure subroutine add_rates(square, modes, v, velocity, part)
+      !> Squared circular frequencies W_i^2 of the beam's modes
+      real(wp), intent(in) :: square(:)
+      type(coupled_modes_t), intent(in) :: modes
+      !> Modal velocities, [modes]
+      real(wp), intent(in) :: v(:)
+      !> Velocities of the stop points, [stops]
+      real(wp), intent(in) :: velocity(:)
+      !> Amplitudes, [terms, 2]
+      real(wp), intent(inout) :: part(:, :)
+
+      ! both forms, the second times s, [terms, columns of sums, forms]
+      real(wp) :: form(size(modes%decay), size_of, 2)
+      real(wp) :: state(columns, size(modes%weight_parts, 3))
+      real(wp) :: total(size(modes%decay), size_of, columns)
+      integer :: j
+
+      state = 0.0_wp
+      state(1, :size(v)) = v
+      state(2, :size(v)) = (modes%two_zeta*square + modes%mass_rate)*v
+      call sum_over_modes(size(form, 1), size(state, 2), modes%weight_parts, state, total)
+      form(:, :im, direct) = -total(:, :im, 1)
+      form(:, size_of, direct) = total(:, size_of, 1)
+      form(:, :, alternative) = total(:, :, 2)
+      state(1, :size(v)) = square*v
+      call sum_over_modes(size(form, 1), size(state, 2), modes%weight_parts, state, total)
+      associate (elastic => total(:, :, 1), inverse => modes%inverse)
+         do j = 1, size(velocity)
+            associate (weight => modes%stop_weights(:, :, j))
+               elastic(:, re) = elastic(:, re) - weight(:, height_re)*velocity(j)
+               elastic(:, im) = elastic(:, im) - weight(:, height_im)*velocity(j)
+               elastic(:, size_of) = elastic(:, size_of) + (abs(weight(:, height_re)) + abs(weight(:, height_im))) &
+                  *abs(velocity(j))
+            end associate
+         end do
+         form(:, re, alternative) = form(:, re, alternative) + elastic(:, re)*inverse(:, re) &
+            - elastic(:, im)*inverse(:, im)
+         form(:, im, alternative) = form(:, im, alternative) + elastic(:, re)*inverse(:, im) &
+            + elastic(:, im)*inverse(:, re)
+         form(:, size_of, alternative) = form(:, size_of, alternative) + elastic(:, size_of)/inverse(:, size_of)
+      end associate
+      call add_forms(size(form, 1), modes%inverse, form, part)
+   end subroutine add_rates
 
    !> Add the contributions of a stop to the forms of the transform and to the amplitudes.
    pure subroutine add_stop(terms, modes, j, height, indentation, branch_force, form, part)

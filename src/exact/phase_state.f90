@@ -2,7 +2,7 @@
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, transformable_signal_t
-   use compliant_stop, only: dynamic_stiffness_t
+   use compliant_stop, only: dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use contact_states, only: dynamic_stiffness_of, reactions_t, contact_state_t
@@ -130,6 +130,8 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), dimension(size(self%states)) :: indentation, branch_force
+      ! velocities of the stop points at the compliant contacts; unallocated: none of them is rigid
+      real(wp), allocatable :: velocity(:)
       integer :: k
 
       self%force_signal_at = 0
@@ -146,13 +148,15 @@ contains
          call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
          indentation = self%states%indentation
          branch_force = self%states%branch_force
-         if (self%loads%count > 0) call start_load_response(self, tau, is_new)
-         if (self%loads%count > 0) call subtract_load_response(self, indentation, branch_force)
+         if (self%loads%count > 0) call start_load_response(self, tau, is_new, indentation, branch_force)
          if (size(compliant) > 0) then
+            if (any(is_rigid_stop(coupled%spring))) velocity = merge(0.0_wp, matmul(self%v, constrained%value(:, &
+               compliant)), is_rigid_stop(coupled%spring))
             if (.not. allocated(self%amplitude)) allocate (self%amplitude(coupled%count))
             if (size(self%amplitude) /= coupled%count) self%amplitude = spread((0.0_wp, 0.0_wp), 1, coupled%count)
             call coupled_amplitudes(constrained%oscillators%square, coupled, -constrained%static_gap(compliant), &
-               indentation(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
+               indentation(compliant), branch_force(compliant), self%z, self%v, self%amplitude, &
+               velocity)
             self%amplitude = coupled%weight*self%amplitude
          else
             do k = 1, size(constrained%closed)
@@ -180,14 +184,18 @@ contains
       end do
    end subroutine find_load
 
-   !> Start the load response of a phase.
-   subroutine start_load_response(self, tau, is_new)
+   !> Start the load response of a phase, and subtract it from the initial state: the homogeneous part remains.
+   subroutine start_load_response(self, tau, is_new, indentation, branch_force)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
       !> Whether the run uses the set for the first time: unit responses of an earlier run are not valid
       logical, intent(in) :: is_new
+      !> Indentation and branch force of each contact, [contacts]
+      real(wp), intent(inout) :: indentation(:), branch_force(:)
 
       type(dynamic_stiffness_t) :: spring(size(self%states))
+      ! the rows before that of the tip, and their rates
+      real(wp), dimension(size(self%z) + 4*size(self%states)) :: rows, rates
       integer :: k
 
       associate (set => self%set)
@@ -200,17 +208,6 @@ contains
             self%loads, is_new, set%forced, self%forced)
          self%max_length = self%forced%until - tau
       end associate
-   end subroutine start_load_response
-
-   !> Subtract the load response at the start of a phase from the initial state: the homogeneous part remains.
-   subroutine subtract_load_response(self, indentation, branch_force)
-      type(phase_state_t), intent(inout) :: self
-      !> Indentation and branch force of each contact, [contacts]
-      real(wp), intent(inout) :: indentation(:), branch_force(:)
-
-      real(wp), dimension(self%set%forced%at%tip) :: rows, rates
-      integer :: k
-
       call find_rows_at(self%set%forced, self%forced, 1, size(rows), 0.0_wp, rows, rates, &
          [((1.0_wp, 0.0_wp), k=1, size(self%forced%frequency))])
       self%z(:) = self%z - rows(:size(self%z))
@@ -219,7 +216,7 @@ contains
          indentation = indentation - rows(at%indentations + 1:at%branches)
          branch_force = branch_force - rows(at%branches + 1:at%tip)
       end associate
-   end subroutine subtract_load_response
+   end subroutine start_load_response
 
    !> A signal of a contact in the present phase, valid until the next call.
    subroutine signal_of(self, k, kind, signal)
