@@ -6,7 +6,7 @@ module driven_signal
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
    use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
-   use modal_signal, only: add_to_bounds, modal_signal_t
+   use modal_signal, only: modal_signal_t
    implicit none (type, external)
    private
    public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, first_nonzero_order, phasor_of
@@ -43,7 +43,6 @@ module driven_signal
       real(wp) :: until = huge(1.0_wp)
    contains
       procedure :: find_bounds
-      procedure :: find_bounds_without_step
       procedure :: evaluate
       procedure :: transform
       procedure :: starts_positive
@@ -74,8 +73,8 @@ contains
       slope = slope + added_slope
    end subroutine evaluate
 
-   !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine find_bounds(self, t, order, bounds)
+   !> A derivative of the signal, or of its sum with another signal, at an instant, as in `bounds_interface`.
+   subroutine find_bounds(self, t, order, bounds, added, added_floor, needs_step)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
@@ -83,36 +82,18 @@ contains
       integer, intent(in) :: order
       !> Values and bounds at the instant
       type(bounds_t), intent(out) :: bounds
-
-      call evaluate_bounds(self, t, order, .true., bounds)
-   end subroutine find_bounds
-
-   !> Values and bounds for a caller that takes no step from this instant.
-   subroutine find_bounds_without_step(self, t, order, bounds)
-      class(driven_signal_t), intent(in) :: self
-      !> Instant
-      real(wp), intent(in) :: t
-      !> Order of the derivative; 0: the signal itself
-      integer, intent(in) :: order
-      !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: bounds
-
-      call evaluate_bounds(self, t, order, .false., bounds)
-   end subroutine find_bounds_without_step
-
-   !> Values and bounds at an instant, with or without a bound on the step.
-   subroutine evaluate_bounds(self, t, order, needs_step, bounds)
-      class(driven_signal_t), intent(in) :: self
-      real(wp), intent(in) :: t
-      integer, intent(in) :: order
-      !> Whether the length of a step without a zero is needed
-      logical, intent(in) :: needs_step
-      type(bounds_t), intent(out) :: bounds
+      !> That derivative of the other signal, columns as in `certified_search`
+      real(wp), intent(in), optional :: added(term_columns)
+      !> Lower bound of the other signal
+      real(wp), intent(in), optional :: added_floor
+      !> False: the length of a step without a zero is not needed
+      logical, intent(in), optional :: needs_step
 
       complex(wp) :: phasor(size(self%terms%frequency))
-      ! lower bound of the load response from this instant on
+      ! lower bound of the load response and of the other signal from this instant on
       real(wp) :: floor
-      ! columns of `certified_search` for the harmonics and modes driven from rest, then for the whole load response
+      ! columns of `certified_search` for the harmonics and modes driven from rest, then for the whole load response and
+      ! the other signal
       real(wp) :: response_terms(term_columns)
       ! constant and slope of the load response at this instant, or their derivatives
       real(wp) :: linear(0:1)
@@ -131,19 +112,14 @@ contains
       response_terms(term_value) = linear(0) + response_terms(term_value)
       response_terms(term_rate) = linear(1) + response_terms(term_rate)
       floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - response_terms(bound_value)
-      select type (free => self%free)
-      type is (modal_signal_t)
-         call free%find_bounds_of_sum(t, order, bounds, response_terms, floor, needs_step)
-      class default
-         call free%find_bounds(t, order, bounds)
-         ! the step that the free motion certifies does not include the load response
-         bounds%zero_free_step = 0.0_wp
-         call add_to_bounds(response_terms, floor, bounds)
-      end select
+      if (present(added)) response_terms = response_terms + added
+      if (present(added_floor)) floor = floor + added_floor
+      call self%free%find_bounds(t, order, bounds, response_terms, floor, needs_step)
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
       bounds%rounding = bounds%rounding + rounding*(abs(linear(0)) + magnitude)
       if (order == 0) then
          bounds%signal = bounds%value
+         if (present(added)) bounds%signal = bounds%signal - added(term_value)
          bounds%signal_rounding = bounds%rounding
       else
          call terms_at(self, t, phasor, response, slope)
@@ -151,7 +127,7 @@ contains
          bounds%signal_rounding = bounds%signal_rounding + rounding*(abs(response) + abs(self%factor) &
             *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
       end if
-   end subroutine evaluate_bounds
+   end subroutine find_bounds
 
    !> The signal offset + factor times a derivative of this signal, with its time starting at an instant.
    subroutine transform(self, from, factor, offset, order, transformed)

@@ -12,7 +12,7 @@ module run_measures
       measure_table, measure_tolerance, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       settled_energy, response_t, run_measures_t
-   use signal_peaks, only: peak_tolerance
+   use signal_peaks, only: extreme_search_t, peak_tolerance
    use sorting, only: ascending_order
    implicit none (type, external)
    private
@@ -36,8 +36,10 @@ module run_measures
       real(wp) :: rest_energy = 0.0_wp
       !> Energy of beam and stops at the start
       real(wp) :: start_energy = 0.0_wp
-      !> Maximum tolerance of the searches for peaks of rebounds and of the force, as a fraction of the peak
-      real(wp) :: tolerance = 0.0_wp
+      !> Tolerance of the searches for peaks of rebounds, and number of evaluations that remain for them
+      type(extreme_search_t) :: peak_search
+      !> The same of the searches for the maximum force
+      type(extreme_search_t) :: force_search
       !> Maximum force since the start of the run
       real(wp) :: greatest_force = 0.0_wp
       !> Maximum impulse of an episode since the start of the run
@@ -233,7 +235,8 @@ contains
 
       call end_episode(accumulator)
       measures%duration = duration
-      measures%extremes_tolerance = max(measures%extremes_tolerance, accumulator%tolerance)
+      measures%extremes_tolerance = max(measures%extremes_tolerance, accumulator%peak_search%tolerance, &
+         accumulator%force_search%tolerance)
       if (accumulator%is_compliant) then
          measures%greatest_force = accumulator%greatest_force
       else
@@ -347,6 +350,7 @@ contains
                whole%greatest_force = max(whole%greatest_force, of_contact%greatest_force)
                whole%greatest_mean_force = max(whole%greatest_mean_force, of_contact%greatest_mean_force)
                whole%greatest_impulse = max(whole%greatest_impulse, of_contact%greatest_impulse)
+               whole%extremes_tolerance = max(whole%extremes_tolerance, of_contact%extremes_tolerance)
                if (.not. of_contact%has_hit_stop) cycle
                if (whole%has_hit_stop .and. of_contact%first_impact_tau >= whole%first_impact_tau) cycle
                whole%has_hit_stop = .true.

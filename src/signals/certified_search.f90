@@ -47,7 +47,6 @@ module certified_search
       integer :: start_order = 0
    contains
       procedure(bounds_interface), deferred :: find_bounds
-      procedure :: find_bounds_without_step
       procedure(evaluate_interface), deferred :: evaluate
    end type certified_signal_t
 
@@ -112,9 +111,10 @@ module certified_search
    end type search_history_t
 
    abstract interface
-      !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-      subroutine bounds_interface(self, t, order, bounds)
-         import :: certified_signal_t, bounds_t, wp
+      !> A derivative of the signal, or of its sum with another signal, at an instant, with bounds that hold from that
+      !> instant on. The components `signal`, `signal_rounding` and `rounding` do not include the other signal.
+      subroutine bounds_interface(self, t, order, bounds, added, added_floor, needs_step)
+         import :: certified_signal_t, bounds_t, term_columns, wp
          implicit none (type, external)
          class(certified_signal_t), intent(in) :: self
          !> Instant
@@ -123,6 +123,10 @@ module certified_search
          integer, intent(in) :: order
          !> Values and bounds at the instant
          type(bounds_t), intent(out) :: bounds
+         !> That derivative of the other signal, in the columns above, and its lower bound
+         real(wp), intent(in), optional :: added(term_columns), added_floor
+         !> False: the length of a step without a zero is not needed
+         logical, intent(in), optional :: needs_step
       end subroutine bounds_interface
 
       !> The signal and its slope at an instant.
@@ -152,19 +156,6 @@ module certified_search
    end interface
 
 contains
-
-   !> `find_bounds` for callers that take no step: the length of a step without a zero may be missing.
-   subroutine find_bounds_without_step(self, t, order, bounds)
-      class(certified_signal_t), intent(in) :: self
-      !> Instant
-      real(wp), intent(in) :: t
-      !> Order of the derivative; 0: the signal itself
-      integer, intent(in) :: order
-      !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: bounds
-
-      call self%find_bounds(t, order, bounds)
-   end subroutine find_bounds_without_step
 
    !> First zero of the signal in (0, limit].
    subroutine first_zero(signal, limit, search, history, max_evaluations, at_start)

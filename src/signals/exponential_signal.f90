@@ -3,10 +3,11 @@
 !> s^2 exp(s t)|.
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
-      term_columns, term_curvature, term_rate, term_value, transformable_signal_t
+      step_without_zero, term_columns, term_curvature, term_rate, term_value, transformable_signal_t
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials
    use kinds, only: wp
+   use summed_signal, only: add_to_bounds
    use zero_free_steps, only: taylor_step, zero_free_step
    implicit none (type, external)
    private
@@ -95,20 +96,26 @@ contains
       omega(size(self%exponent) + 1:) = 0.0_wp
    end subroutine copy_to_vectors
 
-   !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-   subroutine find_bounds(self, t, order, bounds)
+   !> A derivative of the signal, or of its sum with another signal, at an instant, as in `bounds_interface`.
+   subroutine find_bounds(self, t, order, bounds, added, added_floor, needs_step)
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> Values and bounds at the instant
+      !> Values and bounds of the sum at the instant
       type(bounds_t), intent(out) :: bounds
+      !> That derivative of the other signal, columns as in `certified_search`
+      real(wp), intent(in), optional :: added(term_columns)
+      !> Lower bound of the other signal
+      real(wp), intent(in), optional :: added_floor
+      !> False: the length of a step without a zero is not needed
+      logical, intent(in), optional :: needs_step
 
       real(wp) :: terms(size(self%exponent), term_columns)
       real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
       real(wp), dimension(size(self%exponent)) :: value, value_imag, modulus, bound
-      real(wp) :: magnitude, other_terms(term_columns), term_bounds, signal, rounding, rate, rate_imag
+      real(wp) :: magnitude, term_bounds, signal, rounding, rate, rate_imag
       integer :: k, m, n
 
       n = size(self%exponent)
@@ -158,21 +165,53 @@ contains
       bounds%two_sided_bound = bounds%bound
       bounds%bound_jerk = sum(terms(:, bound_jerk))
       bounds%signal_rounding = epsilon(1.0_wp)*magnitude
-      if (order == 0) then
-         bounds%value = bounds%signal
-         bounds%rounding = bounds%signal_rounding
-         bounds%floor = self%offset - term_bounds
-         if (bounds%floor > bounds%rounding .or. falls_to_zero(bounds)) return
-      else
-         bounds%value = sum(terms(:, term_value))
-         bounds%rounding = epsilon(1.0_wp)*rounding
+      bounds%value = bounds%signal
+      bounds%rounding = bounds%signal_rounding
+      if (order == 0) bounds%floor = self%offset - term_bounds
+      if (order > 0) bounds%value = sum(terms(:, term_value))
+      if (order > 0) bounds%rounding = epsilon(1.0_wp)*rounding
+      if (present(added)) call add_to_bounds(added, added_floor, bounds)
+      if (present(needs_step)) then
+         if (.not. needs_step) return
       end if
-      other_terms = 0.0_wp
-      other_terms(term_value) = merge(self%offset, 0.0_wp, order == 0)
-      bounds%zero_free_step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
-      bounds%zero_free_step = max(bounds%zero_free_step, taylor_step(self%exponent, cmplx(value, value_imag, wp), &
-         other_terms(term_value), bounds%value, bounds%zero_free_step))
+      if (order == 0 .and. (bounds%floor > bounds%rounding .or. falls_to_zero(bounds))) return
+      call find_step(self, merge(self%offset, 0.0_wp, order == 0), cmplx(value, value_imag, wp), terms, bounds, added)
    end subroutine find_bounds
+
+   !> Find the length of a step without a zero.
+   pure subroutine find_step(self, constant, exponentials, terms, bounds, added)
+      type(exponential_signal_t), intent(in) :: self
+      !> Constant of the derivative of the signal
+      real(wp), intent(in) :: constant
+      !> Exponentials in that derivative, [count]
+      complex(wp), intent(in) :: exponentials(:)
+      !> Their real parts with bounds, columns as in `certified_search`, [count, 6]
+      real(wp), contiguous, intent(in) :: terms(:, :)
+      !> Contains values and bounds of the sum; receives the length
+      type(bounds_t), intent(inout) :: bounds
+      !> The other signal
+      real(wp), intent(in), optional :: added(term_columns)
+
+      real(wp) :: depth, lower_value, other_terms(term_columns)
+
+      other_terms = 0.0_wp
+      if (present(added)) other_terms = added
+      other_terms(term_value) = other_terms(term_value) + constant
+      associate (step => bounds%zero_free_step)
+         step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
+         if (.not. present(added)) then
+            step = max(step, taylor_step(self%exponent, exponentials, constant, bounds%value, step))
+            return
+         end if
+         ! all exponentials may be replaced by their bounds
+         depth = sum(terms(:, bound_value))
+         lower_value = other_terms(term_value) - depth
+         lower_value = lower_value - 16.0_wp*epsilon(1.0_wp)*(abs(other_terms(term_value)) + other_terms(bound_value) &
+            + depth)
+         if (lower_value >= 0.0_wp) step = max(step, step_without_zero(lower_value, added(term_rate), &
+            added(bound_curvature)))
+      end associate
+   end subroutine find_step
 
    !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
    subroutine transform(self, from, factor, offset, order, transformed)

@@ -43,7 +43,7 @@ contains
          is_certain = evaluations <= max_evaluations .and. history%count < history_size
          if (.not. is_certain) return
          associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
-            call signal%find_bounds_without_step(t, 0, bounds)
+            call signal%find_bounds(t, 0, bounds, needs_step=.false.)
             call insert(history, i + 1, t, bounds)
          end associate
          is_certain = bounds%value < level
@@ -74,7 +74,7 @@ contains
       time = from + (to - from)*cubic_maximum(to - from, history%bounds(place), history%bounds(place + 1))
       do k = 1, max_evaluations
          ! `bounds` of order 1: `value` is the slope of the signal, `slope` its second, `curvature` its third derivative
-         call signal%find_bounds_without_step(time, 1, bounds)
+         call signal%find_bounds(time, 1, bounds, needs_step=.false.)
          if (bounds%value > 0.0_wp) from = time
          if (bounds%value <= 0.0_wp) to = time
          step = step_to_maximum(bounds)
@@ -115,7 +115,7 @@ contains
          if (place == 0) return
          if (history%bounds(place)%slope > 0.0_wp .and. history%bounds(place + 1)%slope < 0.0_wp) return
          t = 0.5_wp*(history%time(place) + history%time(place + 1))
-         call signal%find_bounds_without_step(t, 0, bounds)
+         call signal%find_bounds(t, 0, bounds, needs_step=.false.)
          call insert(history, place + 1, t, bounds)
       end do
       place = 0

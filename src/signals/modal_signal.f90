@@ -12,10 +12,11 @@ module modal_signal
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, &
       split_exponentials
    use short_flights, only: find_short_flight
+   use summed_signal, only: add_to_bounds
    use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
-   public :: modal_signal_t, modal_state_t, make_modal_signal, set_reaction_state, add_to_bounds
+   public :: modal_signal_t, modal_state_t, make_modal_signal, set_reaction_state
 
    !> Modal state at an instant.
    type :: modal_state_t
@@ -52,12 +53,10 @@ module modal_signal
       type(modal_state_t), pointer :: last => null()
    contains
       procedure :: find_bounds
-      procedure :: find_bounds_without_step
       procedure :: evaluate
       procedure :: transform
       procedure :: find_zero
       procedure :: find_end_of_short_flight
-      procedure :: find_bounds_of_sum
    end type modal_signal_t
 
 contains
@@ -234,35 +233,8 @@ contains
          frequency)
    end subroutine find_end_of_short_flight
 
-   !> A derivative of the signal at an instant, with bounds that hold from that instant on.
-   subroutine find_bounds(self, t, order, bounds)
-      class(modal_signal_t), intent(in) :: self
-      !> Instant
-      real(wp), intent(in) :: t
-      !> Order of the derivative; 0: the signal itself
-      integer, intent(in) :: order
-      !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: bounds
-
-      call self%find_bounds_of_sum(t, order, bounds)
-   end subroutine find_bounds
-
-   !> `find_bounds` without the length of a step without a zero.
-   subroutine find_bounds_without_step(self, t, order, bounds)
-      class(modal_signal_t), intent(in) :: self
-      !> Instant
-      real(wp), intent(in) :: t
-      !> Order of the derivative; 0: the signal itself
-      integer, intent(in) :: order
-      !> Values and bounds at the instant
-      type(bounds_t), intent(out) :: bounds
-
-      call self%find_bounds_of_sum(t, order, bounds, needs_step=.false.)
-   end subroutine find_bounds_without_step
-
-   !> `find_bounds` of the sum of this signal and another signal. The components `signal`, `signal_rounding` and
-   !> `rounding` of the result do not include the other signal.
-   subroutine find_bounds_of_sum(self, t, order, bounds, added, added_floor, needs_step)
+   !> A derivative of the signal, or of its sum with another signal, at an instant, as in `bounds_interface`.
+   subroutine find_bounds(self, t, order, bounds, added, added_floor, needs_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
@@ -334,25 +306,7 @@ contains
          other_terms(term_rate) = other_terms(term_rate) - self%rate*relaxation
          bounds%zero_free_step = zero_free_step(terms, other_terms, bounds%value, bounds%slope)
       end associate
-   end subroutine find_bounds_of_sum
-
-   !> Add another signal to values and bounds.
-   pure subroutine add_to_bounds(added, floor, bounds)
-      !> The other signal, columns as in `certified_search`
-      real(wp), intent(in) :: added(term_columns)
-      !> Lower bound of the other signal
-      real(wp), intent(in) :: floor
-      type(bounds_t), intent(inout) :: bounds
-
-      bounds%value = bounds%value + added(term_value)
-      bounds%slope = bounds%slope + added(term_rate)
-      bounds%curvature = bounds%curvature + added(term_curvature)
-      bounds%bound = bounds%bound + added(bound_curvature)
-      bounds%two_sided_bound = bounds%two_sided_bound + added(bound_curvature)
-      bounds%bound_jerk = min(bounds%bound_jerk, 0.5_wp*huge(1.0_wp)) + added(bound_jerk)
-      ! a missing floor is -huge; the sum must not overflow
-      bounds%floor = max(bounds%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
-   end subroutine add_to_bounds
+   end subroutine find_bounds
 
    !> Add the relaxing deformation to values and bounds.
    pure subroutine add_relaxation(self, t, order, bounds, relaxation)

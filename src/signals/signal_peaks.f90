@@ -193,7 +193,7 @@ contains
       ! bound of the third derivative times the length
       real(wp) :: change
 
-      call signal%find_bounds_without_step(from, 0, bounds)
+      call signal%find_bounds(from, 0, bounds, needs_step=.false.)
       count = limit
       ! an unknown bound is huge: its products must not overflow
       change = min(bounds%bound_jerk, 1.0e100_wp)*(to - from)
