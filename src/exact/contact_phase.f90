@@ -473,6 +473,7 @@ contains
          ! an impact that replaces the nodal velocity alone may increase the energy
          interval%may_gain = allocated(self%now%beam%nodal_shape)
          interval%contacts = size(self%now%states)
+         interval%others = size(self%now%beam%displacement)
          interval%now => self%now
          if (allocated(interval%moments%place)) interval%places = size(interval%moments%place)
          if (allocated(interval%signals)) deallocate (interval%signals)

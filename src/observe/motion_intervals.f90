@@ -93,6 +93,8 @@ module motion_intervals
       integer :: contacts = 0
       !> Number of places at which moments are requested
       integer :: places = 0
+      !> Number of displacements that are not of the beam
+      integer :: others = 0
       !> Whether the run ends with the interval
       logical :: is_last = .false.
       !> Whether the energy of beam and stops may grow during the interval

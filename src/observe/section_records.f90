@@ -40,10 +40,8 @@ contains
 
       ! instant of the first section without skipped periods, in periods of the load
       real(wp) :: first
-      integer :: bodies, k, n
+      integer :: k, n
 
-      bodies = 0
-      if (allocated(settings%bodies)) bodies = size(settings%bodies)
       allocate (sections)
       associate (requested => settings%poincare, duration => settings%response%duration)
          sections%period = requested%period
@@ -56,8 +54,7 @@ contains
          ! includes a section at the end of the run in spite of rounding
          n = int(max(0.0_wp, min(real(requested%keep, wp), duration/requested%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
             - (real(requested%skip, wp) + first) + 1.0_wp)))
-         allocate (sections%tau(n), sections%tip(2, n), sections%contact(2, contacts, n), sections%body(2, bodies, n), &
-            sections%impacts(n))
+         allocate (sections%tau(n), sections%contact(2, contacts, n), sections%impacts(n))
          sections%tau = [(min(duration, (real(requested%skip + k - 1, wp) + first)*requested%period), k=1, n)]
          if (present(modes) .and. requested%records_modes) allocate (sections%modes(2, modes, n))
       end associate
@@ -74,19 +71,20 @@ contains
 
       ! a section after the end of the interval by rounding only lies within the interval
       end = (interval%start + interval%length)*(1.0_wp + 8.0_wp*epsilon(1.0_wp))
+      if (.not. allocated(sections%displacement)) allocate (sections%displacement(2, 0:interval%others, &
+         size(sections%tau)))
       do while (sections%count < size(sections%tau))
          associate (n => sections%count + 1)
             if (sections%tau(n) > end) exit
             time = min(max(sections%tau(n) - interval%start, 0.0_wp), interval%length)
-            sections%tip(:, n) = interval%evaluate(output_row_t(interval%tip_row()), time)
+            do k = 0, interval%others
+               sections%displacement(:, k, n) = interval%evaluate(output_row_t(interval%displacement_row(k)), time)
+            end do
             do k = 1, interval%contacts
                contact = interval%contact(k)
                sections%contact(:, contact%number, n) = [contact%sign*contact%signed_height, 0.0_wp]
                if (.not. contact%has_zero_gap) sections%contact(:, contact%number, &
                   n) = interval%evaluate(output_row_t(k, contact%sign, contact%sign*contact%signed_height), time)
-            end do
-            do k = 1, size(sections%body, 2)
-               sections%body(:, k, n) = interval%evaluate(output_row_t(interval%displacement_row(k)), time)
             end do
          end associate
          sections%count = sections%count + 1
@@ -171,13 +169,11 @@ contains
       real(wp) :: return_error
       integer :: p
 
-      associate (n => sections%count, tip => sections%tip, positions => sections%contact, body => sections%body)
-         max_size = max(size_of(tip(:, :n)), size_of(reshape(positions(:, :, :n), [2, size(positions, 2)*n])), &
-            size_of(reshape(body(:, :, :n), [2, size(body, 2)*n])))
+      associate (n => sections%count, displacement => sections%displacement, positions => sections%contact)
+         max_size = max(size_of(displacement(:, :, :n)), size_of(positions(:, :, :n)))
          do p = 1, min(sections%max_periods, n/2)
-            return_error = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
-               size_of(reshape(positions(:, :, n - p + 1:n) - positions(:, :, n - 2*p + 1:n - p), [2, size(positions, &
-               2)*p])), size_of(reshape(body(:, :, n - p + 1:n) - body(:, :, n - 2*p + 1:n - p), [2, size(body, 2)*p])))
+            return_error = max(size_of(displacement(:, :, n - p + 1:n) - displacement(:, :, n - 2*p + 1:n - p)), &
+               size_of(positions(:, :, n - p + 1:n) - positions(:, :, n - 2*p + 1:n - p)))
             if (return_error <= sections%tolerance*max_size) sections%motion_period = p
             ! a transient that has nearly decayed would otherwise appear as a motion of a longer period
             if (return_error <= ambiguity*sections%tolerance*max_size) return
@@ -188,15 +184,15 @@ contains
 
       !> Maximum magnitude of displacement, or of velocity over the frequency of the load.
       pure function size_of(states) result(max_size)
-         !> Displacement and velocity of each state, [2, states]
-         real(wp), intent(in) :: states(:, :)
+         !> Displacements and velocities, [2, points, sections]
+         real(wp), intent(in) :: states(:, :, :)
          real(wp) :: max_size
 
          real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
 
          max_size = 0.0_wp
          if (size(states) == 0) return
-         max_size = max(maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/two_pi)
+         max_size = max(maxval(abs(states(1, :, :))), maxval(abs(states(2, :, :)))*sections%period/two_pi)
       end function size_of
    end subroutine find_period
 

@@ -46,19 +46,18 @@ module section_types
       !> Maximum period of the motion that is detected, in periods of the load
       integer :: max_periods = 1
       !> Maximum difference of two sections that count as equal, as a fraction of the maximum size of a section. The
-      !> size (`size_of` of module `section_records`) is the maximum over tip, contacts and bodies
+      !> size (`size_of` of module `section_records`) is the maximum over all displacements
       real(wp) :: tolerance = 0.0_wp
       !> Instants of the sections, tau, [sections]
       real(wp), allocatable :: tau(:)
       !> Number of sections that have been recorded
       integer :: count = 0
-      !> Displacement, upwards from the undeformed beam, and velocity of the tip, [2, sections]
-      real(wp), allocatable :: tip(:, :)
+      !> Displacement, upwards from the undeformed beam, and velocity of the tip (index 0) and of what is not the beam,
+      !> as in `displacement_row` of an interval, [2, 0:others, sections]; unallocated before the first interval
+      real(wp), allocatable :: displacement(:, :, :)
       !> Displacement, upwards from the undeformed beam, and velocity of the beam at each contact, with the contacts in
       !> the order of the scene, [2, contacts, sections]
       real(wp), allocatable :: contact(:, :, :)
-      !> Displacement and velocity of each body, [2, bodies, sections]
-      real(wp), allocatable :: body(:, :, :)
       !> Displacement and velocity of the free modes (modes with all contacts open), [2, modes, sections]; unallocated:
       !> not requested
       real(wp), allocatable :: modes(:, :, :)

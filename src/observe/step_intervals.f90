@@ -21,8 +21,7 @@ module step_intervals
    type, extends(interval_t) :: step_interval_t
       !> Status of each contact
       type(observed_contact_t), allocatable :: seen(:)
-      !> Displacements at both ends of the step, then velocities: gaps, tip, other displacements, [4, contacts + 1 +
-      !> others]
+      !> Displacements at both ends of the step, then velocities: gaps, tip, others, [4, contacts + 1 + others]
       real(wp), allocatable :: ends(:, :)
       !> Values at both ends of the step for the rows of forces and of moments, [2, contacts + places]
       real(wp), allocatable :: line(:, :)
@@ -59,6 +58,7 @@ contains
 
       interval%contacts = contacts
       interval%places = places
+      interval%others = size(origin)
       allocate (interval%origin(0:size(origin)), source=[0.0_wp, origin])
       interval%may_gain = .true.
       allocate (interval%seen(contacts))

@@ -34,9 +34,9 @@ contains
          call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
             'in which period of the load it is', 'tau')
          call group%put('impacts', sections%impacts(:n), 'impacts in the period before', 'tau')
-         call group%put('displacement_tip', sections%tip(1, :n), 'displacement', &
+         call group%put('displacement_tip', sections%displacement(1, 0, :n), 'displacement', &
             'displacement of the tip, up from the unstressed beam', 'tau')
-         call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
+         call group%put('velocity_tip', sections%displacement(2, 0, :n), 'velocity', 'its velocity', 'tau')
          if (allocated(sections%log_norm)) call group%put('log_variation', sections%log_norm(:n), 'number', &
             'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
          contacts = size(sections%contact, 2)
@@ -51,12 +51,12 @@ contains
                //'at floor and ceiling that of the body', 'surface tau')
             call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', 'surface tau')
          end if
-         bodies = size(sections%body, 2)
+         bodies = ubound(sections%displacement, 2)
          if (bodies > 0) then
             call group%put('body', [(k, k=1, bodies)], 'body, in the order of &body', is_scale=.true.)
-            call group%put('displacement_body', sections%body(1, :, :n), 'displacement', &
+            call group%put('displacement_body', sections%displacement(1, 1:, :n), 'displacement', &
                'displacement of the body, up', 'body tau')
-            call group%put('velocity_body', sections%body(2, :, :n), 'velocity', 'its velocity', 'body tau')
+            call group%put('velocity_body', sections%displacement(2, 1:, :n), 'velocity', 'its velocity', 'body tau')
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &

@@ -242,7 +242,7 @@ contains
          point%impacts = result%impacts
          point%min_speed = result%min_speed
          point%period = result%response%sections%period
-         allocate (point%tip, source=result%response%sections%tip)
+         allocate (point%tip, source=result%response%sections%displacement(:, 0, :))
          call find_multipliers(map, result, point%multiplier)
       end associate
    end subroutine fill_point

@@ -125,8 +125,8 @@ contains
       if (allocated(error)) return
       associate (sections => response%sections)
          study%tau = [0.0_wp, sections%tau]
-         study%tip = from_phase_0(sections%tip(1, :))
-         study%tip_velocity = from_phase_0(sections%tip(2, :))
+         study%tip = from_phase_0(sections%displacement(1, 0, :))
+         study%tip_velocity = from_phase_0(sections%displacement(2, 0, :))
          study%stop = of_contacts(sections%contact(1, :, :))
          study%stop_velocity = of_contacts(sections%contact(2, :, :))
       end associate

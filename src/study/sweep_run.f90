@@ -308,7 +308,7 @@ contains
       do k = 1, recorded%count
          associate (section => values(section_values*(first + k - 1) + 1:section_values*(first + k)))
             if (recorded%release_contact > 0) section(1:2) = factor*recorded%contact(:, recorded%release_contact, k)
-            section(3:4) = factor*recorded%tip(:, k)
+            section(3:4) = factor*recorded%displacement(:, 0, k)
          end associate
       end do
    end subroutine record_sections
