@@ -1,18 +1,21 @@
 !> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength, stresses
-!> without a limit on finer meshes, and stress cycles that are counted in a part of the run only.
+!> without a limit on finer meshes, stress cycles that are counted in a part of the run only, and a run that ends soon
+!> after its settling time.
 module run_warnings
    use history_list, only: eta_tip
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use load_settings, only: field_mode, start_drop, start_velocity
    use number_text, only: rounded
    use quantities, only: quantity_named, units_of, units_t
    use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
    use run_settings, only: side_above
+   use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use scene_warnings, only: add_warning
-   use warning_list, only: warning_large_slope, warning_over_strength, warning_stress_start, warning_uncounted_cycles
+   use warning_list, only: warning_large_slope, warning_over_strength, warning_settling, warning_stress_start, &
+      warning_uncounted_cycles
    implicit none (type, external)
    private
    public :: warn_of_run
@@ -25,8 +28,8 @@ module run_warnings
 
 contains
 
-   !> Add warnings to a scene: of cycles that are not counted and of stresses that depend on the mesh; in units, of a
-   !> slope that is not small, and of a stress beyond the strength.
+   !> Add warnings to a scene: of cycles that are not counted, of stresses that depend on the mesh and of a settling
+   !> time close to the end; in units, of a slope that is not small, and of a stress beyond the strength.
    subroutine warn_of_run(scene, response)
       type(scene_t), intent(inout) :: scene
       !> The run of the scene
@@ -51,6 +54,8 @@ contains
       if (has_unlimited_stress(scene, response)) call add_warning(scene, warning_stress_start, 'the stress has an ' &
          //'extreme at the start, where the velocity does not fit the root or a support: with damping in proportion ' &
          //'to stiffness it grows with the number of elements; measures after a start of &statistics leave it out')
+      if (ends_unsettled(scene, response)) call add_warning(scene, warning_settling, 'the run ends less than half a ' &
+         //'period of the first frequency after the settling time: the stop may move away again; a longer run shows it')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it
@@ -70,6 +75,25 @@ contains
          //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run
+
+   !> Whether a run ends so soon after the last excursion of the stop beyond the settling level that another one may
+   !> follow. Excursions of the motion in the first mode are at most half a period apart.
+   pure function ends_unsettled(scene, response) result(answer)
+      type(scene_t), intent(in) :: scene
+      !> The run of the scene
+      type(response_t), intent(in) :: response
+      logical :: answer
+
+      ! half a period of the first frequency, in tau
+      real(wp), parameter :: half_period = pi
+
+      answer = .false.
+      if (.not. (scene%has_stop .and. allocated(response%measures)) .or. varies_at_end(scene)) return
+      associate (measures => response%measures)
+         answer = measures%has_settled .and. measures%settling_tau > 0.0_wp .and. measures%duration - &
+            measures%settling_tau < half_period
+      end associate
+   end function ends_unsettled
 
    !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a
    !> support. The curvature of such a velocity, and with it the moment, grow with the number of elements.
