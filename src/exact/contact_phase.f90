@@ -16,7 +16,7 @@ module contact_phase
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
-   use motion_phases, only: found_segment_end, found_cancelled, motion_t, phase_t
+   use motion_phases, only: found_segment_end, found_cancelled, motion_t
    use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, prepare_losses, recover_contact, &
       update_indentations
@@ -25,22 +25,25 @@ module contact_phase
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
       phase_state_t, signal_of, start_phase, observed_gap
    use phase_sums, only: sample_accelerations
-   use phase_transitions, only: apply_transition, project_gap
+   use phase_transitions, only: project_gap
    use response_records, only: record_bodies
-   use response_types, only: body_record_t, response_t, contact_record_t
-   use run_observers, only: reads_losses, observe, observe_events
+   use response_types, only: body_record_t, contact_record_t
+   use run_observers, only: reads_losses, observe
    use run_recorder, only: requested_t, sample_t
    use section_states, only: motion_of, record_modes, state_at
    use section_types, only: section_state_t
    use set_motions, only: find_end_terms
    use stop_contacts, only: datum_of
-   use tangent_events, only: begin_columns, end_columns, revert_columns, record_sizes
+   use tangent_events, only: begin_columns, end_columns, record_sizes
    implicit none (type, external)
    private
    public :: contact_phase_t
 
    !> A phase with any number of contacts, in closed form.
-   type, extends(phase_t) :: contact_phase_t
+   type :: contact_phase_t
+      !> Instant and outcome of the end of the phase. Outcomes: those of a search (`found_none`: the phase reaches the
+      !> end of the run), and `found_cancelled` and `found_segment_end`
+      type(search_t) :: search
       !> State of the present phase
       type(phase_state_t) :: now
       !> hbar/L, the factor from contact forces to Pbar, the force in the results
@@ -75,7 +78,6 @@ module contact_phase
       procedure :: take_sample
       procedure :: finish
       procedure :: measure
-      procedure :: make_transition
    end type contact_phase_t
 
 contains
@@ -387,8 +389,6 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      ! state z, v of the constrained modes at the end without the load response, [modes, 2]
-      real(wp) :: homogeneous(size(self%now%z), 2)
       ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
       real(wp) :: lost(1 + size(self%now%set%compliant))
       ! work of the loads
@@ -410,11 +410,9 @@ contains
          if (now%loads%count > 0) call find_state(now, time, self%interval%z_end, self%interval%v_end, phasor)
          call update_indentations(self%now, time, term, now%states)
          if (needs_losses(self, motion)) then
-            homogeneous(:, 1) = set%last%z
-            homogeneous(:, 2) = set%last%v
             call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
                - sum(modal_energy(constrained%oscillators, self%interval%z_end, self%interval%v_end)), time, &
-               homogeneous, term, lost, work)
+               reshape([set%last%z, set%last%v], [size(set%last%z), 2]), term, lost, work)
             balance%dissipated_beam = balance%dissipated_beam + lost(1)
             balance%work = balance%work + work
          else if (motion%observers%measures%is_wanted) then
@@ -484,17 +482,5 @@ contains
             observers%sections)
       end associate
    end subroutine measure
-
-   !> Apply the transition at the end of the phase.
-   subroutine make_transition(self, motion, response)
-      class(contact_phase_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: motion
-      type(response_t), intent(inout) :: response
-
-      if (self%search%outcome == found_cancelled) call revert_columns(motion%tangent)
-      call apply_transition(self%now, self%ended_at, self%ended_by, self%starts_at_rest, self%search, &
-         self%hop_tolerance, motion, response)
-      call observe_events(motion%observers, response)
-   end subroutine make_transition
 
 end module contact_phase

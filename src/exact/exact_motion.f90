@@ -15,7 +15,8 @@ module exact_motion
    use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, max_stalled, open_trials, settle_length, &
       shorten, trials_t
    use moment_places, only: open_moments
-   use motion_phases, only: advance, motion_t
+   use motion_advance, only: advance
+   use motion_phases, only: motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t

@@ -73,9 +73,8 @@ contains
             if (now%loads%count > 0) force = force + row_at(set%forced%at%forces + set%compliant)
             a = a + matmul(constrained%value(:, set%compliant), force)
          end if
-         rates%q = [(0.0_wp, k=1, size(now%beam%value, 1))]
-         rates%v = rates%q
-         call to_free_modes(constrained, v, a, rates%q, rates%v)
+         rates%q = free_part(constrained, v)
+         rates%v = free_part(constrained, a)
          ! closed contact: dP2/dtau = -beta k w - nu P2, with w the velocity of the beam away from the stop; open
          ! contact: the surface recovers, and P2 decays with the recovery rate
          rates%branch_force = [(0.0_wp, k=1, size(now%states))]
@@ -138,12 +137,7 @@ contains
       end do
       do i = 1, size(tangent%delay)
          is_driven = i == size(tangent%delay) .and. tangent%parameter /= no_parameter
-         if (size(now%set%compliant) > 0) then
-            call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), &
-               tangent%branch_force(:, i))
-         else
-            call flow_uncoupled(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i))
-         end if
+         call flow_column(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), tangent%branch_force(:, i))
       end do
       do k = 1, size(now%states)
          if (any(now%set%compliant == k)) cycle
@@ -155,8 +149,8 @@ contains
       end do
    end subroutine propagate_columns
 
-   !> Propagate a column if no compliant contact is closed: all constrained modes are uncoupled.
-   subroutine flow_uncoupled(now, time, change, is_driven, q, v)
+   !> Propagate a column.
+   subroutine flow_column(now, time, change, is_driven, q, v, branch_force)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       !> Derivatives of the loads with respect to the load parameter, [loads]
@@ -167,70 +161,94 @@ contains
       real(wp), intent(inout) :: q(:)
       !> Variations of the velocities v of the free modes, [free modes]
       real(wp), intent(inout) :: v(:)
+      !> Variations of the branch forces, [contacts]
+      real(wp), intent(inout) :: branch_force(:)
 
-      ! variations of the constrained modes at the start of the phase
-      real(wp), dimension(size(now%z)) :: z0, v0
-      ! variations of the constrained modes at the time
-      real(wp), dimension(size(now%z)) :: z1, v1
-      integer :: g, i
+      ! variations of the constrained modes at the start of the phase (z0, v0), and at the time (z1, v1)
+      real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
+      integer :: i
 
       associate (constrained => now%set%constrained)
-         call project_on_modes(constrained, q, v, z0, v0)
-         call propagate(constrained%oscillators, time, z0, v0, z1, v1)
-         if (is_driven) then
-            do i = 1, constrained%count
-               do g = 1, size(change)
-                  call add_mode_response(make_driven_mode(constrained%oscillators, i), change(g), &
-                     now%set%forced%load(i, g), time, z1(i), v1(i))
-               end do
-            end do
+         z0 = constrained_part(constrained, q)
+         v0 = constrained_part(constrained, v)
+         if (size(now%set%compliant) > 0) then
+            call flow_coupled(now, time, change, is_driven, z0, v0, z1, v1, branch_force)
+            call flow_uncoupled(now, time, change, is_driven, now%set%coupled%inactive, z0, v0, z1, v1)
+         else
+            call flow_uncoupled(now, time, change, is_driven, [(i, i=1, constrained%count)], z0, v0, z1, v1)
          end if
-         call to_free_modes(constrained, z1, v1, q, v)
+         q = free_part(constrained, z1)
+         v = free_part(constrained, v1)
+      end associate
+   end subroutine flow_column
+
+   !> Propagate the constrained modes that no compliant contact couples.
+   subroutine flow_uncoupled(now, time, change, is_driven, modes, z0, v0, z, rate)
+      type(phase_state_t), intent(in) :: now
+      real(wp), intent(in) :: time
+      !> Derivatives of the loads with respect to the load parameter, [loads]
+      type(load_change_t), intent(in) :: change(:)
+      !> Whether the changes of the loads drive the column
+      logical, intent(in) :: is_driven
+      !> Indices of these modes
+      integer, intent(in) :: modes(:)
+      !> Displacements of all constrained modes at the start of the phase, [modes]
+      real(wp), intent(in) :: z0(:)
+      !> Their rates at the start of the phase, [modes]
+      real(wp), intent(in) :: v0(:)
+      !> Displacements at the time; those of other modes remain, [modes]
+      real(wp), intent(inout) :: z(:)
+      !> Rates at the time, [modes]
+      real(wp), intent(inout) :: rate(:)
+
+      ! displacements and rates of all constrained modes if they were uncoupled
+      real(wp), dimension(size(z)) :: uncoupled, uncoupled_rate
+      integer :: g, i, j
+
+      if (size(modes) == 0) return
+      associate (oscillators => now%set%constrained%oscillators)
+         call propagate(oscillators, time, z0, v0, uncoupled, uncoupled_rate)
+         do j = 1, size(modes)
+            i = modes(j)
+            z(i) = uncoupled(i)
+            rate(i) = uncoupled_rate(i)
+            if (.not. is_driven) cycle
+            do g = 1, size(change)
+               call add_mode_response(make_driven_mode(oscillators, i), change(g), now%set%forced%load(i, g), time, &
+                  z(i), rate(i))
+            end do
+         end do
       end associate
    end subroutine flow_uncoupled
 
-   !> State of the constrained modes from that of the free modes.
-   pure subroutine project_on_modes(constrained, q, v, z, rate)
+   !> Displacements or rates of the constrained modes from those of the free modes, [modes].
+   pure function constrained_part(constrained, free) result(modes)
       type(constrained_set_t), intent(in) :: constrained
-      !> Displacements q of the free modes, [free modes]
-      real(wp), intent(in) :: q(:)
-      !> Velocities v of the free modes, [free modes]
-      real(wp), intent(in) :: v(:)
-      !> Displacements z of the constrained modes, [modes]
-      real(wp), intent(out) :: z(:)
-      !> Rates of z, [modes]
-      real(wp), intent(out) :: rate(:)
+      !> Displacements or rates of the free modes, [free modes]
+      real(wp), intent(in) :: free(:)
+      real(wp) :: modes(constrained%count)
 
       ! without a closed rigid contact the constrained modes are the free modes
       if (allocated(constrained%mode)) then
-         z = matmul(q, constrained%mode)
-         rate = matmul(v, constrained%mode)
+         modes = matmul(free, constrained%mode)
       else
-         z = q
-         rate = v
+         modes = free
       end if
-   end subroutine project_on_modes
+   end function constrained_part
 
-   !> State of the free modes from that of the constrained modes.
-   pure subroutine to_free_modes(constrained, z, rate, q, v)
+   !> Displacements or rates of the free modes from those of the constrained modes, [free modes].
+   pure function free_part(constrained, modes) result(free)
       type(constrained_set_t), intent(in) :: constrained
-      !> Displacements z of the constrained modes, [modes]
-      real(wp), intent(in) :: z(:)
-      !> Rates of z, [modes]
-      real(wp), intent(in) :: rate(:)
-      !> Displacements q of the free modes, [free modes]
-      real(wp), intent(out) :: q(:)
-      !> Velocities v of the free modes, [free modes]
-      real(wp), intent(out) :: v(:)
+      !> Displacements or rates of the constrained modes, [modes]
+      real(wp), intent(in) :: modes(:)
+      real(wp) :: free(size(constrained%static))
 
       if (allocated(constrained%mode)) then
-         q = matmul(constrained%mode, z)
-         v = matmul(constrained%mode, rate)
+         free = matmul(constrained%mode, modes)
       else
-         q = z
-         v = rate
+         free = modes
       end if
-   end subroutine to_free_modes
+   end function free_part
 
    !> Add to z, v the response of a mode, initially at rest, to the derivative of a load with respect to the load
    !> parameter. The response is a sum of divided differences of exp(s t) over the exponents of the load and the two
@@ -273,23 +291,25 @@ contains
       end associate
    end subroutine add_mode_response
 
-   !> Propagate a column if compliant contacts are closed.
-   subroutine flow_compliant(now, time, change, is_driven, q, v, branch_force)
+   !> Propagate the constrained modes that closed compliant contacts couple.
+   subroutine flow_coupled(now, time, change, is_driven, z0, v0, z, rate, branch_force)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       !> Derivatives of the loads with respect to the load parameter, [loads]
       type(load_change_t), intent(in) :: change(:)
-      !> Whether the column is the derivative with respect to a load parameter: the changes of the loads drive it
+      !> Whether the changes of the loads drive the column
       logical, intent(in) :: is_driven
-      !> Variations of the displacements q of the free modes, [free modes]
-      real(wp), intent(inout) :: q(:)
-      !> Variations of the velocities v of the free modes, [free modes]
-      real(wp), intent(inout) :: v(:)
+      !> Displacements of the constrained modes at the start of the phase, [modes]
+      real(wp), intent(in) :: z0(:)
+      !> Their rates at the start of the phase, [modes]
+      real(wp), intent(in) :: v0(:)
+      !> Displacements of the constrained modes at the time, [modes]
+      real(wp), intent(out) :: z(:)
+      !> Rates of z, [modes]
+      real(wp), intent(out) :: rate(:)
       !> Variations of the branch forces, [contacts]
       real(wp), intent(inout) :: branch_force(:)
 
-      ! variations of the constrained modes at the start of the phase (z0, v0), and at the time (z1, v1)
-      real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       ! values of the terms exp(s t) of the column at the time
       complex(wp) :: term(now%set%coupled%count)
       ! amplitudes of the terms after a unit impulse of a load
@@ -298,12 +318,11 @@ contains
       real(wp) :: zeros(size(now%set%compliant))
       ! variations of the indentations
       real(wp) :: indentation(size(now%set%compliant))
-      integer :: g, i, m
+      integer :: g, m
 
       associate (constrained => now%set%constrained, coupled => now%set%coupled, compliant => now%set%compliant)
-         call project_on_modes(constrained, q, v, z0, v0)
          zeros = 0.0_wp
-         indentation = -matmul(z0, constrained%value(:, compliant))
+         indentation = [(-sum(z0*constrained%value(:, compliant(m))), m=1, size(compliant))]
          call coupled_amplitudes(constrained%oscillators%square, coupled, zeros, indentation, branch_force(compliant), &
             z0, v0, term)
          term = coupled%weight*term*exp(coupled%exponent*time)
@@ -317,43 +336,11 @@ contains
                end do
             end do
          end if
-         z1 = real(matmul(coupled%shape, term), wp)
-         v1 = real(matmul(coupled%shape, coupled%exponent*term), wp)
+         z = real(matmul(coupled%shape, term), wp)
+         rate = real(matmul(coupled%shape, coupled%exponent*term), wp)
          branch_force(compliant) = real(matmul(coupled%branch, term), wp)
-         if (size(coupled%inactive) > 0) call flow_inactive(z1, v1)
-         call to_free_modes(constrained, z1, v1, q, v)
       end associate
-
-   contains
-
-      !> Propagate the constrained modes that vanish at all compliant contacts.
-      subroutine flow_inactive(z, rate)
-         !> Displacements z of the constrained modes; those of the other modes remain, [modes]
-         real(wp), intent(inout) :: z(:)
-         !> Rates of z, [modes]
-         real(wp), intent(inout) :: rate(:)
-
-         ! displacements of all constrained modes if they were uncoupled
-         real(wp) :: uncoupled(size(z))
-         ! rates of these displacements
-         real(wp) :: uncoupled_rate(size(z))
-         integer :: j
-
-         associate (oscillators => now%set%constrained%oscillators, inactive => now%set%coupled%inactive)
-            call propagate(oscillators, time, z0, v0, uncoupled, uncoupled_rate)
-            do j = 1, size(inactive)
-               i = inactive(j)
-               z(i) = uncoupled(i)
-               rate(i) = uncoupled_rate(i)
-               if (.not. is_driven) cycle
-               do g = 1, size(change)
-                  call add_mode_response(make_driven_mode(oscillators, i), change(g), now%set%forced%load(i, g), time, &
-                     z(i), rate(i))
-               end do
-            end do
-         end associate
-      end subroutine flow_inactive
-   end subroutine flow_compliant
+   end subroutine flow_coupled
 
    !> Response of a term exp(s t) to the derivative of a load with respect to the load parameter, per unit of the
    !> amplitude that a unit impulse of the load gives to the term.
