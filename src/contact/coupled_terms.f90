@@ -107,21 +107,12 @@ contains
       integer, intent(in) :: more
 
       type(coupled_modes_t) :: old
+      integer :: j
 
       old = modes
       call allocate_terms(modes, size(old%shape, 1), size(old%force, 1), size(old%exponent) + more)
-      associate (n => old%count)
-         modes%exponent(:n) = old%exponent(:n)
-         modes%weight(:n) = old%weight(:n)
-         modes%viscous(:n) = old%viscous(:n)
-         modes%force(:, :n) = old%force(:, :n)
-         modes%indentation(:, :n) = old%indentation(:, :n)
-         modes%branch(:, :n) = old%branch(:, :n)
-         modes%height_weight(:, :n) = old%height_weight(:, :n)
-         modes%memory_weight(:, :n) = old%memory_weight(:, :n)
-         modes%shape(:, :n) = old%shape(:, :n)
-         modes%mode_weight(:, :n) = old%mode_weight(:, :n)
-      end associate
+      modes%count = 0
+      call copy_terms(old, [(j, j=1, size(old%force, 1))], modes)
    end subroutine enlarge_terms
 
    !> Append the terms of some of the stops.
@@ -132,6 +123,16 @@ contains
       type(coupled_modes_t), intent(inout) :: modes
 
       call enlarge_terms(modes, part%count)
+      call copy_terms(part, members, modes)
+   end subroutine append_terms
+
+   !> Copy the terms of some of the stops behind the terms so far, for which there is room.
+   pure subroutine copy_terms(part, members, modes)
+      type(coupled_modes_t), intent(in) :: part
+      !> Index of each stop of `part` among all stops
+      integer, intent(in) :: members(:)
+      type(coupled_modes_t), intent(inout) :: modes
+
       associate (n => part%count, first => modes%count + 1, last => modes%count + part%count)
          modes%exponent(first:last) = part%exponent(:n)
          modes%weight(first:last) = part%weight(:n)
@@ -145,7 +146,7 @@ contains
          modes%mode_weight(:, first:last) = part%mode_weight(:, :n)
          modes%count = last
       end associate
-   end subroutine append_terms
+   end subroutine copy_terms
 
    !> Trim the arrays to the number of terms, and sort them by increasing magnitude of the exponent: a search replaces
    !> the last terms by lower bounds, and its steps are long if these are the fast terms (`zero_free_steps`).

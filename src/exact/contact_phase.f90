@@ -474,7 +474,7 @@ contains
          interval%others = size(self%now%beam%displacement)
          interval%now => self%now
          if (allocated(interval%moments%place)) interval%places = size(interval%moments%place)
-         if (allocated(interval%signals)) deallocate (interval%signals)
+         if (allocated(interval%sums)) deallocate (interval%sums)
          recorded = 0
          if (allocated(observers%sections)) recorded = observers%sections%count
          call observe(observers, interval)

@@ -12,13 +12,12 @@ module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
    use certified_search, only: transformable_signal_t
-   use constrained_sets, only: displacement_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
-   use moment_places, only: find_place_weights, place_weights_t
+   use moment_places, only: find_place_weights, place_weights_t, take_modes
    use phase_state, only: phase_state_t
    use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
@@ -26,37 +25,29 @@ module moment_signals
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
    private
-   public :: moments_t, make_moments, begin_moments, sample_moments, moment_row_t, find_row, find_load_terms
+   public :: moments_t, make_moments, begin_moments, sample_moments, motion_row_t, find_row, find_load_terms
 
    !> Moment at one place of the beam as a function of time.
    type :: signal_place_t
       class(transformable_signal_t), allocatable :: signal
    end type signal_place_t
 
-   !> Coefficients of the moment at a place, or of the displacement of a body, in the current phase.
-   type :: moment_row_t
-      !> Static moment with the closed rigid contacts
+   !> Coefficients of a row in the current phase: a displacement, a contact force or a bending moment.
+   type :: motion_row_t
+      !> Value in static equilibrium with the closed rigid contacts
       real(wp) :: static = 0.0_wp
-      !> Moment per unit of z + 2 zeta z' of each constrained mode; of a body, displacement per unit of z, [modes]
+      !> Value per unit of z + 2 zeta z' of each constrained mode; of a displacement, per unit of z, [modes]
       real(wp), allocatable :: weight(:)
-      !> Whether the modes enter by z + 2 zeta z' (a moment) instead of z (a displacement)
+      !> Whether the modes enter by z + 2 zeta z' (a force or a moment) instead of z (a displacement)
       logical :: is_viscous = .true.
-      !> Moment per unit of the force of each compliant contact, [compliant]
+      !> Value per unit of the force of each compliant contact besides the motion of the modes, [compliant]
       real(wp), allocatable :: force_moment(:)
-      !> Moment per unit of each load while z + 2 zeta z' is constant, [loads]; unallocated: no loads
+      !> Value per unit of each load while z + 2 zeta z' is constant, [loads]; unallocated: no loads
       real(wp), allocatable :: load_moment(:)
-   end type moment_row_t
+   end type motion_row_t
 
-   !> Bending moments at the requested places.
-   type :: moments_t
-      !> Moment at each place per unit of modal displacement, [modes, places]
-      real(wp), allocatable, private :: stiffness(:, :)
-      !> Moment at each place per unit of modal acceleration, [modes, places]
-      real(wp), allocatable, private :: mass(:, :)
-      !> Moment per unit of each load: direct contribution and static response of truncated modes, [loads, places]
-      real(wp), allocatable, private :: load(:, :)
-      !> Moment per unit of contact force: static response of truncated modes, [contacts, places]
-      real(wp), allocatable, private :: contact(:, :)
+   !> Bending moments at the requested places: weights of the free modes, of loads and of contact forces.
+   type, extends(place_weights_t) :: moments_t
       !> Moments as signals of the present phase, [places]; unallocated: no moments are requested
       type(signal_place_t), allocatable :: place(:)
    end type moments_t
@@ -73,27 +64,9 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(moments_t), intent(out) :: moments
 
-      type(place_weights_t) :: places
-      real(wp), allocatable :: static(:, :)
-      integer :: k
-
-      call find_place_weights(model, settings, loads, places)
-      associate (mode => modes%mode(:size(places%mass, 1), :))
-         allocate (moments%stiffness, source=matmul(transpose(mode), places%stiffness))
-         allocate (moments%mass, source=matmul(transpose(mode), places%mass))
-      end associate
-      call move_alloc(places%load, moments%load)
-      allocate (moments%contact(size(contacts), size(settings%stress%position)), source=0.0_wp)
+      call find_place_weights(model, settings, loads, moments%place_weights_t)
+      call take_modes(model, modes, contacts, loads, moments%place_weights_t)
       allocate (moments%place(size(settings%stress%position)))
-      if (.not. allocated(modes%truncated_mode)) return
-      ! static response of truncated modes: moment at each place per unit of force on each degree of freedom
-      allocate (static, source=matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), places%stiffness) &
-         /spread(modes%truncated_square, 2, size(settings%stress%position))))
-      if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
-      do k = 1, size(contacts)
-         if (contacts(k)%settings%is_of_base) cycle
-         moments%contact(k, :) = contacts(k)%sign*static(model%stop_dofs(contacts(k)%stop), :)
-      end do
    end subroutine make_moments
 
    !> Set up the signals of a phase at its start.
@@ -136,9 +109,9 @@ contains
 
       type(modal_signal_t), allocatable :: modal
       type(driven_terms_t) :: terms
-      type(moment_row_t) :: row
+      type(motion_row_t) :: row
 
-      call find_row(moments, p, now, row)
+      call find_row(moments, 2*size(now%states) + 1 + p, now, row)
       if (size(now%set%compliant) > 0) then
          call make_compliant_signal(now, row%static, row%weight, row%force_moment, signal)
       else
@@ -154,81 +127,92 @@ contains
       call add_terms(terms, now%max_length, signal)
    end subroutine find_signal
 
-   !> Find the coefficients of the moment at a place, or of the displacement of a body, in the current phase.
-   pure subroutine find_row(moments, p, now, row)
+   !> Find the coefficients of a row in the current phase. With n contacts, rows 1 to n are the displacements s y at the
+   !> contacts (s = 1 for a contact below the beam, -1 above), row n + 1 is the displacement of the tip, rows n + 2 to
+   !> 2 n + 1 are contact forces, and the others are bending moments and then displacements of bodies.
+   pure subroutine find_row(moments, number, now, row)
       type(moments_t), intent(in) :: moments
-      !> Index of the place, or the number of places plus the number of the body
-      integer, intent(in) :: p
+      !> Number of the row
+      integer, intent(in) :: number
       type(phase_state_t), intent(in) :: now
-      type(moment_row_t), intent(out) :: row
+      type(motion_row_t), intent(out) :: row
 
-      ! moment per unit of modal force of each constrained mode
-      real(wp), allocatable :: mass(:)
-      integer :: places
+      ! value per unit of displacement of each free mode, and of modal force on each mode of the set
+      real(wp), allocatable :: stiffness(:), mass(:)
+      ! value per unit of each contact force, besides the motion of the modes
+      real(wp) :: contact(size(now%states))
+      integer :: m, p, places
 
       places = 0
       if (allocated(moments%place)) places = size(moments%place)
-      if (p > places) then
-         call find_displacement_row(now%beam%displacement(p - places), now, row)
+      ! number of the place; below 1: the row is no moment
+      p = number - (2*size(contact) + 1)
+      if (p > places .or. number <= size(contact) + 1) then
+         call find_displacement_row(number, p - places, now, row)
          return
       end if
-      associate (constrained => now%set%constrained, stiffness => moments%stiffness(:, p), &
-         contact => moments%contact(:, p))
+      associate (constrained => now%set%constrained)
+         allocate (stiffness(size(constrained%static)), mass(size(constrained%static)), source=0.0_wp)
+         contact = 0.0_wp
+         if (p > 0) then
+            stiffness = moments%stiffness(:, p)
+            mass = moments%mass(:, p)
+            contact = moments%contact(:, p)
+         else
+            contact(number - size(contact) - 1) = 1.0_wp
+         end if
          row%static = sum(stiffness*constrained%static) + sum(contact(constrained%closed)*constrained%static_force)
          if (allocated(constrained%mode)) then
-            allocate (mass, source=matmul(moments%mass(:, p), constrained%mode))
-            allocate (row%weight, source=matmul(stiffness, constrained%mode) - constrained%oscillators%square*mass &
-               + matmul(contact(constrained%closed), constrained%reaction))
+            mass = matmul(mass, constrained%mode)
+            row%weight = matmul(stiffness, constrained%mode) - constrained%oscillators%square*mass &
+               + matmul(contact(constrained%closed), constrained%reaction)
          else
-            allocate (mass, source=moments%mass(:, p))
-            allocate (row%weight, source=stiffness - constrained%oscillators%square*mass)
+            row%weight = stiffness - constrained%oscillators%square*mass
          end if
          ! the rotation about a pinned root and free bodies cause no moment
-         where (constrained%oscillators%square <= max_rigid_square) row%weight = 0.0_wp
-         allocate (row%force_moment, source=force_moments(now, mass, contact))
+         if (p > 0) then
+            where (constrained%oscillators%square <= max_rigid_square) row%weight = 0.0_wp
+         end if
+         associate (compliant => now%set%compliant)
+            row%force_moment = [(sum(mass*constrained%value(:, compliant(m))) + contact(compliant(m)) &
+               - sum(contact(constrained%closed)*constrained%balanced_fraction(:, compliant(m))), m=1, size(compliant))]
+         end associate
+         if (now%loads%count == 0) return
+         row%load_moment = matmul(mass, now%set%forced%load) - matmul(contact(constrained%closed), &
+            now%set%forced%balanced_fraction)
+         if (p > 0) row%load_moment = row%load_moment + moments%load(:, p)
       end associate
-      if (now%loads%count == 0) return
-      allocate (row%load_moment, source=moments%load(:, p) + matmul(mass, now%set%forced%load) &
-         - matmul(moments%contact(now%set%constrained%closed, p), now%set%forced%balanced_fraction))
    end subroutine find_row
 
-   !> Find the coefficients of a displacement in which one mode takes part, in the current phase.
-   pure subroutine find_displacement_row(displacement, now, row)
-      type(displacement_t), intent(in) :: displacement
+   !> Find the coefficients of a displacement in the current phase: at a contact, of the tip or of a body.
+   pure subroutine find_displacement_row(number, body, now, row)
+      !> Number of the row
+      integer, intent(in) :: number
+      !> Number of the body; below 1: the displacement is one of the beam
+      integer, intent(in) :: body
       type(phase_state_t), intent(in) :: now
-      type(moment_row_t), intent(out) :: row
+      type(motion_row_t), intent(out) :: row
 
-      associate (constrained => now%set%constrained, i => displacement%mode, value => displacement%value)
-         row%static = displacement%origin + value*constrained%static(i)
-         if (allocated(constrained%mode)) then
-            allocate (row%weight, source=value*constrained%mode(i, :))
+      associate (constrained => now%set%constrained)
+         if (body > 0) then
+            ! a single free mode takes part
+            associate (i => now%beam%displacement(body)%mode, value => now%beam%displacement(body)%value)
+               row%static = now%beam%displacement(body)%origin + value*constrained%static(i)
+               allocate (row%weight(constrained%count), source=0.0_wp)
+               if (allocated(constrained%mode)) row%weight = value*constrained%mode(i, :)
+               if (.not. allocated(constrained%mode)) row%weight(i) = value
+            end associate
+         else if (number > size(now%states)) then
+            row%static = constrained%static_tip
+            row%weight = constrained%tip_value
          else
-            allocate (row%weight(constrained%count), source=0.0_wp)
-            row%weight(i) = value
+            row%static = constrained%static_gap(number) + now%beam%observed_height(number)
+            row%weight = constrained%value(:, number)
          end if
       end associate
       row%is_viscous = .false.
       allocate (row%force_moment(size(now%set%compliant)), row%load_moment(now%loads%count), source=0.0_wp)
    end subroutine find_displacement_row
-
-   !> Moment per unit of the force of each contact in `compliant`, [compliant].
-   pure function force_moments(now, mass, contact) result(moment)
-      type(phase_state_t), intent(in) :: now
-      !> Moment per unit of modal force on each constrained mode, m, [modes]
-      real(wp), intent(in) :: mass(:)
-      !> Moment of the truncated modes per unit of contact force, [contacts]
-      real(wp), intent(in) :: contact(:)
-      real(wp) :: moment(size(now%set%compliant))
-
-      integer :: m
-
-      associate (constrained => now%set%constrained, compliant => now%set%compliant)
-         do m = 1, size(compliant)
-            moment(m) = sum(mass*constrained%value(:, compliant(m))) + contact(compliant(m)) &
-               - sum(contact(constrained%closed)*constrained%balanced_fraction(:, compliant(m)))
-         end do
-      end associate
-   end function force_moments
 
    !> The moment with closed compliant contacts, without the load response.
    subroutine make_compliant_signal(now, static, weight, force_moment, signal)
@@ -275,7 +259,7 @@ contains
    !> Find the contribution of the load response to the moment.
    pure subroutine find_load_terms(now, row, terms)
       type(phase_state_t), intent(in) :: now
-      type(moment_row_t), intent(in) :: row
+      type(motion_row_t), intent(in) :: row
       type(driven_terms_t), intent(out) :: terms
 
       complex(wp) :: s

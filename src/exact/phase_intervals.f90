@@ -12,7 +12,7 @@ module phase_intervals
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
-   use phase_integrals, only: find_signals, integrate_on_path
+   use phase_integrals, only: integrate_on_path
    use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
    use phase_rows, only: can_square_rows, is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
@@ -21,7 +21,7 @@ module phase_intervals
    use row_peaks, only: max_on_path, range_on_path, state_on_path
    use row_signals, only: row_signal_t
    use section_states, only: motion_of
-   use signal_integrals, only: integrate_signals, signals_t
+   use signal_integrals, only: integrate_signals
    use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
    implicit none (type, external)
    private
@@ -40,7 +40,7 @@ module phase_intervals
       !> State of the constrained modes at the end of the phase, stored in the contact set, [modes]
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Displacements and forces as signals for integrals; unallocated: not requested yet
-      type(signals_t), allocatable :: signals
+      type(exponential_sums_t), allocatable :: sums
    contains
       procedure :: contact, evaluate, gap_bound, rounding, exceeds, range_of, seek_peak, seek_turn, record_gap
       procedure :: impulse, integrate, expand_in_exponentials, energy, dissipated
@@ -320,8 +320,8 @@ contains
       type(row_signal_t) :: signals(size(rows))
       real(wp), dimension(size(rows)) :: row_integral, square_integral
       logical :: are_on_path
-      ! number of places, and the place that is the tip, 0: there is none
-      integer :: places, tip_place
+      ! index of the displacement at the tip among the rows; 0: the tip is at no contact
+      integer :: tip_place
       ! numbers of rows and of sums
       integer :: i, k, m, n
 
@@ -338,7 +338,6 @@ contains
             rows(n) = output_row_t(k, offset=now%beam%observed_height(k))
             if (abs(now%beam%tip_sign(k)) > 0.0_wp .and. .not. now%states(k)%is_node) tip_place = n
          end do
-         places = n
          do k = 1, self%contacts
             if (.not. set%is_closed(k)) cycle
             n = n + 1
@@ -363,16 +362,11 @@ contains
                square_integral(n) = square_integral(tip_place)
             end if
          else
-            if (.not. allocated(self%signals)) then
-               allocate (self%signals)
-               call find_signals(now, self%length, rows(:places)%number, rows(places + 1:n - 1)%number &
-                  - self%tip_row(), self%signals)
+            if (.not. allocated(self%sums)) then
+               allocate (self%sums)
+               call find_sums(now, self%moments, self%length, rows(:n)%number, self%sums)
             end if
-            call integrate_signals(self%signals, span(1), span(2), set%squares, row_integral(:n), &
-               square_integral(:n))
-            ! `find_signals` orders the tip before the forces
-            row_integral(places + 1:n) = cshift(row_integral(places + 1:n), 1)
-            square_integral(places + 1:n) = cshift(square_integral(places + 1:n), 1)
+            call integrate_signals(self%sums, span(1), span(2), set%squares, row_integral(:n), square_integral(:n))
          end if
          integrals = 0.0_wp
          square_integrals = 0.0_wp

@@ -2,24 +2,24 @@
 !> sections 20 and 24). Rows are linear functionals of the motion: displacements, contact forces, bending moments.
 module phase_sums
    use certified_search, only: transformable_signal_t
-   use exponential_sums, only: exponential_sums_t, open_sums, value_of
+   use driven_modes, only: driven_mode_t, make_driven_mode
+   use driven_signal, only: driven_terms_t
+   use exponential_sums, only: append_terms, exponential_sums_t, open_sums, value_of
    use history_list, only: acceleration_stop, acceleration_tip
    use kinds, only: wp
-   use moment_signals, only: find_row, moment_row_t, moments_t
-   use phase_integrals, only: find_signals
+   use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
+   use moment_signals, only: find_load_terms, find_row, moments_t, motion_row_t
    use phase_state, only: observed_gap, observed_tip, phase_state_t, signal_of
    use response_types, only: contact_record_t
    use run_recorder, only: sample_t
-   use signal_integrals, only: integrate_signals, signals_t
+   use signal_integrals, only: integrate_signals
    implicit none (type, external)
    private
    public :: find_sums, find_acceleration, integrate_accelerations, sample_accelerations
 
 contains
 
-   !> Find the sums of some rows of an interval. With n contacts, rows 1 to n are the displacements at the contacts, row
-   !> n + 1 is the displacement of the tip, rows n + 2 to 2 n + 1 are contact forces, and the others are bending moments
-   !> and then displacements of bodies.
+   !> Find the sums of some rows of an interval. The numbers of rows are those of `find_row`.
    subroutine find_sums(now, moments, length, rows, sums, order)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -28,52 +28,197 @@ contains
       !> Numbers of the rows
       integer, intent(in) :: rows(:)
       type(exponential_sums_t), intent(out) :: sums
-      !> Order of the time derivative of the rows, as in `find_signals`; default: 0
+      !> Order of the time derivative of the rows: 0 (default), or 2 for displacements alone
       integer, intent(in), optional :: order
 
-      type(signals_t) :: signals
-      type(moment_row_t), allocatable :: bending(:)
-      integer, allocatable :: closed(:), places(:), wanted(:)
-      integer :: i, last, n, place
+      type(motion_row_t) :: row(size(rows))
+      ! terms of uncoupled modes: one less than the first, and the last
+      integer :: modes(2)
+      integer :: n
 
-      n = size(now%states)
-      allocate (places, source=pack(rows, rows <= n))
-      allocate (closed, source=pack(rows, rows > n + 1 .and. rows <= 2*n + 1) - (n + 1))
-      closed = pack(closed, now%set%is_closed(closed))
-      allocate (wanted, source=pack(rows, rows > 2*n + 1) - (2*n + 1))
-      allocate (bending(size(wanted)))
-      do i = 1, size(wanted)
-         call find_row(moments, wanted(i), now, bending(i))
+      call open_sums(size(rows), 0, sums)
+      do n = 1, size(rows)
+         call find_row(moments, rows(n), now, row(n))
       end do
-      call find_signals(now, length, places, closed, signals, bending, order)
-      last = size(signals%exponent)
-      call open_sums(size(rows), last + count(now%states%is_node), sums)
-      sums%exponent(:last) = signals%exponent
-      do i = 1, size(rows)
-         ! `find_signals` orders the signals of each kind as in `rows`
-         if (rows(i) <= n) then
-            place = count(rows(:i) <= n)
-         else if (rows(i) == n + 1) then
-            place = size(places) + 1
-         else if (rows(i) <= 2*n + 1) then
-            place = findloc(closed, rows(i) - (n + 1), dim=1)
-            if (place == 0) cycle
-            place = size(places) + 1 + place
-         else
-            place = size(places) + 1 + size(closed) + count(rows(:i) > 2*n + 1)
-         end if
-         sums%power(0, i) = signals%offset(place)
-         sums%power(1, i) = signals%slope(place)
-         sums%amplitude(i, :last) = signals%amplitude(place, :)
-      end do
-      call add_nodes(now, rows, last, sums)
+      sums%power(0, :) = row%static
+      if (size(now%set%compliant) > 0) then
+         call add_coupled_terms(now, rows, row, sums)
+         modes(1) = size(sums%exponent)
+         call add_mode_terms(now, length, now%set%coupled%inactive, row, sums, order)
+      else
+         modes(1) = 0
+         call add_mode_terms(now, length, [(n, n=1, now%set%constrained%count)], row, sums, order)
+      end if
+      modes(2) = size(sums%exponent)
+      if (now%loads%count > 0) call add_load_response(now, rows, row, sums)
+      call add_nodes(now, rows, sums)
       if (.not. present(order)) return
-      ! `find_signals` has differentiated the terms of the modes
-      sums%power(:order - 1, :) = 0.0_wp
-      do i = last + 1, size(sums%exponent)
-         sums%amplitude(:, i) = sums%exponent(i)**order*sums%amplitude(:, i)
+      ! the second derivatives of constants and slopes are zero, and `add_mode_terms` has differentiated the terms of
+      ! its modes
+      sums%power = 0.0_wp
+      do n = 1, size(sums%exponent)
+         if (n > modes(1) .and. n <= modes(2)) cycle
+         sums%amplitude(:, n) = sums%exponent(n)**order*sums%amplitude(:, n)
       end do
    end subroutine find_sums
+
+   !> Add the exponential terms of the motion with compliant contacts.
+   subroutine add_coupled_terms(now, rows, row, sums)
+      type(phase_state_t), intent(in) :: now
+      !> Numbers of the rows
+      integer, intent(in) :: rows(:)
+      !> Coefficients of the rows
+      type(motion_row_t), intent(in) :: row(:)
+      type(exponential_sums_t), intent(inout) :: sums
+
+      integer :: i, m
+
+      call append_terms(now%set%coupled%exponent, sums)
+      associate (set => now%set, coupled => now%set%coupled)
+         do i = 1, size(rows)
+            sums%power(0, i) = sums%power(0, i) + sum(row(i)%weight*set%rest_modes) &
+               + sum(row(i)%force_moment*set%rest_force)
+            if (rows(i) <= size(now%states)) then
+               ! gaps of closed contacts are indentations, without the rounding errors of a sum over the modes
+               sums%amplitude(i, :) = set%gap(rows(i), :)*now%amplitude
+               cycle
+            end if
+            do m = 1, coupled%count
+               sums%amplitude(i, m) = now%amplitude(m)*(merge(coupled%viscous(m), (1.0_wp, 0.0_wp), &
+                  row(i)%is_viscous)*sum(row(i)%weight*coupled%shape(:, m)) &
+                  + sum(row(i)%force_moment*coupled%force(:, m)))
+            end do
+         end do
+      end associate
+   end subroutine add_coupled_terms
+
+   !> Add the free vibrations of uncoupled modes, and the responses of these modes to loads that drive them from rest.
+   subroutine add_mode_terms(now, length, modes, row, sums, order)
+      type(phase_state_t), intent(in) :: now
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      !> Indices of the uncoupled modes
+      integer, intent(in) :: modes(:)
+      !> Coefficients of the rows
+      type(motion_row_t), intent(in) :: row(:)
+      type(exponential_sums_t), intent(inout) :: sums
+      !> Order of the time derivative, as in `find_sums`
+      integer, intent(in), optional :: order
+
+      type(driven_mode_t), allocatable :: driven(:)
+      type(mode_terms_t) :: terms(size(modes))
+      ! displacement and velocity of a mode at the start of the phase, or their second derivatives
+      real(wp) :: start(2)
+      ! rows per unit of the displacement of a mode, and per unit of displacement + 2 zeta velocity
+      real(wp) :: weight(size(row), 2)
+      ! number of terms so far
+      integer :: last
+      ! number of exponents around 0 that all slow modes have in common
+      integer :: shared
+      integer :: i, j
+
+      if (size(modes) == 0) return
+      do j = 1, size(modes)
+         start = [now%z(modes(j)), now%v(modes(j))]
+         driven = forced_motions_of(now, modes(j))
+         if (present(order)) call derive_twice(make_driven_mode(now%set%constrained%oscillators, modes(j)), start, &
+            driven)
+         call find_mode_terms(now%set%constrained%oscillators, modes(j), start, driven, length, terms(j))
+      end do
+      last = size(sums%exponent)
+      shared = 0
+      if (any([(any(abs(terms(j)%slow) > 0.0_wp), j=1, size(modes))])) shared = slow_points
+      call append_terms([slow_exponents(length, shared), (terms(j)%exponent, j=1, size(modes))], sums)
+      associate (slow => sums%amplitude(:, last + 1:last + shared))
+         last = last + shared
+         do j = 1, size(modes)
+            weight = 0.0_wp
+            do i = 1, size(row)
+               weight(i, merge(2, 1, row(i)%is_viscous)) = row(i)%weight(modes(j))
+            end do
+            sums%power(0, :) = sums%power(0, :) + matmul(weight, terms(j)%offset)
+            sums%power(1, :) = sums%power(1, :) + matmul(weight, terms(j)%slope)
+            slow = slow + matmul(weight, terms(j)%slow(:, :shared))
+            associate (added => size(terms(j)%exponent))
+               sums%amplitude(:, last + 1:last + added) = matmul(weight, terms(j)%amplitude)
+               last = last + added
+            end associate
+         end do
+      end associate
+   end subroutine add_mode_terms
+
+   !> Replace a mode by its acceleration. The acceleration obeys the equation of motion of the mode, with the second
+   !> derivatives of the loads. The terms of the motion are not differentiated: in a short phase their exponents are
+   !> points of a circle with a large radius, whose square would amplify rounding errors.
+   pure subroutine derive_twice(mode, start, driven)
+      !> The mode, with its coefficients
+      type(driven_mode_t), intent(in) :: mode
+      !> On entry displacement and velocity at the start, without loads; on return their second derivatives, with loads
+      real(wp), intent(inout) :: start(2)
+      !> Motions driven from rest by loads
+      type(driven_mode_t), intent(inout) :: driven(:)
+
+      ! second derivatives of displacement and velocity
+      real(wp) :: acceleration, jerk
+
+      associate (force => driven%force, frequency => driven%frequency)
+         acceleration = sum(real(force, wp), mask=.not. driven%is_ramp) - mode%square*start(1) - mode%damping*start(2)
+         jerk = sum(merge(real(force, wp), -frequency*aimag(force), driven%is_ramp)) - mode%square*start(2) &
+            - mode%damping*acceleration
+         start = [acceleration, jerk]
+         ! the second derivatives of constants and ramps are zero
+         driven%force = -frequency**2*force
+      end associate
+   end subroutine derive_twice
+
+   !> Responses of one mode to loads that drive it from rest.
+   pure function forced_motions_of(now, mode) result(driven_motions)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: mode
+      type(driven_mode_t), allocatable :: driven_motions(:)
+
+      integer :: k
+
+      allocate (driven_motions(0))
+      if (now%loads%count == 0) return
+      associate (driven => now%set%forced%driven, forced => now%forced)
+         driven_motions = pack(forced%mode, [(driven(forced%pair(k))%mode == mode, k=1, size(forced%pair))])
+      end associate
+   end function forced_motions_of
+
+   !> Add the load response without the modes that are driven from rest.
+   subroutine add_load_response(now, rows, row, sums)
+      type(phase_state_t), intent(in) :: now
+      !> Numbers of the rows
+      integer, intent(in) :: rows(:)
+      !> Coefficients of the rows
+      type(motion_row_t), intent(in) :: row(:)
+      type(exponential_sums_t), intent(inout) :: sums
+
+      type(driven_terms_t) :: terms
+      integer :: i, last
+
+      last = size(sums%exponent)
+      call append_terms(cmplx(0.0_wp, now%forced%frequency, wp), sums)
+      associate (at => now%set%forced%at, forced => now%forced, n => size(now%states))
+         do i = 1, size(rows)
+            if (rows(i) > 2*n + 1) then
+               call find_load_terms(now, row(i), terms)
+            else
+               ! the load response of displacements of the beam and of contact forces is known
+               associate (place => merge(at%gaps, merge(at%tip - n, at%forces - (n + 1), rows(i) == n + 1), &
+                  rows(i) <= n) + rows(i))
+                  terms%constant = forced%constant(place)
+                  terms%slope = forced%slope(place)
+                  terms%harmonic = forced%harmonic(place, :)
+               end associate
+            end if
+            sums%power(0, i) = sums%power(0, i) + terms%constant
+            sums%power(1, i) = sums%power(1, i) + terms%slope
+            sums%amplitude(i, last + 1:) = terms%harmonic
+         end do
+      end associate
+   end subroutine add_load_response
 
    !> The acceleration at a contact, in the direction of its gap, or of the tip as a signal, valid until the next call.
    subroutine find_acceleration(now, row, signal)
@@ -115,37 +260,14 @@ contains
       real(wp), intent(out) :: square_integrals(:)
 
       type(exponential_sums_t) :: sums
-      type(signals_t) :: signals
       integer :: k
 
       call find_sums(now, moments, length, [(k, k=1, size(integrals))], sums, order=2)
-      ! constant and slope are zero, because second derivatives of sums of exponentials have exponentials alone
-      allocate (signals%offset(size(integrals)), signals%slope(size(integrals)), source=0.0_wp)
-      call move_alloc(sums%exponent, signals%exponent)
-      call move_alloc(sums%amplitude, signals%amplitude)
-      call integrate_signals(signals, span(1), span(2), now%set%squares, integrals, square_integrals)
+      call integrate_signals(sums, span(1), span(2), now%set%squares, integrals, square_integrals)
    end subroutine integrate_accelerations
 
-   !> Accelerations of the beam at the contacts and at the tip, positive upwards; impulses are not part of them.
-   subroutine find_accelerations(now, moments, length, sums)
-      type(phase_state_t), intent(in) :: now
-      type(moments_t), intent(in) :: moments
-      !> Length of the phase, > 0
-      real(wp), intent(in) :: length
-      !> Accelerations at the contacts and at the tip, [contacts + 1]
-      type(exponential_sums_t), intent(out) :: sums
-
-      integer :: k
-
-      call find_sums(now, moments, length, [(k, k=1, size(now%states) + 1)], sums, order=2)
-      do k = 1, size(now%states)
-         if (now%states(k)%contact%sign > 0.0_wp) cycle
-         sums%power(:, k) = -sums%power(:, k)
-         sums%amplitude(k, :) = -sums%amplitude(k, :)
-      end do
-   end subroutine find_accelerations
-
-   !> Accelerations at a sample. The histories of the run refer to the release contact or, without a stop, to the tip.
+   !> Accelerations of the beam at a sample, positive upwards; impulses are not part of them. The histories of the run
+   !> refer to the release contact or, without a stop, to the tip.
    subroutine sample_accelerations(now, moments, length, time, place, sums, records, sample)
       type(phase_state_t), intent(in) :: now
       type(moments_t), intent(in) :: moments
@@ -166,7 +288,13 @@ contains
 
       if (.not. allocated(sums)) then
          allocate (sums)
-         call find_accelerations(now, moments, max(length, tiny(1.0_wp)), sums)
+         call find_sums(now, moments, max(length, tiny(1.0_wp)), [(k, k=1, size(values))], sums, order=2)
+         ! from the direction of a gap to upwards
+         do k = 1, size(now%states)
+            if (now%states(k)%contact%sign > 0.0_wp) cycle
+            sums%power(:, k) = -sums%power(:, k)
+            sums%amplitude(k, :) = -sums%amplitude(k, :)
+         end do
       end if
       values = value_of(sums, time)
       associate (n => size(now%states), release => now%release_contact)
@@ -182,24 +310,20 @@ contains
    !> node away from its stop carries no force, so its displacement relative to the modes decays exponentially by the
    !> damping of the elements beside it. The displacement at the start of the phase is `node_depth`, because the
    !> `indentation` of the contact is already that at the end of the phase.
-   pure subroutine add_nodes(now, rows, last, sums)
+   pure subroutine add_nodes(now, rows, sums)
       type(phase_state_t), intent(in) :: now
       !> Numbers of the rows
       integer, intent(in) :: rows(:)
-      !> Number of terms of the modes; the term of each node follows
-      integer, intent(in) :: last
       type(exponential_sums_t), intent(inout) :: sums
 
       real(wp) :: sign
-      integer :: i, k, term
+      integer :: i, k
 
-      term = last
       do k = 1, size(now%states)
          associate (state => now%states(k))
             if (.not. state%is_node) cycle
-            term = term + 1
-            if (state%spring%recovery_rate < huge(1.0_wp)) sums%exponent(term) = cmplx( &
-               -state%spring%recovery_rate, 0.0_wp, wp)
+            call append_terms([cmplx(merge(-state%spring%recovery_rate, 0.0_wp, state%spring%recovery_rate < &
+               huge(1.0_wp)), 0.0_wp, wp)], sums)
             do i = 1, size(rows)
                ! factor of the node's displacement in the row, not zero for contacts at the node (`colocated`) and for
                ! the tip if the node is at the tip
@@ -215,7 +339,7 @@ contains
                   sums%power(:, i) = [sign*now%beam%height(k), 0.0_wp, 0.0_wp, 0.0_wp]
                   sums%amplitude(i, :) = (0.0_wp, 0.0_wp)
                else if (state%spring%recovery_rate < huge(1.0_wp)) then
-                  sums%amplitude(i, term) = cmplx(sign*now%node_depth, 0.0_wp, wp)
+                  sums%amplitude(i, size(sums%exponent)) = cmplx(sign*now%node_depth, 0.0_wp, wp)
                end if
             end do
          end associate

@@ -20,7 +20,7 @@ module natural_coordinates
    implicit none (type, external)
    private
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
-   public :: flexibility_matrix, nodal_flexibility, coordinates_of_shape, coordinates_of_forces
+   public :: find_flexibility, coordinates_of_shape, coordinates_of_forces
    public :: rows_of_unit_displacement
 
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
@@ -375,37 +375,26 @@ contains
       rounding = (total - previous) - corrected
    end subroutine add_compensated
 
-   !> B as a full matrix, [rows, order].
-   pure function flexibility_matrix(natural) result(matrix)
+   !> Find the matrices B, which gives the deflection, and N, which converts coordinates to y and dy/dx of the nodes.
+   pure subroutine find_flexibility(natural, flexibility, nodal)
       type(natural_beam_t), intent(in) :: natural
-      real(wp) :: matrix(natural%rows, natural%order)
+      !> B, [rows, order]
+      real(wp), allocatable, intent(out) :: flexibility(:, :)
+      !> N, [dofs, order]
+      real(wp), allocatable, intent(out) :: nodal(:, :)
 
       real(wp) :: unit(natural%order)
       integer :: column
 
+      allocate (flexibility(natural%rows, natural%order), nodal(natural%dofs, natural%order))
       unit = 0.0_wp
       do column = 1, natural%order
          unit(column) = 1.0_wp
-         call deflect(natural, unit, matrix(:, column))
+         call deflect(natural, unit, flexibility(:, column))
+         call nodal_displacements(natural, unit, nodal(:, column))
          unit(column) = 0.0_wp
       end do
-   end function flexibility_matrix
-
-   !> The matrix N, which converts coordinates to y and dy/dx of the nodes, [dofs, order].
-   pure function nodal_flexibility(natural) result(matrix)
-      type(natural_beam_t), intent(in) :: natural
-      real(wp) :: matrix(natural%dofs, natural%order)
-
-      real(wp) :: unit(natural%order)
-      integer :: column
-
-      unit = 0.0_wp
-      do column = 1, natural%order
-         unit(column) = 1.0_wp
-         call nodal_displacements(natural, unit, matrix(:, column))
-         unit(column) = 0.0_wp
-      end do
-   end function nodal_flexibility
+   end subroutine find_flexibility
 
    !> The coordinates q of a motion of the degrees of freedom, whose strain energy is q.q/2, [order].
    pure function coordinates_of_shape(natural, nodal) result(q)

@@ -11,8 +11,8 @@ module natural_solver
    use kinds, only: wp
    use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
-   use natural_coordinates, only: coordinates_of_shape, flexibility_matrix, make_natural_beam, natural_beam_t, &
-      nodal_flexibility, rows_of_unit_displacement
+   use natural_coordinates, only: coordinates_of_shape, find_flexibility, make_natural_beam, natural_beam_t, &
+      rows_of_unit_displacement
    use pinned_coordinates, only: pinned_flexibility, rigid_rotation, remove_rotation
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
@@ -53,8 +53,7 @@ contains
       if (has_pinned_root(model)) then
          call pinned_flexibility(natural, flexibility, nodal)
       else
-         allocate (flexibility, source=flexibility_matrix(natural))
-         if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
+         call find_flexibility(natural, flexibility, nodal)
       end if
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
       if (has_pinned_root(model)) call remove_rotation(natural, flexibility, nodal)
@@ -99,8 +98,7 @@ contains
       call make_natural_beam(model, natural)
       call check_count(count, natural%order - 1, error)
       if (allocated(error)) return
-      allocate (flexibility, source=flexibility_matrix(natural))
-      allocate (nodal, source=nodal_flexibility(natural))
+      call find_flexibility(natural, flexibility, nodal)
       call omit_direction(nodal(model%stop_dof, :), flexibility, nodal)
       nodal(model%stop_dof, :) = 0.0_wp
 

@@ -377,8 +377,8 @@ contains
 
    !> Add the load response to the signal of a free motion.
    subroutine add_terms(terms, max_length, signal)
-      !> Load response, moved into the signal
-      type(driven_terms_t), intent(inout) :: terms
+      !> Load response
+      type(driven_terms_t), intent(in) :: terms
       !> Maximum length of the phase
       real(wp), intent(in) :: max_length
       class(transformable_signal_t), allocatable, intent(inout) :: signal
@@ -393,14 +393,7 @@ contains
          end if
       end select
       allocate (driven)
-      driven%terms%constant = terms%constant
-      driven%terms%slope = terms%slope
-      driven%terms%modes = terms%modes
-      call move_alloc(terms%harmonic, driven%terms%harmonic)
-      call move_alloc(terms%frequency, driven%terms%frequency)
-      call move_alloc(terms%mode, driven%terms%mode)
-      call move_alloc(terms%weight, driven%terms%weight)
-      call move_alloc(terms%weight_of_rate, driven%terms%weight_of_rate)
+      driven%terms = terms
       driven%until = max_length
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)

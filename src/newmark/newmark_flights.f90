@@ -26,7 +26,6 @@ contains
          if (.not. allocated(start%contacts)) then
             start%state = run%states(run%now)
             allocate (start%contacts(size(run%contacts)))
-            if (allocated(run%observers%moments)) allocate (start%moments(4, size(run%observers%moments)))
          end if
          do k = 1, size(run%contacts)
             if (run%contacts(k)%flight_events == begins_now) run%contacts(k)%flight_events = events
@@ -34,13 +33,7 @@ contains
          end do
          call copy(run%states(run%now), start%state)
          start%progress = run%run_progress_t
-         if (allocated(run%observers%moments)) then
-            do k = 1, size(run%observers%moments)
-               associate (moment => run%observers%moments(k))
-                  start%moments(:, k) = [moment%minimum, moment%minimum_tau, moment%maximum, moment%maximum_tau]
-               end associate
-            end do
-         end if
+         if (allocated(run%observers%moments)) start%moments = run%observers%moments%moment_extremes_t
          if (allocated(run%observers%stress_windows)) start%windows = run%observers%stress_windows%now
          if (run%observers%measures%is_wanted) start%measurers = run%observers%measures%of
          if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
@@ -67,16 +60,7 @@ contains
          do k = 1, size(run%contacts)
             run%contacts(k)%contact_progress_t = start%contacts(k)
          end do
-         if (allocated(run%observers%moments)) then
-            do k = 1, size(run%observers%moments)
-               associate (moment => run%observers%moments(k), stored => start%moments(:, k))
-                  moment%minimum = stored(1)
-                  moment%minimum_tau = stored(2)
-                  moment%maximum = stored(3)
-                  moment%maximum_tau = stored(4)
-               end associate
-            end do
-         end if
+         if (allocated(run%observers%moments)) run%observers%moments%moment_extremes_t = start%moments
          if (allocated(run%observers%stress_windows)) run%observers%stress_windows%now = start%windows
          if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
          if (allocated(run%observers%sections)) run%observers%sections%count = start%sections

@@ -8,7 +8,7 @@ module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use moment_places, only: find_place_weights
+   use moment_places, only: find_place_weights, take_modes
    use newmark_run, only: newmark_run_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
@@ -28,10 +28,16 @@ contains
       !> The run, with its loads; its error is set if the mass matrix cannot be factorised
       type(newmark_run_t), intent(inout) :: run
 
+      type(applied_loads_t) :: loads
+
       if (.not. allocated(response%moments)) return
       allocate (run%place_weights)
       call find_place_weights(model, settings, run%loads, run%place_weights)
-      if (allocated(run%modes)) call find_modal_weights(model, settings, run)
+      if (allocated(run%modes)) then
+         ! those of the run are loads on its modes
+         call gather_loads(model, settings, loads)
+         call take_modes(model, run%modes, run%contacts%contact, loads, run%place_weights)
+      end if
       associate (scheme => settings%response, stepper => run%stepper)
          run%damping_acceleration_factor = (scheme%newmark_gamma - 0.5_wp)*stepper%step
          run%stiffness_acceleration_factor = 2.0_wp*settings%zeta*run%damping_acceleration_factor &
@@ -46,43 +52,6 @@ contains
          call factorise(run%bare_mass, run%error)
       end associate
    end subroutine start_moments
-
-   !> Turn the weights of degrees of freedom of the nodes into weights of modes, and add the static response of
-   !> truncated modes to loads and contact forces.
-   subroutine find_modal_weights(model, settings, run)
-      type(beam_model_t), intent(in) :: model
-      type(run_settings_t), intent(in) :: settings
-      !> The run, with its contacts and weights
-      type(newmark_run_t), intent(inout) :: run
-
-      ! moment at each place per unit of force on each degree of freedom of the nodes, by truncated modes
-      real(wp), allocatable :: static(:, :)
-      ! the loads on these degrees of freedom
-      type(applied_loads_t) :: loads
-      integer :: k
-
-      associate (weights => run%place_weights, modes => run%modes)
-         if (allocated(modes%truncated_mode)) then
-            static = matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), weights%stiffness) &
-               /spread(modes%truncated_square, 2, size(weights%stiffness, 2)))
-            if (run%loads%count > 0) then
-               call gather_loads(model, settings, loads)
-               weights%load = weights%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
-            end if
-            allocate (run%contact_moment(size(run%contacts), size(static, 2)), source=0.0_wp)
-            do k = 1, size(run%contacts)
-               associate (contact => run%contacts(k)%contact)
-                  if (contact%settings%is_of_base) cycle
-                  run%contact_moment(k, :) = contact%sign*static(model%stop_dofs(contact%stop), :)
-               end associate
-            end do
-         end if
-         associate (shapes => modes%mode(:model%mass%order, :))
-            weights%stiffness = matmul(transpose(shapes), weights%stiffness)
-            weights%mass = matmul(transpose(shapes), weights%mass)
-         end associate
-      end associate
-   end subroutine find_modal_weights
 
    !> Bending moments of the present state, from M* a + C* v + K y. The terms in K depend on the curvature at the cross
    !> section; M, and the damping in proportion to M or given for each mode, contribute as forces distributed along the
@@ -113,7 +82,7 @@ contains
             moment = matmul(elastic(:beam), run%place_weights%stiffness) + matmul(inertial(:beam), &
                run%place_weights%mass)
          end associate
-         if (allocated(run%contact_moment)) moment = moment + matmul(state%force, run%contact_moment)
+         if (allocated(run%place_weights%contact)) moment = moment + matmul(state%force, run%place_weights%contact)
          do g = 1, run%loads%count
             moment = moment + value_at(run%loads%course(g), state%load_tau)*run%place_weights%load(g, :)
          end do

@@ -16,6 +16,7 @@ module newmark_run
    use kinds, only: i8, wp
    use moment_places, only: place_weights_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
+   use response_types, only: moment_extremes_t
    use run_observers, only: observers_t
    use run_recorder, only: energy_balance_t
    use run_spectra, only: spectrum_sums_t
@@ -168,8 +169,8 @@ module newmark_run
       type(contact_progress_t), allocatable :: contacts(:)
       !> Measures of each contact
       type(measurer_t), allocatable :: measurers(:)
-      !> Minimum moment, its instant, maximum moment, its instant, [4, places]
-      real(wp), allocatable :: moments(:, :)
+      !> Extremes of the moments, [places]
+      type(moment_extremes_t), allocatable :: moments(:)
       !> Moments within the window of the statistics, [places]
       type(place_window_t), allocatable :: windows(:)
       !> Number of sections recorded
@@ -247,9 +248,6 @@ module newmark_run
       real(wp), allocatable :: jumps(:)
       !> Weights of the bending moments at the requested positions; unallocated: no moments are requested
       type(place_weights_t), allocatable :: place_weights
-      !> Moment at each place per unit of contact force by the static response of truncated modes, [contacts, places];
-      !> unallocated: no mode is truncated
-      real(wp), allocatable :: contact_moment(:, :)
       !> M* - M is this multiple of K plus `damping_acceleration_factor` times the damping matrix without its part in
       !> proportion to K
       real(wp) :: stiffness_acceleration_factor = 0.0_wp

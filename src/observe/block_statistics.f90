@@ -198,13 +198,8 @@ contains
       !> Whether the impact counts in the statistics
       logical, intent(in) :: counts
 
-      type(impact_t), allocatable :: larger(:)
-
-      if (contact%count == size(contact%impacts)) then
-         allocate (larger(2*contact%count))
-         larger(:contact%count) = contact%impacts
-         call move_alloc(larger, contact%impacts)
-      end if
+      ! twice as many; the second half is overwritten
+      if (contact%count == size(contact%impacts)) contact%impacts = [contact%impacts, contact%impacts]
       contact%count = contact%count + 1
       contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact

@@ -9,14 +9,16 @@ module moment_places
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
    use beam_model, only: beam_model_t
    use beam_section, only: fibre_over_inertia, inertia, outer_fibre
+   use free_modes, only: free_modes_t
    use kinds, only: lambda1_power4, wp
    use motion_intervals, only: interval_t, peak_t, output_row_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
    use signal_peaks, only: extreme_search_t
+   use stop_contacts, only: contact_t
    implicit none (type, external)
    private
-   public :: place_weights_t, find_place_weights, open_moments, track_moments, finish_moments
+   public :: place_weights_t, find_place_weights, take_modes, open_moments, track_moments, finish_moments
 
    !> Weights of the moments. The moment at a place is stiffness . (y + 2 zeta y') + mass . (y'' + alpha y') + load . F,
    !> with y the displacements of the degrees of freedom, a prime for d/dtau, alpha the coefficient of mass-proportional
@@ -28,6 +30,9 @@ module moment_places
       real(wp), allocatable :: mass(:, :)
       !> Moment per unit of the time course of a load, [loads, places]
       real(wp), allocatable :: load(:, :)
+      !> Moment per unit of contact force by the static response of truncated modes, [contacts, places]; unallocated:
+      !> the degrees of freedom are no modes
+      real(wp), allocatable :: contact(:, :)
    end type place_weights_t
 
 contains
@@ -73,6 +78,36 @@ contains
          end do
       end associate
    end subroutine find_place_weights
+
+   !> Turn weights of the degrees of freedom into weights of modes, and add the static response of truncated modes to
+   !> loads and contact forces.
+   pure subroutine take_modes(model, modes, contacts, loads, weights)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(contact_t), intent(in) :: contacts(:)
+      !> The loads on the degrees of freedom
+      type(applied_loads_t), intent(in) :: loads
+      type(place_weights_t), intent(inout) :: weights
+
+      ! static response of truncated modes: moment at each place per unit of force on each degree of freedom
+      real(wp), allocatable :: static(:, :)
+      integer :: k
+
+      allocate (weights%contact(size(contacts), size(weights%stiffness, 2)), source=0.0_wp)
+      if (allocated(modes%truncated_mode)) then
+         static = matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), weights%stiffness) &
+            /spread(modes%truncated_square, 2, size(weights%stiffness, 2)))
+         if (loads%count > 0) weights%load = weights%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
+         do k = 1, size(contacts)
+            if (contacts(k)%settings%is_of_base) cycle
+            weights%contact(k, :) = contacts(k)%sign*static(model%stop_dofs(contacts(k)%stop), :)
+         end do
+      end if
+      associate (shapes => modes%mode(:model%mass%order, :))
+         weights%stiffness = matmul(transpose(shapes), weights%stiffness)
+         weights%mass = matmul(transpose(shapes), weights%mass)
+      end associate
+   end subroutine take_modes
 
    !> Allocate the recorded moments.
    pure subroutine open_moments(model, settings, samples, response)

@@ -61,14 +61,9 @@ contains
          !> Direction of the signal after the reversal
          integer, intent(in) :: direction
 
-         real(wp), allocatable :: larger(:)
-
          if (.not. allocated(points%values)) allocate (points%values(64))
-         if (search%count == size(points%values)) then
-            allocate (larger(2*search%count))
-            larger(:search%count) = points%values
-            call move_alloc(larger, points%values)
-         end if
+         ! twice as many; the second half is overwritten
+         if (search%count == size(points%values)) points%values = [points%values, points%values]
          search%count = search%count + 1
          points%values(search%count) = reversal
          search%direction = direction

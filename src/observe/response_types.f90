@@ -16,7 +16,8 @@ module response_types
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, body_record_t, contact_record_t, contact_name, moment_record_t, moment_window_t, &
+   public :: response_t, event_t, body_record_t, contact_record_t, contact_name, moment_record_t, moment_extremes_t, &
+      moment_window_t, &
       append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
    public :: is_contact_start, is_contact_end, balance_error
@@ -267,17 +268,8 @@ module response_types
       type(run_measures_t), allocatable :: measures
    end type contact_record_t
 
-   !> Bending moment and stress at a place of the beam. Moments are in the unit of Pbar times L, positive if the beam is
-   !> bent upwards; stresses are in E D/L.
-   type :: moment_record_t
-      !> Position x/L
-      real(wp) :: position = 0.0_wp
-      !> Stress at the outer fibre below the axis, positive in tension, per moment
-      real(wp) :: stress_per_moment = 0.0_wp
-      !> Whether the stress is defined at this place
-      logical :: has_stress = .false.
-      !> Moment at the sample times; unallocated: not requested
-      real(wp), allocatable :: moment(:)
+   !> Extremes of a bending moment.
+   type :: moment_extremes_t
       !> Minimum of the moment, signed; the initial value means that nothing has been measured
       real(wp) :: minimum = huge(1.0_wp)
       !> Instant of the minimum, tau
@@ -286,6 +278,19 @@ module response_types
       real(wp) :: maximum = -huge(1.0_wp)
       !> Instant of the maximum, tau
       real(wp) :: maximum_tau = 0.0_wp
+   end type moment_extremes_t
+
+   !> Bending moment and stress at a place of the beam. Moments are in the unit of Pbar times L, positive if the beam is
+   !> bent upwards; stresses are in E D/L.
+   type, extends(moment_extremes_t) :: moment_record_t
+      !> Position x/L
+      real(wp) :: position = 0.0_wp
+      !> Stress at the outer fibre below the axis, positive in tension, per moment
+      real(wp) :: stress_per_moment = 0.0_wp
+      !> Whether the stress is defined at this place
+      logical :: has_stress = .false.
+      !> Moment at the sample times; unallocated: not requested
+      real(wp), allocatable :: moment(:)
       !> Tolerance of the searches for the minimum, and number of evaluations that remain for them
       type(extreme_search_t) :: minimum_search
       !> The same for the maximum
@@ -394,14 +399,9 @@ contains
       type(response_t), intent(inout) :: response
       type(event_t), intent(in) :: event
 
-      type(event_t), allocatable :: larger(:)
-
       if (.not. allocated(response%events)) allocate (response%events(64))
-      if (response%event_count == size(response%events)) then
-         allocate (larger(2*size(response%events)))
-         larger(:response%event_count) = response%events
-         call move_alloc(larger, response%events)
-      end if
+      ! twice as many; the second half is overwritten
+      if (response%event_count == size(response%events)) response%events = [response%events, response%events]
       response%event_count = response%event_count + 1
       response%events(response%event_count) = event
    end subroutine append_event

@@ -192,19 +192,12 @@ contains
       !> Displacement eta of the peak
       real(wp), intent(in) :: eta
 
-      real(wp), allocatable :: larger(:)
-      integer :: capacity
-
       associate (place => measures%rebounds)
          if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(8), measures%peak_tau(8))
-         capacity = size(measures%peak_eta)
-         if (place > capacity) then
-            allocate (larger(2*capacity))
-            larger(:capacity) = measures%peak_eta
-            call move_alloc(larger, measures%peak_eta)
-            allocate (larger(2*capacity))
-            larger(:capacity) = measures%peak_tau
-            call move_alloc(larger, measures%peak_tau)
+         if (place > size(measures%peak_eta)) then
+            ! twice as many; the second half is overwritten
+            measures%peak_eta = [measures%peak_eta, measures%peak_eta]
+            measures%peak_tau = [measures%peak_tau, measures%peak_tau]
          end if
          measures%peak_eta(place) = eta
          measures%peak_tau(place) = tau

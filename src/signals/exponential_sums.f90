@@ -4,7 +4,7 @@ module exponential_sums
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: exponential_sums_t, open_sums, differentiate, value_of
+   public :: exponential_sums_t, open_sums, append_terms, differentiate, value_of
 
    !> Each signal is sum power(k) t^k + Re sum amplitude exp(exponent t); t is the time since the start of the interval.
    type :: exponential_sums_t
@@ -29,6 +29,21 @@ contains
       allocate (sums%power(0:3, signals), source=0.0_wp)
       allocate (sums%exponent(terms), sums%amplitude(signals, terms), source=(0.0_wp, 0.0_wp))
    end subroutine open_sums
+
+   !> Append exponentials with the amplitude zero.
+   pure subroutine append_terms(exponent, sums)
+      complex(wp), intent(in) :: exponent(:)
+      type(exponential_sums_t), intent(inout) :: sums
+
+      complex(wp), allocatable :: amplitude(:, :)
+
+      associate (known => size(sums%exponent))
+         allocate (amplitude(size(sums%power, 2), known + size(exponent)), source=(0.0_wp, 0.0_wp))
+         amplitude(:, :known) = sums%amplitude
+      end associate
+      call move_alloc(amplitude, sums%amplitude)
+      sums%exponent = [sums%exponent, exponent]
+   end subroutine append_terms
 
    !> Replace a signal by its derivative.
    pure subroutine differentiate(sums, signal)

@@ -7,25 +7,14 @@ module signal_integrals
    use beam_element, only: gauss_rule
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: exponentials_less_one
+   use exponential_sums, only: exponential_sums_t
    use kinds, only: wp
    use lapack_interfaces, only: dgemm
    use pole_offsets, only: abs1
    use power_integrals, only: integral
    implicit none (type, external)
    private
-   public :: signals_t, squares_t, integrate_signals
-
-   !> offset + slope t + Re sum amplitude exp(exponent t), of each signal.
-   type :: signals_t
-      !> Constant of each signal, [signals]
-      real(wp), allocatable :: offset(:)
-      !> Slope of each signal, [signals]
-      real(wp), allocatable :: slope(:)
-      !> Exponents s, [terms]
-      complex(wp), allocatable :: exponent(:)
-      !> Amplitudes at t = 0, the start of the phase, [signals, terms]
-      complex(wp), allocatable :: amplitude(:, :)
-   end type signals_t
+   public :: squares_t, integrate_signals
 
    !> Quadratic form of the integrals of squares over an interval of one length: x^T matrix x with x the real parts of
    !> all amplitudes at the start of the interval, then the imaginary parts.
@@ -65,7 +54,8 @@ contains
    !> Integrals from one instant to another. The exponential terms are integrated over the length of the stored
    !> quadratic form; an interval whose length differs by rounding adds this difference times the value at its end.
    pure subroutine integrate_signals(signals, from, to, squares, first, second)
-      type(signals_t), intent(in) :: signals
+      !> The signals, without powers of t above the first
+      type(exponential_sums_t), intent(in) :: signals
       !> Start of the interval, time since the start of the phase
       real(wp), intent(in) :: from
       !> End of the interval, time since the start of the phase
@@ -105,7 +95,7 @@ contains
 
       length = to - from
       k = size(signals%exponent)
-      associate (s => signals%exponent, slope => signals%slope)
+      associate (s => signals%exponent, slope => signals%power(1, :))
          call find_inverses(s, squares)
          if (abs(length - squares%length) > rounding*squares%length) call make_squares(length, squares)
          of_ramp = 0.0_wp
@@ -132,7 +122,7 @@ contains
          if (k > 0) call dgemm('n', 'n', 2*k, size(first), 2*k, 1.0_wp, squares%matrix, 2*k, parts, 2*k, 0.0_wp, &
             products, 2*k)
          do i = 1, size(first)
-            offset = signals%offset(i) + slope(i)*from
+            offset = signals%power(0, i) + slope(i)*from
             ! `difference`: length of this interval less that of the quadratic form, by rounding
             associate (end => sum(parts(:, i)*of_end), difference => length - squares%length)
                first(i) = length*(offset + 0.5_wp*slope(i)*length) + sum(parts(:, i)*of_simple) + difference*end

@@ -125,14 +125,9 @@ contains
       type(scale_t), intent(inout) :: scale
       type(use_t), intent(in) :: added
 
-      type(use_t), allocatable :: more(:)
-
       if (.not. allocated(scale%uses)) allocate (scale%uses(16))
-      if (scale%count == size(scale%uses)) then
-         allocate (more(2*scale%count))
-         more(:scale%count) = scale%uses
-         call move_alloc(more, scale%uses)
-      end if
+      ! twice as many; the second half is overwritten
+      if (scale%count == size(scale%uses)) scale%uses = [scale%uses, scale%uses]
       scale%count = scale%count + 1
       scale%uses(scale%count) = added
    end subroutine add_use
